@@ -13,6 +13,8 @@ pub mod constellations;
 mod data_layer;
 mod eclipse_radii;
 mod fields;
+#[doc(hidden)]
+pub mod lunar_heights;
 pub mod moments;
 #[doc(hidden)]
 pub mod nomenclature;
@@ -31,6 +33,7 @@ pub use body::{
 };
 pub use data_layer::{DataLayer, DataPoint};
 pub use eclipse_radii::EclipseRadii;
+use lunar_heights::HeightMap;
 use small_bodies::SmallBodies;
 use stars::StarCatalog;
 use std::sync::{Arc, OnceLock};
@@ -51,6 +54,8 @@ pub struct Catalog {
     stars: Option<Arc<StarCatalog>>,
     /// Minor planets and comets; those that ship are read when they are first asked for.
     small_bodies: OnceLock<Arc<SmallBodies>>,
+    /// The user's; none ship.
+    lunar_heights: Option<Arc<HeightMap>>,
     /// File and line of the fields that only the whole can check, by body and field; a field that is not here stands with its body, under "".
     field_lines: BTreeMap<BodyField, FileLine>,
 }
@@ -168,6 +173,16 @@ impl Catalog {
     /// Minor planets and comets, without those that are bodies of the catalog.
     pub fn small_bodies(&self) -> Arc<SmallBodies> {
         Arc::clone(self.small_bodies.get_or_init(|| Arc::new((*SmallBodies::embedded()).clone().without_bodies_of(self))))
+    }
+
+    /// The same with the Moon's own heights.
+    pub fn with_lunar_heights(self, lunar_heights: Option<Arc<HeightMap>>) -> Self {
+        Self { lunar_heights, ..self }
+    }
+
+    /// The Moon's own heights, where the user gave them.
+    pub fn lunar_heights(&self) -> Option<&Arc<HeightMap>> {
+        self.lunar_heights.as_ref()
     }
 
     /// The user's data, in the order of the files.

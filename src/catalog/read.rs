@@ -115,6 +115,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         eclipse_radii: EclipseRadii::default(),
         stars: None,
         small_bodies: OnceLock::new(),
+        lunar_heights: None,
         field_lines,
     })
 }

@@ -3,9 +3,10 @@
 use super::eclipse_table::as_text;
 use super::output::put;
 use super::{CliError, Common, inputs};
+use crate::catalog::lunar_heights::HeightMap;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::events::{self, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, Place, SolarEclipse, Transit};
+use crate::events::{self, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, Place, SolarEclipse, Transit};
 use crate::files::{FileAccess, write_whole};
 use crate::time::Instant;
 use crate::wording::echo;
@@ -45,12 +46,14 @@ enum Kind {
   orrery eclipse find --from 2024-01-01 --to 2030-01-01
   orrery eclipse find --from 2015-03-01 --to 2015-04-01 --kind solar --at 78.22,15.65
   orrery eclipse find --from 2024-04-01 --to 2024-05-01 --kind solar --path path.geojson
+  orrery eclipse find --from 2024-04-01 --to 2024-05-01 --kind solar --at 32.78,-96.80 --lunar-heights LDEM_16.LBL
   orrery eclipse find --from 2015-01-24 --to 2015-01-25 --kind moons
   orrery eclipse find --from 1901-01-01 --to 2001-01-01 --kind lunar --radii almanac --json
 
 Instants are UTC (UT1 before 1972) as the Earth's centre receives the light. Contacts: P penumbra, U umbra or antumbra; with --at also C1 to C4 of the
 discs. In transits I to IV: the limbs touch; begin and end: the centre of the moon or its shadow passes the planet's edge. magnitude: covered part of the diameter; in a central solar eclipse the ratio of the diameters; of the Moon in the umbra. --radii iau: the Earth's
-shadow on the Moon is not enlarged; almanac: enlarged by Danjon's rule. The mountains of the Moon are left out.",
+shadow on the Moon is not enlarged; almanac: enlarged by Danjon's rule. No heights of the Moon ship: contacts are those of its mean limb; with
+--lunar-heights and --at those of its own limb stand beside them, and C2 and C3 are the last and the first bead.",
     next_help_heading = "Search"
 )]
 struct FindArgs {
@@ -99,7 +102,14 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     let wants = |kind| args.kind.contains(&kind);
     if wants(Kind::Solar) {
         let found = events::solar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, solar(e, place))));
+        for e in &found {
+            let mut row = solar(e, place);
+            if let (Some(place), Some(map)) = (place, catalog.lunar_heights()) {
+                let contacts = e.limb_contacts(place, ephemeris, map).map_err(|e| e.to_string())?;
+                row["local"]["limb"] = limb(&contacts, map);
+            }
+            rows.push((e.greatest, row));
+        }
         if let Some(file) = &args.path {
             write_paths(file, &found, radii.name())?;
         }
@@ -171,6 +181,14 @@ fn solar(e: &SolarEclipse, place: Option<Place>) -> Value {
         add_local(&mut row, e.seen_from(place).as_ref());
     }
     row
+}
+
+/// Contacts by the Moon's own heights, and the beads beside totality or a closed ring.
+fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
+    let of = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.later_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
+    let named = |name: &str| contacts.iter().find(|c| c.name == name).map_or(Value::Null, |c| json!(c.time.to_utc_iso()));
+    let by_name: Map<String, Value> = contacts.iter().map(|c| (c.name.to_owned(), of(c))).collect();
+    json!({ "heights": map.summary(), "contacts": by_name, "last_bead": named("C2"), "first_bead": named("C3") })
 }
 
 fn lunar(e: &LunarEclipse, place: Option<Place>, shadow: &str) -> Value {

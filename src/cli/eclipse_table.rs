@@ -103,5 +103,28 @@ fn local_text(local: &Value) -> String {
     if !local["duration_s"].is_null() {
         parts.push(format!("for {}", length(&local["duration_s"])));
     }
-    format!("here: {}", parts.join(" · "))
+    let limb = &local["limb"];
+    format!("here: {}{}", parts.join(" · "), if limb.is_null() { String::new() } else { format!("\n    {}", limb_text(limb)) })
+}
+
+/// `by the Moon's limb: C1 … · C2, last bead, 18:42:12.4 (+1.3 s, at 72°) …; 16 heights a degree …`.
+fn limb_text(limb: &Value) -> String {
+    let mut by_time: Vec<(&str, &Value)> = limb["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.as_str(), c)).collect();
+    by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
+    let one = |(name, c): &(&str, &Value)| {
+        let bead = if *name == "C2" {
+            ", last bead,"
+        } else if *name == "C3" {
+            ", first bead,"
+        } else {
+            ""
+        };
+        let time =
+            c["time"].as_str().unwrap_or("").trim_end_matches('Z').rsplit('T').next().unwrap_or("").chars().take(10).collect::<String>();
+        let later = c["later_s"].as_f64().unwrap_or(0.0);
+        format!("{name}{bead} {time} ({later:+.1} s, at {}° from north)", number(&c["position_angle_deg"], 0))
+    };
+    let found = by_time.iter().map(one).collect::<Vec<_>>().join(" · ");
+    let missing = if limb["last_bead"].is_null() { "; beads throughout, or no inner contacts" } else { "" };
+    format!("by the Moon's own limb: {found}{missing}; {}", limb["heights"].as_str().unwrap_or(""))
 }

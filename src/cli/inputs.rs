@@ -4,7 +4,9 @@ use super::{CliError, Common};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::effects::possible_features;
-use crate::session::{fragment_times, read_catalog, read_ephemeris, read_fragments, surface_fragments, with_surfaces};
+use crate::session::{
+    fragment_times, read_catalog, read_ephemeris, read_fragments, read_lunar_heights, surface_fragments, with_surfaces,
+};
 use crate::shader::Lowering;
 use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
@@ -12,7 +14,9 @@ use std::collections::BTreeSet;
 
 /// The embedded catalog under the files of `--catalogs` (every `.toml` in it, in order of name).
 pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
-    Ok(with_surfaces(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii), &common.surface)?)
+    let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
+    let catalog = read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii).with_lunar_heights(heights);
+    Ok(with_surfaces(catalog, &common.surface)?)
 }
 
 /// The fragments of `--shaders` and `--surface` over those built in.

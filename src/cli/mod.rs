@@ -141,6 +141,10 @@ pub struct Common {
     /// px, nx, py, ny, pz, nz of a cube, or a file name pattern with * for the face
     #[arg(long, global = true, value_name = "FILE")]
     pub sky: Option<PathBuf>,
+    /// Heights of the whole Moon for the limb in solar eclipses: grey PNG or TIFF with longitude 0 in the middle, or a PDS label or image such as LDEM_16.LBL; FILE,LOW,HIGH
+    /// gives the heights of black and white in km, which 8-bit files need
+    #[arg(long, global = true, value_name = "FILE[,LOW,HIGH]")]
+    pub lunar_heights: Option<OsString>,
     /// Axes of --sky: galactic, equatorial (ICRF) or ecliptic (J2000)
     #[arg(long, global = true, value_name = "FRAME", default_value = "galactic", value_parser = SkyFrame::by_name)]
     pub sky_frame: SkyFrame,
@@ -188,6 +192,7 @@ impl Common {
             kernel: self.kernel.clone(),
             stars: self.stars.clone(),
             minor_planets: self.minor_planets.clone(),
+            lunar_heights: self.lunar_heights.clone(),
             sky: self.sky.clone(),
             sky_frame: self.sky_frame,
             shaders: self.shaders.clone(),

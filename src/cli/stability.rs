@@ -12,7 +12,7 @@ use std::io::IsTerminal;
 const EXAMPLE: &str = "Examples:
   orrery stability --short
   orrery stability --sweep distance --sweep shadows
-  orrery stability --sweep needs-display --seed 7 --json
+  orrery stability --sweep needs-display --views 500 --seed 7 --json
 
 Each sweep draws, probes or places bodies where arithmetic and decisions are most likely
 to break, and compares f32 with f64, pictures with pictures, or positions with another
@@ -30,6 +30,9 @@ pub struct StabilityArgs {
     /// Fewer cases: within two minutes on two cores
     #[arg(long)]
     short: bool,
+    /// Random views of `needs-display` and `needs-linear` [default: 3000, or 160 with --short]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    views: Option<u32>,
     /// Seed of the random cases
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -46,7 +49,7 @@ pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     let wanted: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
     let session = Session::open(&common.sources(), say)?;
     let effort = if args.short { Effort::Short } else { Effort::Full };
-    let bench = SweepBench::new(&session, effort, args.seed, Faults::default())?;
+    let bench = SweepBench::new(&session, effort, args.seed, Faults::default())?.with_views(args.views.map(|n| n as usize));
     let bar = progress(wanted.len() as u64);
     let mut reports = Vec::new();
     for sweep in wanted {

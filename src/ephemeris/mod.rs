@@ -17,6 +17,8 @@ pub mod elp;
 #[doc(hidden)]
 pub mod frames;
 #[doc(hidden)]
+pub mod limb_profile;
+#[doc(hidden)]
 pub mod mean_elements;
 #[doc(hidden)]
 pub mod orientation;

@@ -4,6 +4,7 @@
 //! meets the ground. The gap is exact: the widest slab between the spheroid and a plane that touches the cone along a side.
 
 use super::numeric::least;
+use crate::scene::eclipse::shadow_cone::under_unit_sphere;
 use glam::DVec3;
 
 /// The Earth in GCRS axes.
@@ -34,14 +35,13 @@ impl Spheroid {
     /// How deep the line through `point_km` along the unit vector `direction` passes below its surface, in squared Earth radii; negative outside.
     pub fn depth_of_line(&self, point_km: DVec3, direction: DVec3) -> f64 {
         let (p, d) = self.unit_sphere(point_km, direction);
-        1.0 - (p - d * p.dot(d)).length_squared()
+        under_unit_sphere(p, d).1
     }
 
     /// Where that line meets the surface, first as seen against `direction`.
     pub fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.unit_sphere(point_km, direction);
-        let foot = p - d * p.dot(d);
-        let half_squared = 1.0 - foot.length_squared();
+        let (foot, half_squared) = under_unit_sphere(p, d);
         (half_squared >= 0.0).then(|| self.scaled(foot + d * half_squared.sqrt(), self.equatorial_km, self.polar_km))
     }
 

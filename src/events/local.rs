@@ -122,6 +122,16 @@ impl Discs {
     }
 }
 
+/// When the mean limbs touch, seconds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeanContacts {
+    pub deepest: f64,
+    pub outer: (f64, f64),
+    /// `None` where no disc lies within the other.
+    pub inner: Option<(f64, f64)>,
+    pub is_annular: bool,
+}
+
 /// A place under the sky of an eclipse.
 pub(super) struct Station<'a> {
     sky: &'a EarthSky,
@@ -137,8 +147,7 @@ impl<'a> Station<'a> {
     }
 
     pub fn discs(&self, s: f64) -> Discs {
-        let point_km = self.sky.itrs_from_gcrs(s).transpose() * self.point_km;
-        let (sun, moon) = (self.sky.sun_km(s) - point_km, self.sky.near_km(s) - point_km);
+        let (sun, moon) = self.sun_and_moon_km(s);
         let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
         Discs {
             sun: radius(self.bodies.sun_km, sun),
@@ -146,6 +155,20 @@ impl<'a> Station<'a> {
             penumbral_moon: radius(self.bodies.penumbral_moon_km, moon),
             separation: angle_rad(sun, moon),
         }
+    }
+
+    /// From the place, GCRS.
+    pub fn sun_and_moon_km(&self, s: f64) -> (DVec3, DVec3) {
+        let point_km = self.sky.itrs_from_gcrs(s).transpose() * self.point_km;
+        (self.sky.sun_km(s) - point_km, self.sky.near_km(s) - point_km)
+    }
+
+    pub fn instant(&self, s: f64) -> Instant {
+        self.sky.instant(s)
+    }
+
+    pub fn bodies(&self) -> EclipseBodies {
+        self.bodies
     }
 
     /// Altitude and azimuth of a body, radians.
@@ -190,16 +213,21 @@ impl<'a> Station<'a> {
         self.discs(deepest).outside() < 0.0
     }
 
-    /// What the place sees of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` where the discs never meet.
-    pub fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
+    /// Contacts of the mean limbs around the deepest, which is looked for around `near_s`; `None` where the discs never meet.
+    pub fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
         let deepest = self.deepest(near_s);
         let apart = |s: f64| self.discs(s).apart();
-        if apart(deepest) >= 0.0 {
-            return None;
-        }
+        (apart(deepest) < 0.0).then(|| {
+            let discs = self.discs(deepest);
+            let outer = (end_of_negative(deepest, deepest - SEARCH_S, apart), end_of_negative(deepest, deepest + SEARCH_S, apart));
+            MeanContacts { deepest, outer, inner: self.central_span(near_s), is_annular: discs.moon < discs.sun }
+        })
+    }
+
+    /// What the place sees of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` where the discs never meet.
+    pub fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
+        let MeanContacts { deepest, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
         let sun = |s: f64| self.sky.sun_km(s);
-        let (first, last) = (end_of_negative(deepest, deepest - SEARCH_S, apart), end_of_negative(deepest, deepest + SEARCH_S, apart));
-        let central = self.central_span(near_s);
         let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
         if let Some((second, third)) = central {
             contacts.splice(1..1, [self.contact("C2", second, sun), self.contact("C3", third, sun)]);

@@ -7,6 +7,7 @@
 mod cone;
 mod contacts;
 mod fitted;
+mod limb;
 mod local;
 mod lunar;
 mod lunation;
@@ -19,6 +20,7 @@ mod sky;
 mod solar;
 mod transit;
 
+pub use limb::LimbContact;
 pub use local::{LocalCircumstances, LocalContact, Place};
 pub use lunar::{LunarEclipse, LunarType, shadow_of};
 pub use moons::{MoonEvent, MoonEventType, moon_events};

@@ -33,7 +33,7 @@ use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resourc
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use crate::scene::sky::{background, comets, minor_planets, stars};
 use crate::scene::surface::{detail, mesh_decision, meshes};
-use crate::scene::visibility::{hidden, order};
+use crate::scene::visibility::{hidden, lunar_limb, order};
 use glam::{DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
@@ -97,6 +97,7 @@ impl<'a> SceneBuilder<'a> {
                 Err(e) => unplaced.push(Some(not_placed(body, e.to_string()))),
             }
         }
+        lunar_limb::see(&mut placed, &caches.limb_profiles);
         let has_air = |body: &Body| {
             let own = request.effects.for_body(&body.name);
             own.as_ref().unwrap_or(&request.effects).override_of(Effect::Atmosphere) != Some(false)
@@ -215,7 +216,9 @@ impl<'a> SceneBuilder<'a> {
         let glow = decided(request, Effect::Glow, glow::glow(camera, placed, frame.bound, through), &mut bodies);
         let corona = corona::corona(request, camera, placed, frame.bound, tint);
         let corona = decided(request, Effect::Corona, corona, &mut bodies);
+        lunar_limb::of_moon(placed, camera, &mut draws, &mut bodies);
         hidden::take(placed, camera, &mut draws, &mut points, &mut bodies);
+        lunar_limb::note_features(&draws, &mut bodies);
         let white = self.exposure.white();
         points.iter_mut().for_each(|p| point::spread_glare(p, white));
         let bodies_of = || {

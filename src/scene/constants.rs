@@ -42,5 +42,9 @@ pub const OVERLAY_ROWS: usize = 6;
 /// Sizes of invented craters that one frame may show.
 pub const DETAIL_ROWS: usize = 16;
 
+/// Columns and rows of the table of the Moon's own limb: together the points of its profile.
+pub const LIMB_COLUMNS: usize = 1024;
+pub const LIMB_ROWS: usize = 8;
+
 /// Sine of the Sun's depression at which city lights are fully lit: 6 degrees, the end of civil twilight.
 pub const CIVIL_TWILIGHT_SINE: f64 = 0.104_528_46;

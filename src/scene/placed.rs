@@ -5,6 +5,7 @@
 use crate::catalog::{Body, Catalog, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
+use crate::ephemeris::limb_profile::LimbProfile;
 use crate::scene::camera::Placement;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::viewpoint;
@@ -16,6 +17,7 @@ use crate::scene::resources::Caches;
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
 use std::cell::OnceCell;
+use std::sync::Arc;
 
 /// A body where the viewer sees it, before anything is decided.
 pub(crate) struct PlacedBody<'a> {
@@ -36,6 +38,8 @@ pub(crate) struct PlacedBody<'a> {
     pub irradiance: f64,
     /// Itself as a receiver of sunlight, and who may stand before its Sun: asked for by the exposure, the globe, its rings and its point.
     pub before_sun: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
+    /// Of the Moon before the Sun, where the user gave its heights.
+    pub limb_profile: Option<Arc<LimbProfile>>,
 }
 
 impl PlacedBody<'_> {
@@ -111,5 +115,6 @@ pub(crate) fn place<'a>(
         outline,
         irradiance,
         before_sun: OnceCell::new(),
+        limb_profile: None,
     })
 }

@@ -15,6 +15,7 @@ use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;
 use crate::scene::sky::map::SkyMap;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
+use crate::scene::visibility::lunar_limb::LimbProfiles;
 use glam::{DVec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
@@ -72,6 +73,7 @@ pub struct Caches {
     pub(crate) ring_tables: RingTables,
     pub(crate) ring_shines: RingShines,
     pub(crate) shadow_paths: ShadowPaths,
+    pub(crate) limb_profiles: LimbProfiles,
     /// Of the catalog's small bodies.
     pub(crate) minor_planets: OnceLock<Arc<MinorPlanetColumns>>,
 }

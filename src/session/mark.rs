@@ -260,6 +260,9 @@ impl Session {
         let (kernel, stars, minor_planets) = (self.kernel.as_deref(), self.stars.as_deref(), self.minor_planets.as_deref());
         let sources = self.mark_sources.get_or_init(|| {
             let mut sources = of_sources(&self.catalog, kernel, stars, minor_planets, &self.folders);
+            if let Some(map) = self.catalog.lunar_heights() {
+                sources.insert("lunar heights".into(), hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.km()).to_vec()]));
+            }
             sources.insert("sky".into(), self.sky_map.as_ref().map_or("embedded".into(), |map| self.sky_digest(map)));
             sources
         });

@@ -12,6 +12,7 @@ mod devices;
 mod error;
 #[cfg(feature = "gpu")]
 mod gpu_device;
+mod lunar_heights;
 mod mark;
 mod meshes;
 mod pictures;
@@ -33,6 +34,7 @@ pub use cpu::process_cpu;
 pub use custom_surfaces::{SurfaceError, SurfaceFile, SurfaceWordsError, surface_fragments, with_surfaces};
 use devices::Devices;
 pub use error::{CacheFolderError, SessionError};
+pub use lunar_heights::read_lunar_heights;
 pub use mark::{ExistingPicture, Provenance};
 use parking_lot::Mutex;
 pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
@@ -69,6 +71,7 @@ use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::ThreadId;
@@ -90,6 +93,8 @@ pub struct Sources {
     pub stars: Option<PathBuf>,
     /// Minor planets and comets in place of those built in: a table with named columns, JSON of the JPL's database, or MPCORB.DAT.
     pub minor_planets: Option<PathBuf>,
+    /// Heights of the whole Moon, with those of black and white where they are given: `FILE` or `FILE,LOW,HIGH`.
+    pub lunar_heights: Option<OsString>,
     /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
     pub sky: Option<PathBuf>,
     /// Its axes.
@@ -253,7 +258,9 @@ impl Session {
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
         let stars = stages.measure(Stage::Catalog, || tables::stars(sources.stars.as_deref()))?;
         let small_bodies = stages.measure(Stage::Catalog, || tables::small_bodies(sources.minor_planets.as_deref()))?;
-        let catalog = with_surfaces(catalog.with_stars(stars).with_small_bodies(small_bodies), &sources.surfaces)?;
+        let lunar_heights = stages.measure(Stage::Maps, || read_lunar_heights(sources.lunar_heights.as_deref()))?;
+        let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies).with_lunar_heights(lunar_heights);
+        let catalog = with_surfaces(catalog, &sources.surfaces)?;
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
         let sky_map =

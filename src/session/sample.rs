@@ -8,15 +8,17 @@ use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::Texture;
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, PlanError, RING_PROFILE, RING_SHINE,
-    SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, ring_shine, role_of, uniforms_of,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw, PlanError, RING_PROFILE,
+    RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, limb_table, map_format, ring_profile, ring_shine,
+    role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
+use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
-    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, MapRole, OverlayUniforms, RingTable, RingUniforms, Shape,
-    Surface,
+    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms, RingTable,
+    RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
@@ -93,6 +95,7 @@ fn ring(surface: Surface) -> RingUniforms {
     };
     RingUniforms {
         reach: Vec2::new(1.1, 2.2),
+        dense: 2.2,
         table: table.map(Arc::new),
         blur: 0.002,
         phase: Vec2::new(0.15, 3.0),
@@ -117,6 +120,13 @@ fn shine() -> RingShine {
         [level, 0.9 * level, 0.7 * level, 0.0]
     };
     RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), reach: 0.9, brightest: 0.5 }
+}
+
+/// A limb of twenty hills and valleys, a thirtieth of the radius high, so that they show.
+fn limb() -> LimbTable {
+    let points = LIMB_COLUMNS * LIMB_ROWS;
+    let height = |k: usize| 0.03 * (std::f32::consts::TAU * 20.0 * k as f32 / points as f32).sin();
+    LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
 /// Air that is a tenth as high as the body is wide, blue, hazy below and with an absorbing layer, so that each part shows.
@@ -185,6 +195,8 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlays(key),
         ring: ring(key.features().surface),
+        // Seen against x: north up, east to the left.
+        limb: LimbUniforms { across: [up.extend(1.0 / half), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
     }
 }
@@ -286,6 +298,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         let image = match (t.name.as_str(), &uniforms.ring.table) {
             (RING_PROFILE, Some(table)) => ring_profile(table),
             (RING_SHINE, _) => ring_shine(&shine()),
+            (LIMB_TABLE, _) => limb_table(&limb()),
             (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is no map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });

@@ -108,6 +108,8 @@ pub struct SweepBench<'a> {
     studio: Studio<'a>,
     effort: Effort,
     seed: u64,
+    /// Random views, where their number is set by hand.
+    views: Option<usize>,
     faults: Faults,
 }
 
@@ -115,7 +117,13 @@ impl<'a> SweepBench<'a> {
     /// # Errors
     /// No threads for the renderers.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: Faults) -> Result<Self, SessionError> {
-        Ok(Self { studio: Studio::new(session)?, effort, seed, faults })
+        Ok(Self { studio: Studio::new(session)?, effort, seed, views: None, faults })
+    }
+
+    /// The same with another number of random views; `None`: as many as the effort has.
+    #[must_use]
+    pub fn with_views(self, views: Option<usize>) -> Self {
+        Self { views, ..self }
     }
 
     fn session(&self) -> &'a Session {
@@ -168,7 +176,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "distance",
         (4.0, "255ths"),
-        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, whose pixel on the ground is a f32 difference",
+        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, where f32 knows a place on the ground to half a pixel",
         views::distance,
     ),
     sweep(
@@ -192,7 +200,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "places",
         (3.0, "255ths"),
-        "poles, date line, sub-solar and antisolar points, Sun on the horizon; half a level but for craters under a camera at a pole",
+        "poles, date line, sub-solar and antisolar points, Sun on the horizon; half a level but for craters under a camera at a pole, whose cause is not found",
         views::places,
     ),
     sweep("ring-plane", (HALF_LEVEL, "255ths"), "half a level, camera or Sun in the plane of the rings", views::ring_plane),

@@ -122,7 +122,7 @@ const NAMED: usize = 16;
 fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_>) -> Result<Found, SessionError> {
     let mut found = Found::none();
     let (mut figures, mut costs) = (Vec::new(), Vec::new());
-    for RandomView { location, request } in views(bench, bench.pick(160, 3000)) {
+    for RandomView { location, request } in views(bench, bench.views.unwrap_or(bench.pick(160, 3000))) {
         let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
         let worst = figure(&frames)?;
         found.add(worst, || (location, String::new()));

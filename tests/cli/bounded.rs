@@ -178,6 +178,19 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
     ] {
         ends(folder.path(), case, &[&view[..], &["--stars", &put("stars.csv", text.as_bytes())]].concat(), &[]);
     }
+    let mut bomb = Vec::new();
+    let mut writer = png::Encoder::new(&mut bomb, 7600, 3800);
+    writer.set_color(png::ColorType::Grayscale);
+    writer.set_depth(png::BitDepth::Sixteen);
+    writer.write_header().and_then(|mut w| w.write_image_data(&vec![0x4e; 7600 * 3800 * 2])).expect("a PNG");
+    assert!(bomb.len() < MEGABYTE, "{}", bomb.len());
+    for (case, name, bytes) in [
+        ("heights of 29 million zeros", "moon.png", bomb),
+        ("a label for ever", "moon.lbl", b"^IMAGE = \"a.img\"\n".repeat(MEGABYTE / 20)),
+        ("a TIFF of directories", "moon.tif", [b"II*\0\x08\0\0\0".to_vec(), vec![1; MEGABYTE]].concat()),
+    ] {
+        ends(folder.path(), case, &[&view[..], &["--lunar-heights", &put(name, &bytes)]].concat(), &[]);
+    }
     for (case, bytes) in [
         ("a kernel of zeros", vec![0; MEGABYTE]),
         ("a kernel of its own head", orrery_catalogs::PLUTO_KERNEL[..1024].repeat(MEGABYTE / 1024)),

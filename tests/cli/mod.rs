@@ -8,6 +8,7 @@ mod ephemeris;
 mod error_bound;
 mod frames;
 mod hostile;
+mod lunar_heights;
 mod measure;
 mod messages;
 mod verbs;

@@ -2,6 +2,7 @@
 
 mod canons;
 mod commands;
+mod limb;
 mod local;
 mod moons;
 mod reference_table;

@@ -7,13 +7,18 @@
 //! A change of the picture that is meant is recorded by `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the pictures before committing.
 
 use crate::support::views::views;
+use glam::DVec3;
+use orrery::catalog::lunar_heights::HeightMap;
 use orrery::image::{Difference, DisplayImage};
 use orrery::render::plan::SamplingQuality;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, SoftwareRenderer};
-use orrery::scene::request::ViewRequest;
+use orrery::scene::Scene;
+use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use orrery::session::Session;
+use orrery::{Catalog, Ephemeris, Instant, NaifId};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
@@ -101,9 +106,60 @@ fn views_look_as_recorded() {
     assert!(compared("never-recorded", &later).is_err_and(|e| e.contains("no recorded picture")));
 }
 
+/// Hills and valleys in bands about the axis to the Earth, so that they run along the line of sight at the limb: kilometres.
+fn made_heights() -> Arc<HeightMap> {
+    const COLUMNS: usize = 720;
+    let height = |row: usize, column: usize| {
+        let at = |k: usize, of: usize, span: f64| (k as f64 + 0.5) / of as f64 * span;
+        let (y, x) = (at(row, COLUMNS / 2, std::f64::consts::PI), at(column, COLUMNS, std::f64::consts::TAU));
+        let around = (y.sin() * x.sin()).atan2(y.cos());
+        let waves = [(1.2, 47.0, 0.0), (0.8, 113.0, 1.0), (0.5, 301.0, 2.0), (0.4, 11.0, 0.0)];
+        waves.iter().map(|(km, number, from): &(f64, f64, f64)| km * (number * around + from).sin()).sum::<f64>() as f32
+    };
+    let km = (0..COLUMNS / 2).flat_map(|row| (0..COLUMNS).map(move |column| height(row, column))).collect();
+    Arc::new(HeightMap::new("made", COLUMNS, km, 0.0, 1737.4).expect("a map"))
+}
+
+/// The last crescent at Dallas, five seconds before the second contact of the mean limb: uneven by hills and valleys, a pixel an arcsecond.
+fn beads() -> ViewRequest {
+    let (ra, dec) = (17.7_f64.to_radians(), 7.717_f64.to_radians());
+    ViewRequest {
+        position: Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 },
+        look: Look::Along { direction: DVec3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin()), axes: Axes::Icrf },
+        target: None,
+        fov_deg: Some(0.035),
+        width: 320,
+        height: 128,
+        exposure: ExposureRequest::Stops(-10.0),
+        ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-08T18:40:36Z").expect("a time"))
+    }
+}
+
+#[test]
+fn beads_look_as_recorded() {
+    let options = Options { kernels: KernelClass::Portable, ..Options::default() };
+    let renderer = SoftwareRenderer::new(options).expect("starts");
+    let draw = |catalog: Catalog| {
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+        let scene = Scene::build(&catalog, &ephemeris, &beads()).expect("a scene");
+        let plan = orrery::render::plan::plan(&scene, &*crate::support::session::SESSION, SamplingQuality { samples: 4, anisotropy: 8 })
+            .expect("a plan");
+        let (frame, _) = renderer.render(&plan, crate::support::session::SESSION.library(), false).expect("drawn");
+        DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
+    };
+    let drawn = draw(Catalog::embedded().with_lunar_heights(Some(made_heights())));
+    if std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1") {
+        save(&drawn, &folder().join("beads.png"));
+    }
+    let d = compared("beads", &drawn).unwrap_or_else(|e| panic!("{e}"));
+    println!("beads: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+    // The mean limb has an unbroken crescent.
+    assert!(compared("beads", &draw(Catalog::embedded())).is_err());
+}
+
 #[test]
 fn the_folder_holds_the_views_and_no_more() {
-    let names: Vec<String> = views().iter().map(|(name, _)| format!("{name}.png")).collect();
+    let names: Vec<String> = views().iter().map(|(name, _)| *name).chain(["beads"]).map(|name| format!("{name}.png")).collect();
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder()).expect("tests/golden") {
         let entry = entry.expect("an entry");

@@ -48,6 +48,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         mesh_anchor: Vec3::splat(46.0),
         mesh: None,
         foreground_limbs: Default::default(),
+        limb: Default::default(),
         overlays: Vec::new(),
         clouds: CloudUniforms { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
         eclipse: Default::default(),

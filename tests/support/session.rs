@@ -7,10 +7,13 @@ use orrery::session::{Session, Sources};
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
 
-pub static SESSION: LazyLock<Session> = LazyLock::new(|| {
+pub static SESSION: LazyLock<Session> = LazyLock::new(|| Session::open(&sources(), |line| panic!("{line}")).expect("opens"));
+
+/// Of that session: what is built in, and files in a folder of the process.
+pub fn sources() -> Sources {
     let cache = std::env::temp_dir().join(format!("orrery-tests-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |line| panic!("{line}")).expect("opens")
-});
+    Sources { cache: Some(cache), ..Sources::default() }
+}
 
 /// A session over the catalogs and images of a folder, and what it says.
 pub fn session_over(folder: &Path) -> (Session, Arc<Mutex<Vec<String>>>) {

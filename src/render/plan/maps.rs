@@ -6,7 +6,8 @@ use super::error::PlanError;
 use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
 use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
-use crate::scene::draw::{Draw, MapRole, RingTable, Shape};
+use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
+use crate::scene::draw::{Draw, LimbTable, MapRole, RingTable, Shape};
 use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::Layout;
 use std::sync::Arc;
@@ -28,6 +29,9 @@ const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
 pub const RING_PROFILE: &str = "ring_profile";
 /// The variable of the table of light that the ring sends onto its globe.
 pub const RING_SHINE: &str = "ring_shine_table";
+
+/// The variable of the table of the Moon's own limb.
+pub const LIMB_TABLE: &str = "limb_table";
 
 /// What the image of a texture variable is to the draw; `None`: it is none of a body's maps.
 pub fn role_of(texture: &str) -> Option<MapRole> {
@@ -59,6 +63,7 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
         Ok(match (name, role_of(name)) {
             (RING_PROFILE, _) => ring.table.as_deref().map(ring_profile),
             (RING_SHINE, _) => ring.shine.as_deref().map(ring_shine),
+            (LIMB_TABLE, _) => draw.uniforms.limb.table.as_deref().map(limb_table),
             (_, Some(role)) => match draw.map_files.by_role().find(|(r, _)| *r == role) {
                 Some((MapRole::Overlay(_), file)) => Some(provider.overlay(file)?),
                 Some((_, file)) => Some(provider.map(file, map_decoding(role, draw.features.shape))?),
@@ -106,5 +111,11 @@ pub fn ring_profile(table: &RingTable) -> SharedTexture {
 /// Light from the ring as a texture of one level: it is read by texel.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
     let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes: little_endian(&table.texels) };
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
+}
+
+/// The Moon's limb as a texture of one level: it is read by texel.
+pub fn limb_table(table: &LimbTable) -> SharedTexture {
+    let level = Level { width: LIMB_COLUMNS as u32, height: LIMB_ROWS as u32, bytes: little_endian(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }

@@ -17,7 +17,7 @@ pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
-pub use maps::{RING_PROFILE, RING_SHINE, map_decoding, map_format, ring_profile, ring_shine, role_of};
+pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, GpuImage, Instances, ModuleProvider, Pass, Plan, PlanDraw,
     SamplerBinding, SamplerState, SimpleDraw, TextureBinding, TextureSource, Vertices,

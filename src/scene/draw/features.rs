@@ -248,6 +248,8 @@ pub struct DrawFeatures {
     pub body_shadow: BodyShadow,
     pub air: Air,
     pub shape: Shape,
+    /// Of the Moon before the Sun and of the Sun behind it: the limb by the Moon's own heights.
+    pub limb_heights: bool,
     pub flags: Flags,
     pub view: PixelView,
 }
@@ -267,6 +269,7 @@ impl DrawFeatures {
         body_shadow: BodyShadow::None,
         air: Air { tier: AtmosphereModel::None, mie: false, absorption: false },
         shape: Shape::Sphere,
+        limb_heights: false,
         flags: Flags { two_sided: false, alpha_texture: false, vertex_colour: false },
         view: PixelView::Final,
     };

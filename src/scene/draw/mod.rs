@@ -13,10 +13,10 @@ pub use features::{
     MAX_OCCLUDERS, MapSet, PixelView, RingShadow, Shape, Surface,
 };
 use glam::Vec3;
-pub use tables::{RingShine, RingTable};
+pub use tables::{LimbTable, RingShine, RingTable};
 pub use uniforms::{
-    AtmosphereUniforms, CloudUniforms, DetailUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, MeshInstance,
-    OverlayUniforms, RingUniforms,
+    AtmosphereUniforms, CloudUniforms, DetailUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, LimbUniforms,
+    MeshInstance, OverlayUniforms, RingUniforms,
 };
 
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.
@@ -61,7 +61,13 @@ impl Draw {
     /// The same shape, black and without anything on it: what it covers.
     pub fn shape_alone(&self) -> Self {
         let two_sided = self.features.flags.two_sided;
-        let features = DrawFeatures { shape: self.features.shape, flags: Flags { two_sided, ..Flags::default() }, ..DrawFeatures::MINIMAL };
+        let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
+        let features = DrawFeatures {
+            shape: self.features.shape,
+            limb_heights,
+            flags: Flags { two_sided, ..Flags::default() },
+            ..DrawFeatures::MINIMAL
+        };
         Self { features, map_files: MapFiles::default(), ..self.clone() }
     }
 }

@@ -32,3 +32,9 @@ pub struct RingShine {
     /// The greatest irradiance of any place, the brightest channel.
     pub brightest: f64,
 }
+
+/// The Moon's own limb: texels row by row, height and its change to the next, 0 and 0; radii.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LimbTable {
+    pub texels: Vec<f32>,
+}

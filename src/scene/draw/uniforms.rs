@@ -6,7 +6,7 @@
 use crate::mesh::Model;
 use crate::scene::camera::{self, ViewRays};
 use crate::scene::constants::DETAIL_ROWS;
-use crate::scene::draw::tables::{RingShine, RingTable};
+use crate::scene::draw::tables::{LimbTable, RingShine, RingTable};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -149,6 +149,7 @@ uniforms! {
         pub detail: DetailUniforms,
         /// Of a body that glows.
         pub foreground_limbs: ForegroundLimbUniforms,
+        pub limb: LimbUniforms,
     }
 }
 
@@ -239,6 +240,18 @@ uniforms! {
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
         /// The side at which cells are left out for their number, radii.
         pub largest: f32 = "detail_largest",
+        /// The camera from where places count (xyz), and the tangent of the angle that a pixel spans (w).
+        pub camera: Vec4 = "detail_camera",
+    }
+}
+
+uniforms! {
+    /// Uniforms of shaders/lib/limb_heights.wesl.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct LimbUniforms {
+        /// See shaders/lib/draw.wesl.
+        pub across: [Vec4; 2] = "limb_across",
+        pub table: Option<Arc<LimbTable>>,
     }
 }
 
@@ -269,6 +282,8 @@ uniforms! {
         pub table: Option<Arc<RingTable>>,
         /// Innermost and outermost radius, equatorial radii.
         pub reach: Vec2 = "ring_radius_range",
+        /// Outer edge of the dense rings, equatorial radii.
+        pub dense: f32 = "ring_dense_radius",
         /// Half a pixel at the body, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
         /// Factor and exponent of the bodies' phase function.
@@ -316,7 +331,11 @@ impl DrawUniforms {
     pub fn names() -> impl Iterator<Item = &'static str> {
         let own =
             [Self::UNIFORMS, CloudUniforms::UNIFORMS, EclipseUniforms::UNIFORMS, RingUniforms::UNIFORMS, AtmosphereUniforms::UNIFORMS];
-        own.into_iter().chain([ForegroundLimbUniforms::UNIFORMS, DetailUniforms::UNIFORMS]).flatten().copied().chain(Self::DERIVED)
+        own.into_iter()
+            .chain([ForegroundLimbUniforms::UNIFORMS, DetailUniforms::UNIFORMS, LimbUniforms::UNIFORMS])
+            .flatten()
+            .copied()
+            .chain(Self::DERIVED)
     }
 
     /// The value of a uniform by its name in the fragments.
@@ -336,12 +355,18 @@ impl DrawUniforms {
                 .or_else(|| self.ring.own_uniform(name))
                 .or_else(|| self.air.own_uniform(name))
                 .or_else(|| self.detail.own_uniform(name))
+                .or_else(|| self.limb.own_uniform(name))
                 .or_else(|| self.foreground_limbs.own_uniform(name)),
         }
     }
 
     /// What every draw over a rectangle has: its view rays.
     pub(crate) fn of_rays(rays: &ViewRays) -> Self {
+        Self::default().with_rays(rays)
+    }
+
+    /// The same over another rectangle.
+    pub(crate) fn with_rays(self, rays: &ViewRays) -> Self {
         Self {
             rect_in_clip: rays.rect_in_clip,
             anchor_origin: rays.anchor_origin,
@@ -354,7 +379,7 @@ impl DrawUniforms {
             anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
             silhouette_form: rays.silhouette_form,
             depth_row: rays.depth_row,
-            ..Self::default()
+            ..self
         }
     }
 }

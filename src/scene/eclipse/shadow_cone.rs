@@ -52,6 +52,12 @@ const SIDES: u32 = 720;
 /// Points of an outline.
 const POINTS: u32 = 360;
 
+/// Where a line comes nearest to the centre of the unit sphere, and by how much it passes under the sphere there: 1 less the square of that distance, negative where it misses. `along`: unit vector.
+pub(crate) fn under_unit_sphere(point: DVec3, along: DVec3) -> (DVec3, f64) {
+    let foot = point - along * point.dot(along);
+    (foot, 1.0 - foot.length_squared())
+}
+
 impl ShadowCone {
     pub(crate) fn of(axis: Axis, occluder: &Occluder<'_>, receiver: &Receiver<'_>) -> Self {
         let Occluder { across, along, long_axis, semi, .. } = *occluder;
@@ -111,14 +117,13 @@ impl ShadowCone {
     /// By how much a side passes under the ground: 1 minus the square of its least distance from the centre of the unit sphere; negative where it misses.
     pub(crate) fn depth(&self, side: Side) -> f64 {
         let (point, along) = self.in_unit_sphere(side);
-        1.0 - (point - along * point.dot(along)).length_squared()
+        under_unit_sphere(point, along).1
     }
 
     /// Where a side first meets the ground, on the unit sphere; `None` where it misses.
     pub(crate) fn meets(&self, side: Side) -> Option<DVec3> {
         let (point, along) = self.in_unit_sphere(side);
-        let foot = point - along * point.dot(along);
-        let half_squared = 1.0 - foot.length_squared();
+        let (foot, half_squared) = under_unit_sphere(point, along);
         let at = foot - along * half_squared.max(0.0).sqrt();
         (half_squared >= 0.0 && (at - point).dot(along) > 0.0).then(|| at.normalize())
     }

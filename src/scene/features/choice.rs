@@ -2,7 +2,7 @@
 //!
 //! Always: what a body does not have in the catalog is left out, so that no choice can ask for it.
 
-use crate::catalog::{Body, MAX_OVERLAYS, Photometry};
+use crate::catalog::{Body, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
 use crate::scene::draw::features::{
     AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
@@ -20,6 +20,8 @@ pub struct Capabilities {
     pub detail: bool,
     /// Which custom surface colours its ground, 0 for none.
     pub custom_surface: u8,
+    /// The Moon, and the Sun behind it.
+    pub limb_heights: bool,
 }
 
 impl Capabilities {
@@ -33,6 +35,7 @@ impl Capabilities {
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
         let detail = body.cratered && !emissive && body.atmosphere.is_none() && body.clouds.is_none();
+        let limb_heights = [NaifId::MOON, NaifId::SUN].contains(&body.id);
         Self {
             detail,
             custom_surface: body.custom_surface,
@@ -40,6 +43,7 @@ impl Capabilities {
             maps,
             emissive,
             rings: body.rings.iter().any(|r| r.tau_normal > 0.0),
+            limb_heights,
         }
     }
 }
@@ -73,6 +77,8 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// How the air is summed; `None` without it.
     pub air: AtmosphereModel,
+    /// The limb by the Moon's own heights.
+    pub limb_heights: bool,
 }
 
 impl FeatureSelection {
@@ -137,6 +143,7 @@ impl FeatureSelection {
                 None if ellipsoid && available.ellipsoid => Shape::Ellipsoid,
                 None => Shape::Sphere,
             },
+            limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             flags: mesh.unwrap_or_default(),
             air,
             view,
@@ -157,6 +164,7 @@ impl FeatureSelection {
             custom_surface: 0,
             overlays: 0,
             ring_shine: false,
+            limb_heights: false,
             ..ground
         })
     }
@@ -186,6 +194,7 @@ impl FeatureSelection {
             custom_surface: 0,
             overlays: 0,
             ring_shine: false,
+            limb_heights: false,
             lights: 1,
             ..ground
         };

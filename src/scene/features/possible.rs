@@ -51,11 +51,11 @@ fn ground_needs(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl 
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let of = move |overlays| {
-            let lit = [(false, false), (true, false), (false, true)];
-            let own = [false, true].into_iter().filter(|own| !own || body.custom_surface > 0);
-            own.flat_map(move |custom_surface| {
-                lit.map(|(ring_shine, detail)| {
-                    FeatureSelection { overlays, ring_shine, detail, custom_surface, mesh, ..chosen }.features(body, view)
+            let lit = [(false, false, false), (true, false, false), (false, true, false), (false, false, true)];
+            let custom = [false, true].into_iter().filter(|custom| !custom || body.custom_surface > 0);
+            custom.flat_map(move |custom_surface| {
+                lit.map(|(ring_shine, detail, limb_heights)| {
+                    FeatureSelection { overlays, ring_shine, detail, limb_heights, custom_surface, mesh, ..chosen }.features(body, view)
                 })
             })
         };

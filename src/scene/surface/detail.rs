@@ -55,5 +55,6 @@ pub(crate) fn uniforms(camera: &Camera, placement: &Placement, from_camera: bool
         narrow(place - (place / PERIOD).floor() * PERIOD).extend(narrow_scalar(cell))
     };
     let largest = FIRST_CELL * RATIO.powf(finest - (DETAIL_ROWS as f64 - 1.0));
-    DetailUniforms { lattice: std::array::from_fn(row), largest: narrow_scalar(largest) }
+    let camera = narrow(here - origin).extend(narrow_scalar(camera.pixel_tangent()));
+    DetailUniforms { lattice: std::array::from_fn(row), largest: narrow_scalar(largest), camera }
 }

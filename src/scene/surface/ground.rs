@@ -36,7 +36,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     // Moonlight and planet-shine show relief, too.
     maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, "slopes show at every size of a disc".into()));
     let lit = lit_ground(case);
-    maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), || lit.clone());
+    maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), || if lit.0 { lit.clone() } else { moonlit(case) });
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
         let most = night_lights::brightest(body);
         (least.counts(most), format!("brightest city lights {}", least.description(most)))
@@ -55,6 +55,21 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     }
     so_far.chosen.maps = maps;
     so_far
+}
+
+/// The glint of a light on the sea over the light of ground with the body's albedo, at most: one over four times the waves' mean square slope and the cosine of a grazing view.
+const GLINT_OVER_GROUND: f64 = 100.0;
+
+/// Whether the glint of another body's light counts where the Sun is out of sight.
+fn moonlit(case: &Case<'_, '_>) -> (bool, String) {
+    let (p, least) = (case.placed, case.bound());
+    let shines = case.effects().override_of(Effect::PlanetShine) != Some(false);
+    let strongest = lights::planet_shine(case.body(), p.position_km, case.frame.reflectors, |_| false).1.filter(|_| shines);
+    let most = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
+    (
+        least.counts(most),
+        format!("no sunlit ground is in sight; the glint of other bodies' light gives {} at most", least.description(most)),
+    )
 }
 
 /// Twilight's reach: the Sun's radius at Mercury and refraction, degrees.

@@ -14,6 +14,7 @@ use crate::scene::draw::{Draw, Part, Point, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
+use crate::scene::visibility::lunar_limb;
 use crate::scene::visibility::order::stands_before;
 use glam::{DVec2, DVec3, Vec4};
 
@@ -107,7 +108,7 @@ pub(crate) fn part_left(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -> DVec3
         let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
         crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) + reach_rad(of) < inner
     };
-    if before.iter().any(|p| holds(p)) {
+    if before.iter().any(|p| holds(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;
     }
     let towards = of.placement.centre_km / of.distance_km;
@@ -140,7 +141,12 @@ pub(crate) fn part_left(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -> DVec3
         }
         left += if from < h { light(from, h) } else { DVec3::ZERO };
     }
-    (left / whole).clamp(DVec3::ZERO, DVec3::ONE)
+    let left = (left / whole).clamp(DVec3::ZERO, DVec3::ONE);
+    // The Moon's own limb, where it alone stands there.
+    match (&before[..], first.limb_profile.as_deref()) {
+        ([moon], Some(profile)) if of.body.id == NaifId::SUN => lunar_limb::light_beside(profile, moon, of, left),
+        _ => left,
+    }
 }
 
 /// What of a small disc's coverage is area: the soft limb, a pixel wide, makes a disc of less than a pixel larger.
@@ -167,6 +173,7 @@ pub(crate) fn take(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw
         point.flux *= narrow(left);
     }
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.features.shape)).collect();
+    let of_moon = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
     for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.features.surface == Surface::Emissive) {
         let Some(of) = found(draw.body) else { continue };
         let Some(middle) = camera.clip(of.placement.centre_km) else { continue };
@@ -195,6 +202,10 @@ pub(crate) fn take(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw
             let row = |values: [f64; 4]| Vec4::from_array(values.map(narrow_scalar));
             let [c, gx, gy, xx, xy, yy] = limb.form;
             *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, factor]), row([limb.near[0], limb.near[1], limb.near[2], 0.0])];
+        }
+        let moon = counted.iter().take(2).position(|p| p.limb_profile.is_some());
+        if let (Some(k), Some(of_moon)) = (moon, &of_moon) {
+            lunar_limb::of_sun(draw, of_moon, counted[k], camera, 3 * k, [at, dx, dy]);
         }
         let rows = &mut draw.uniforms.foreground_limbs.rows;
         (rows[2].w, rows[5].w) = (from_px.x, from_px.y);

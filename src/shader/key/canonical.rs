@@ -185,6 +185,12 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule { of: "air", least: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
     CanonicalRule { of: "mie", least: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
     CanonicalRule { of: "absorption", least: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule {
+        of: "limbheights",
+        least: "",
+        applies: |n| no_ground(n) || n.shape == Shape::Mesh,
+        because: "the Moon's own limb is that of its ground, or cuts the Sun behind it",
+    },
     CanonicalRule { of: "twosided", least: "", applies: |n| n.shape != Shape::Mesh, because: "a closed body shows its outside only" },
     CanonicalRule {
         of: "twosided",
@@ -292,13 +298,14 @@ mod tests {
             ring_shine: true,
             air: Air { tier: AtmosphereModel::Table, mie: true, absorption: true },
             shape: Shape::Ellipsoid,
+            limb_heights: true,
             flags: Flags { alpha_texture: true, ..Flags::default() },
             ..DrawFeatures::MINIMAL
         };
         assert_eq!(canonical(&n), n);
         // What a mesh has more, and the air that it has not.
         let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
-        let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), flags, ..n };
+        let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, flags, ..n };
         assert_eq!(canonical(&mesh), mesh);
         assert_eq!(canonical(&DrawFeatures { air: n.air, ..mesh }), mesh);
     }

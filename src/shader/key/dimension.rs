@@ -186,6 +186,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         get: |n| index_of(&SHAPES, &n.shape),
         set: |n, v| n.shape = SHAPES[v],
     },
+    switch!("limbheights", Part::Shape, "limb-heights", limb_heights),
     switch!("twosided", Part::Flags, "flags.twosided", flags.two_sided),
     switch!("alphatexture", Part::Flags, "flags.alphatexture", flags.alpha_texture),
     switch!("vertexcolour", Part::Flags, "flags.vertexcolour", flags.vertex_colour),

@@ -3,8 +3,10 @@
 //! In: the view, two ways. Out: their pictures, the difference and figures. Always: both are drawn off the window's thread, from one request
 //! but for what the ways say; while things move the last pair stays.
 
+mod bound;
 pub mod pair;
 
+use self::bound::BoundView;
 use self::pair::{Half, Pair, PairView};
 use super::{Interface, accessible};
 use crate::image::DisplayImage;
@@ -58,6 +60,14 @@ struct Asked {
 }
 
 impl Asked {
+    /// What one of the ways asks for.
+    fn request_of(&self, way: usize) -> Result<ViewRequest, String> {
+        let way = &self.variants[way];
+        let text = format!("{},{}", self.view_effects.to_text(), way.effects);
+        let effects = EffectOverrides::parse(&text).map_err(|e| e.to_string())?;
+        Ok(ViewRequest { effects, quality: way.quality, pixel_view: way.pixels, ..self.request.clone() })
+    }
+
     /// Equal but for a size that a line more or less beside the picture makes.
     fn is_as_good_as(&self, other: &Self) -> bool {
         const STEP_PX: u32 = 32;
@@ -75,6 +85,7 @@ pub struct ComparePanel {
     coming: Option<Pending<Result<Pair, String>>>,
     pair: Option<Result<Arc<Pair>, String>>,
     view: PairView,
+    bound: BoundView,
 }
 
 /// At the start the view itself against the quickest one.
@@ -130,7 +141,12 @@ impl ComparePanel {
         let names = [name_of(&variants[0]), name_of(&variants[1])];
         self.variants = Some(variants);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
-            Some(Ok(pair)) => self.view.show(ui, pair, [&names[0], &names[1]]),
+            Some(Ok(pair)) => {
+                if let Some(request) = self.asked.as_ref().filter(|_| self.view.shows_bound()).and_then(|asked| asked.request_of(0).ok()) {
+                    self.bound.ask(worker, &request);
+                }
+                self.view.show(ui, pair, [&names[0], &names[1]], Some(&mut self.bound));
+            }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => drop(ui.weak("The images are drawn once the view stops moving.")),
         });
@@ -154,7 +170,7 @@ impl ComparePanel {
         }
         self.asked = Some(asked.clone());
         self.coming = Some(ask(worker, move |session| {
-            let [left, right] = [0, 1].map(|side| draw(session, &asked, &asked.variants[side]));
+            let [left, right] = [0, 1].map(|side| draw(session, &asked.request_of(side)?, &asked.variants[side]));
             Pair::of(left, right)
         }));
         // An inline worker has the answer already.
@@ -207,23 +223,18 @@ fn name_of(way: &Way) -> String {
     words.join(" ")
 }
 
-fn draw(session: &Session, asked: &Asked, way: &Way) -> Result<Half, String> {
-    let text = format!("{},{}", asked.view_effects.to_text(), way.effects);
-    let mut request = asked.request.clone();
-    request.effects = EffectOverrides::parse(&text).map_err(|e| e.to_string())?;
-    request.quality = way.quality;
-    request.pixel_view = way.pixels;
+fn draw(session: &Session, request: &ViewRequest, way: &Way) -> Result<Half, String> {
     let sampling = SamplingQuality::of(request.quality);
     let failed = |e: crate::session::SessionError| e.to_string();
     // Modules and maps come in before the clock runs.
-    session.plan(&request, sampling).map_err(failed)?;
+    session.plan(request, sampling).map_err(failed)?;
     let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
     let start = Moment::now();
     let (frame, by) = if way.renderer == Renderer::Window {
-        let drawn = session.draw_in_background(&request, sampling, false).map_err(failed)?;
+        let drawn = session.draw_in_background(request, sampling, false).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)
     } else {
-        let (_, plan) = session.plan(&request, sampling).map_err(failed)?;
+        let (_, plan) = session.plan(request, sampling).map_err(failed)?;
         let renderer = double.as_ref().unwrap_or(session.background_renderer());
         (renderer.render(&plan, session.library(), false).map_err(|e| e.to_string())?.0, "software")
     };

@@ -2,6 +2,7 @@
 //!
 //! In: drawn pictures. Out: shapes. Always: what is shown belongs to one pair; differences are of display bytes, as `orrery compare` counts them.
 
+use super::bound::BoundView;
 use crate::image::{self, DisplayImage};
 use crate::view::panels::render_loop::colour_image;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
@@ -41,13 +42,15 @@ enum Shows {
     Split,
     Beside,
     Difference,
+    Bound,
 }
 
 impl Shows {
-    const ALL: [(Self, &'static str, &'static str); 3] = [
+    const ALL: [(Self, &'static str, &'static str); 4] = [
         (Self::Split, "Split", "Both images in one place, with a divider that can be dragged"),
         (Self::Beside, "Side by side", "One image beside the other"),
         (Self::Difference, "Difference", "Absolute difference of each channel, scaled so that the largest is white"),
+        (Self::Bound, "Error bound", "How far each pixel of the left image may be from reference quality, as colours"),
     ];
 }
 
@@ -69,11 +72,16 @@ const MIN_POINTS: f32 = 330.0;
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
-    /// `names`: of the left and the right picture.
-    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2]) {
+    /// Whether it shows bounds in place of the pictures.
+    pub fn shows_bound(&self) -> bool {
+        self.shows == Shows::Bound
+    }
+
+    /// `names`: of the left and the right picture; `bound`: of the left one, where it can be shown.
+    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<&mut BoundView>) {
         self.take_in(ui.ctx(), pair);
         ui.horizontal(|ui| {
-            for (shows, name, about) in Shows::ALL {
+            for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
                 ui.selectable_value(&mut self.shows, shows, name).on_hover_text(about);
             }
             if self.shows == Shows::Split {
@@ -95,6 +103,7 @@ impl PairView {
                     }
                 });
             }
+            Shows::Bound => return bound.map_or((), |bound| bound.show(ui, left)),
             Shows::Difference => picture(ui, d, size, &format!("Difference of {left} and {right}")),
         }
         figures(ui, pair);

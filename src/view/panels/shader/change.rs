@@ -148,7 +148,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     }
     // Until the next one is there the last stays, as long as it is of this key.
     match change.last.as_ref().filter(|(of, _)| *of == key) {
-        Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"]),
+        Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => drop(accessible::coming(ui, "Drawing both images")),
     }

@@ -54,6 +54,7 @@ pub fn meaning(d: &Dimension, value: usize) -> &'static str {
             "limb-darkened Sun, with light refracted into the umbra by the occluder's atmosphere",
         ],
         "ring-shadow" => &["no ring shadow", "ring shadow of a point Sun", "ring shadow with a penumbra"],
+        "limbheights" => &["even limb", "the Moon's limb by its own heights"],
         "ringshine" => &["no ring-shine", "light from the rings on the globe"],
         "body-shadow" => {
             &["no shadow of the globe on the ring", "shadow of a sphere, point Sun", "shadow of the oblate globe, with a penumbra"]

@@ -1,0 +1,204 @@
+//! Heights of a PDS3 label and its image, as LOLA's LDEM are published.
+//!
+//! In: the label's text and the image's bytes. Out: kilometres, where the map begins and the sphere that it counts from. Read are labels beside their image (detached), whole numbers of
+//! 16 bits and floating point of 32, both orders of bytes, SCALING_FACTOR and OFFSET, metres and kilometres, simple cylindrical maps of the whole Moon. All else is refused by its keyword.
+
+use super::{USUAL_SPHERE_KM, check_size};
+use crate::wording::echo;
+
+pub(super) struct LabelledHeights {
+    pub columns: usize,
+    pub km: Vec<f32>,
+    pub west_deg: f64,
+    pub sphere_km: f64,
+}
+
+/// The value of a keyword: text after the first `KEY =`, without quotes, units and comments.
+fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
+    text.lines().find_map(|line| {
+        let (name, value) = line.split_once('=')?;
+        let value = value.split("/*").next().unwrap_or(value);
+        let value = value.split('<').next().unwrap_or(value);
+        (name.trim().eq_ignore_ascii_case(key)).then_some(value.trim().trim_matches(['"', '(', ')']).trim())
+    })
+}
+
+fn needed<'t>(text: &'t str, key: &str) -> Result<&'t str, String> {
+    value(text, key).ok_or_else(|| format!("the label has no {key}"))
+}
+
+fn number(key: &str, text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("{key} = {}: not a number", echo(text)))
+}
+
+fn number_or(text: &str, key: &str, usual: f64) -> Result<f64, String> {
+    value(text, key).map_or(Ok(usual), |v| number(key, v))
+}
+
+pub(super) fn image_file(text: &str) -> Result<String, String> {
+    let named = needed(text, "^IMAGE")?;
+    // A name and a record of it, or a record of the label's own file.
+    let file = named.split(',').next().unwrap_or(named).trim().trim_matches('"').trim();
+    if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
+        return Err("^IMAGE names no file: labels are read that stand beside their image".into());
+    }
+    match file.contains(['/', '\\', ':']) || file.starts_with('.') {
+        true => Err(format!("^IMAGE = {}: the image must lie beside its label", echo(file))),
+        false => Ok(file.to_owned()),
+    }
+}
+
+/// How numbers lie in the image.
+#[derive(Clone, Copy)]
+enum Sample {
+    SignedLow,
+    SignedHigh,
+    UnsignedLow,
+    UnsignedHigh,
+    RealLow,
+    RealHigh,
+}
+
+impl Sample {
+    fn of(text: &str) -> Result<Self, String> {
+        let (kind, bits) = (needed(text, "SAMPLE_TYPE")?.to_ascii_uppercase(), needed(text, "SAMPLE_BITS")?);
+        Ok(match (kind.as_str(), bits) {
+            ("LSB_INTEGER" | "PC_INTEGER", "16") => Self::SignedLow,
+            ("MSB_INTEGER" | "INTEGER" | "SUN_INTEGER" | "MAC_INTEGER", "16") => Self::SignedHigh,
+            ("LSB_UNSIGNED_INTEGER" | "PC_UNSIGNED_INTEGER", "16") => Self::UnsignedLow,
+            ("MSB_UNSIGNED_INTEGER" | "UNSIGNED_INTEGER", "16") => Self::UnsignedHigh,
+            ("PC_REAL" | "LSB_REAL", "32") => Self::RealLow,
+            ("IEEE_REAL" | "REAL" | "FLOAT" | "MSB_REAL" | "SUN_REAL", "32") => Self::RealHigh,
+            _ => {
+                let what = format!("SAMPLE_TYPE = {} of SAMPLE_BITS = {}", echo(&kind), echo(bits));
+                return Err(format!("{what}: read are 16-bit integers (LSB_INTEGER, MSB_INTEGER, ...) and 32-bit PC_REAL and IEEE_REAL"));
+            }
+        })
+    }
+
+    fn bytes(self) -> usize {
+        if matches!(self, Self::RealLow | Self::RealHigh) { 4 } else { 2 }
+    }
+
+    /// Of exactly so many bytes.
+    fn value(self, bytes: &[u8]) -> f64 {
+        match (self, bytes) {
+            (Self::SignedLow, [a, b]) => i16::from_le_bytes([*a, *b]).into(),
+            (Self::SignedHigh, [a, b]) => i16::from_be_bytes([*a, *b]).into(),
+            (Self::UnsignedLow, [a, b]) => u16::from_le_bytes([*a, *b]).into(),
+            (Self::UnsignedHigh, [a, b]) => u16::from_be_bytes([*a, *b]).into(),
+            (Self::RealLow, [a, b, c, d]) => f32::from_le_bytes([*a, *b, *c, *d]).into(),
+            (Self::RealHigh, [a, b, c, d]) => f32::from_be_bytes([*a, *b, *c, *d]).into(),
+            _ => f64::NAN,
+        }
+    }
+}
+
+pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, String> {
+    let count = |key: &str| -> Result<usize, String> {
+        let said = needed(text, key)?;
+        said.parse().map_err(|_| format!("{key} = {}: not a whole number", echo(said)))
+    };
+    let (rows, columns) = (count("LINES")?, count("LINE_SAMPLES")?);
+    check_size(columns, rows)?;
+    let sample = Sample::of(text)?;
+    if let Some(other) = value(text, "MAP_PROJECTION_TYPE").filter(|p| !["SIMPLE CYLINDRICAL", "EQUIRECTANGULAR"].contains(p)) {
+        return Err(format!("MAP_PROJECTION_TYPE = {}: simple cylindrical maps of the whole Moon are read", echo(other)));
+    }
+    let whole = [("MAXIMUM_LATITUDE", 90.0), ("MINIMUM_LATITUDE", -90.0)];
+    for (key, pole) in whole {
+        let at = number_or(text, key, pole)?;
+        if (at - pole).abs() > 1e-6 {
+            return Err(format!("{key} = {at}: maps of the whole Moon are read, from pole to pole"));
+        }
+    }
+    let (factor, offset) = (number_or(text, "SCALING_FACTOR", 1.0)?, number_or(text, "OFFSET", 0.0)?);
+    let unit = value(text, "UNIT").map(str::to_ascii_uppercase);
+    let km_per_unit = match unit.as_deref() {
+        Some("METER" | "METERS" | "M") => 1e-3,
+        Some("KILOMETER" | "KILOMETERS" | "KM") => 1.0,
+        // Without a unit the sphere's radius says it.
+        None if offset > 1e6 => 1e-3,
+        None if offset > 1e3 => 1.0,
+        _ => return Err(format!("UNIT = {}: METER and KILOMETER are read", echo(unit.as_deref().unwrap_or("(none)")))),
+    };
+    let sphere_km = if offset == 0.0 { USUAL_SPHERE_KM } else { offset * km_per_unit };
+    let needed_bytes = columns * rows * sample.bytes();
+    if image.len() < needed_bytes {
+        return Err(format!("its image has {} bytes; {columns} x {rows} heights need {needed_bytes}", image.len()));
+    }
+    let km =
+        image.chunks_exact(sample.bytes()).take(columns * rows).map(|bytes| (sample.value(bytes) * factor * km_per_unit) as f32).collect();
+    Ok(LabelledHeights { columns, km, west_deg: number_or(text, "WESTERNMOST_LONGITUDE", 0.0)?, sphere_km })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LABEL: &str = "PDS_VERSION_ID = \"PDS3\"\r
+^IMAGE = \"LDEM_4.IMG\"\r
+OBJECT = IMAGE\r
+  LINES = 2\r
+  LINE_SAMPLES = 4 /* a comment */\r
+  SAMPLE_TYPE = LSB_INTEGER\r
+  SAMPLE_BITS = 16\r
+  UNIT = METER\r
+  SCALING_FACTOR = 0.5\r
+  OFFSET = 1737400.\r
+END_OBJECT = IMAGE\r
+OBJECT = IMAGE_MAP_PROJECTION\r
+  MAP_PROJECTION_TYPE = \"SIMPLE CYLINDRICAL\"\r
+  MAXIMUM_LATITUDE = 90 <DEG>\r
+  MINIMUM_LATITUDE = -90 <DEG>\r
+  WESTERNMOST_LONGITUDE = 0 <DEG>\r
+END_OBJECT\r
+";
+
+    fn image(high: bool) -> Vec<u8> {
+        let values = [-2000_i16, 2000, 0, 0, 0, 0, 0, 3];
+        values.iter().flat_map(|v| if high { v.to_be_bytes() } else { v.to_le_bytes() }).collect()
+    }
+
+    #[test]
+    fn ldem_labels_are_read() {
+        assert_eq!(image_file(LABEL), Ok("LDEM_4.IMG".into()));
+        let read = heights(LABEL, &image(false)).expect("read");
+        assert_eq!((read.columns, read.west_deg, read.sphere_km), (4, 0.0, 1737.4));
+        assert_eq!((read.km[0], read.km[1], read.km[7]), (-1.0, 1.0, 0.0015));
+        let high = LABEL.replace("LSB_INTEGER", "MSB_INTEGER");
+        assert_eq!(heights(&high, &image(true)).expect("read").km, read.km);
+        // The floating point maps: kilometres.
+        let real = LABEL
+            .replace("LSB_INTEGER", "PC_REAL")
+            .replace("SAMPLE_BITS = 16", "SAMPLE_BITS = 32")
+            .replace("METER", "KILOMETER")
+            .replace("0.5", "1.")
+            .replace("1737400.", "1737.4");
+        let bytes: Vec<u8> = read.km.iter().flat_map(|km| km.to_le_bytes()).collect();
+        let of_real = heights(&real, &bytes).expect("read");
+        assert_eq!((of_real.km, of_real.sphere_km), (read.km, 1737.4));
+    }
+
+    #[test]
+    fn what_is_not_read_is_refused_by_its_keyword() {
+        let whole = image(false);
+        for (from, to, named) in [
+            ("  LINES = 2\r", "", "LINES"),
+            ("LINES = 2", "LINES = two", "LINES"),
+            ("SAMPLE_BITS = 16", "SAMPLE_BITS = 8", "SAMPLE_BITS"),
+            ("SIMPLE CYLINDRICAL", "POLAR STEREOGRAPHIC", "MAP_PROJECTION_TYPE"),
+            ("MAXIMUM_LATITUDE = 90", "MAXIMUM_LATITUDE = 60", "MAXIMUM_LATITUDE"),
+            ("METER", "FATHOM", "UNIT"),
+            ("0.5", "much", "SCALING_FACTOR"),
+            ("LINE_SAMPLES = 4", "LINE_SAMPLES = 4000000000", "twice as wide"),
+        ] {
+            let why = heights(&LABEL.replace(from, to), &whole).err().unwrap_or_default();
+            assert!(why.contains(named), "{to}: {why}");
+        }
+        assert!(heights(LABEL, &whole[1..]).is_err(), "cut short");
+        for bad in ["3", "\"../secret.img\"", "\"/etc/passwd\"", ""] {
+            assert!(image_file(&LABEL.replace("\"LDEM_4.IMG\"", bad)).is_err(), "{bad}");
+        }
+    }
+}

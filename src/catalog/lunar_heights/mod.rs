@@ -1,0 +1,218 @@
+//! The Moon's own heights, as a user gives them: a map of the whole Moon in kilometres over a sphere.
+//!
+//! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_picture`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which answers for any direction. Always: every
+//! height is finite and within [`HIGHEST_KM`] of the sphere; heights stand in the middle of their cells; between them they are linear in longitude and latitude, and
+//! beyond the last row as in it. No heights ship. Left out: maps of a part of the Moon, other projections, other bodies.
+
+mod label;
+mod picture;
+
+use crate::wording::{echo, one_line};
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// The sphere that maps without a label count from: that of the LOLA maps.
+pub const USUAL_SPHERE_KM: f64 = 1737.4;
+/// The Moon's own heights lie between -9.2 and 10.8 km (LOLA).
+pub const HIGHEST_KM: f64 = 20.0;
+/// Heights of a map at most: 21 to a degree.
+pub const MAX_HEIGHTS: usize = 30_000_000;
+/// Bytes of a file at most: so many heights of eight bytes, and a header.
+pub const MAX_FILE_BYTES: u64 = 8 * MAX_HEIGHTS as u64 + (1 << 20);
+/// Bytes of a label at most.
+pub const MAX_LABEL_BYTES: u64 = 1 << 20;
+
+/// What is wrong with a file of heights. One line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {}", echo(.file), one_line(.why))]
+pub struct HeightMapError {
+    /// As it was named.
+    pub file: String,
+    /// And what to do.
+    pub why: String,
+}
+
+/// Kilometres of black and of white, where a picture does not say it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightRange {
+    pub black_km: f64,
+    pub white_km: f64,
+}
+
+/// Heights over a sphere.
+#[derive(Clone, PartialEq)]
+pub struct HeightMap {
+    name: String,
+    columns: usize,
+    rows: usize,
+    /// From the north, each row eastward.
+    km: Vec<f32>,
+    /// East longitude of the western edge of the first column, radians.
+    west: f64,
+    sphere_km: f64,
+    least_km: f64,
+    greatest_km: f64,
+}
+
+impl std::fmt::Debug for HeightMap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "HeightMap({}, {})", self.name, self.summary())
+    }
+}
+
+impl HeightMap {
+    /// A map of the whole Moon. `km`: rows from the north, each eastward from `west_deg`.
+    ///
+    /// # Errors
+    /// Not twice as wide as high, too many heights, or the first height that the Moon does not have.
+    pub fn new(name: &str, columns: usize, km: Vec<f32>, west_deg: f64, sphere_km: f64) -> Result<Self, HeightMapError> {
+        let failed = |why: String| HeightMapError { file: name.to_owned(), why };
+        let rows = columns / 2;
+        check_size(columns, rows).map_err(failed)?;
+        if columns * rows != km.len() {
+            return Err(failed(format!("{} heights, not {columns} x {rows}", km.len())));
+        }
+        if !(1700.0..1800.0).contains(&sphere_km) {
+            return Err(failed(format!("heights over a sphere of {sphere_km} km: the Moon's has about {USUAL_SPHERE_KM} km")));
+        }
+        if let Some(at) = km.iter().position(|h| !(f64::from(*h).abs() <= HIGHEST_KM)) {
+            let (row, column) = (at / columns + 1, at % columns + 1);
+            let why =
+                format!("row {row}, column {column}: a height of {} km; the Moon's lie between -{HIGHEST_KM} and {HIGHEST_KM} km", km[at]);
+            return Err(failed(why));
+        }
+        let (least, greatest) = km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
+        let (least_km, greatest_km) = (f64::from(least), f64::from(greatest));
+        Ok(Self { name: name.to_owned(), columns, rows, km, west: west_deg.to_radians(), sphere_km, least_km, greatest_km })
+    }
+
+    /// A PNG of 8 or 16 bits of grey or a TIFF of 8, 16 or 32 bits, longitude 0 in the middle. `range`: kilometres of black and white. Without it 16 bits without a sign are
+    /// half metres from -10 km on, and floating point is kilometres, as in the CGI Moon Kit of NASA's Scientific Visualization Studio.
+    ///
+    /// # Errors
+    /// What is wrong with the file, and what to do.
+    pub fn of_picture(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
+        let failed = |why: String| HeightMapError { file: name.to_owned(), why };
+        let (columns, km) = picture::heights_km(bytes, range).map_err(failed)?;
+        Self::new(name, columns, km, -180.0, USUAL_SPHERE_KM)
+    }
+
+    /// The file that a PDS label names as its image, without a folder.
+    ///
+    /// # Errors
+    /// What is wrong with the label.
+    pub fn image_of_label(name: &str, text: &str) -> Result<String, HeightMapError> {
+        label::image_file(text).map_err(|why| HeightMapError { file: name.to_owned(), why })
+    }
+
+    /// An image with a detached PDS3 label, such as LOLA's LDEM.
+    ///
+    /// # Errors
+    /// The keyword that is missing or that has another value than what is read.
+    pub fn of_pds(name: &str, text: &str, image: &[u8]) -> Result<Self, HeightMapError> {
+        let read = label::heights(text, image).map_err(|why| HeightMapError { file: name.to_owned(), why })?;
+        Self::new(name, read.columns, read.km, read.west_deg, read.sphere_km)
+    }
+
+    pub fn sphere_km(&self) -> f64 {
+        self.sphere_km
+    }
+
+    /// The least and the greatest height.
+    pub fn range_km(&self) -> [f64; 2] {
+        [self.least_km, self.greatest_km]
+    }
+
+    /// Between two heights along a meridian, radians.
+    pub fn step_rad(&self) -> f64 {
+        PI / self.rows as f64
+    }
+
+    /// All heights: rows from the north, each eastward.
+    pub fn km(&self) -> &[f32] {
+        &self.km
+    }
+
+    /// How fine it is and how far it reaches, in words.
+    pub fn summary(&self) -> String {
+        let km = self.step_rad() * self.sphere_km;
+        format!(
+            "{:.4} heights a degree ({km:.2} km on the ground, {:.1}\" at the limb), from {:.2} to {:.2} km over a sphere of {} km",
+            self.columns as f64 / 360.0,
+            (km / 384_400.0).to_degrees() * 3600.0,
+            self.least_km,
+            self.greatest_km,
+            self.sphere_km,
+        )
+    }
+
+    /// The height over the sphere in a direction: the Moon's mean-Earth axes, any length.
+    pub fn height_km(&self, direction: DVec3) -> f64 {
+        let longitude = direction.y.atan2(direction.x);
+        let latitude = direction.z.atan2(direction.truncate().length());
+        let x = (longitude - self.west).rem_euclid(TAU) / TAU * self.columns as f64 - 0.5;
+        let y = ((FRAC_PI_2 - latitude) / PI * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
+        let (x0, y0) = (x.floor(), y.floor());
+        let left = if x0 < 0.0 { self.columns - 1 } else { (x0 as usize).min(self.columns - 1) };
+        let right = if left + 1 == self.columns { 0 } else { left + 1 };
+        let upper = y0 as usize;
+        let lower = (upper + 1).min(self.rows - 1);
+        let at = |row: usize, column: usize| f64::from(self.km[row * self.columns + column]);
+        let along = |row: usize| at(row, left) + (at(row, right) - at(row, left)) * (x - x0);
+        along(upper) + (along(lower) - along(upper)) * (y - y0)
+    }
+}
+
+/// Why a map of this size is not read.
+fn check_size(columns: usize, rows: usize) -> Result<(), String> {
+    if rows < 2 || columns != 2 * rows {
+        return Err(format!("{columns} x {rows} heights: a map of the whole Moon is twice as wide as high"));
+    }
+    if columns.saturating_mul(rows) > MAX_HEIGHTS {
+        return Err(format!("{columns} x {rows} heights, more than {MAX_HEIGHTS}: take a coarser map, such as 16 to a degree"));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn towards(latitude_deg: f64, longitude_deg: f64) -> DVec3 {
+        let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
+        DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
+    }
+
+    /// Heights that are linear in latitude, and a step in longitude, come back at and between their places; over the date line too.
+    #[test]
+    fn heights_stand_where_the_map_has_them() {
+        const COLUMNS: usize = 72;
+        let height = |row: usize, column: usize| 0.1 * (row as f32) + if column < 36 { 0.0 } else { 2.0 };
+        for west_deg in [-180.0, 0.0] {
+            let km = (0..36).flat_map(|row| (0..COLUMNS).map(move |column| height(row, column))).collect();
+            let map = HeightMap::new("made", COLUMNS, km, west_deg, USUAL_SPHERE_KM).expect("a map");
+            for latitude in [-80.0, -12.5, 0.0, 33.0, 80.0] {
+                let of_row = 0.1 * ((90.0 - latitude) / 5.0 - 0.5);
+                assert!((map.height_km(towards(latitude, west_deg + 90.0) * 7.0) - of_row).abs() < 1e-5);
+                assert!((map.height_km(towards(latitude, west_deg + 270.0)) - of_row - 2.0).abs() < 1e-5);
+                // Half way between the last column and the first.
+                assert!((map.height_km(towards(latitude, west_deg)) - of_row - 1.0).abs() < 1e-4, "{latitude}");
+            }
+            assert!((map.height_km(DVec3::Z) - map.height_km(towards(88.0, west_deg))).abs() < 1.1, "the pole has the last row's heights");
+        }
+    }
+
+    #[test]
+    fn what_the_moon_cannot_be_is_refused_by_place() {
+        let flat = |columns: usize, km: f32| HeightMap::new("made", columns, vec![km; columns * (columns / 2)], 0.0, USUAL_SPHERE_KM);
+        assert!(flat(8, 0.0).is_ok());
+        assert!(flat(7, 0.0).is_err());
+        for wrong in [f32::NAN, 25.0, -32768.0, f32::INFINITY] {
+            let mut km = vec![0.0; 32];
+            km[11] = wrong;
+            let why = HeightMap::new("made", 8, km, 0.0, USUAL_SPHERE_KM).expect_err("no height of the Moon").to_string();
+            assert!(why.starts_with("made: row 2, column 4:"), "{why}");
+        }
+        assert!(HeightMap::new("made", 8, vec![0.0; 32], 0.0, 3396.0).is_err(), "that is Mars");
+    }
+}

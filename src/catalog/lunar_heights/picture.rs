@@ -1,0 +1,166 @@
+//! Heights of a PNG or a TIFF.
+//!
+//! In: bytes, and the kilometres of black and white where the file does not say them. Out: columns and kilometres, rows from the north. Always: the size is checked before the
+//! pixels are unpacked. Not read: colour, palettes, alpha, tiles of several bands.
+
+use super::{HeightRange, MAX_HEIGHTS, check_size};
+use std::io::Cursor;
+use tiff::ColorType;
+use tiff::decoder::{Decoder, DecodingResult, Limits};
+
+/// What to write where the file does not say what its numbers mean.
+const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
+/// The unit and the zero of 16 bits without a sign (https://svs.gsfc.nasa.gov/4720).
+const HALF_METRE_KM: f64 = 0.0005;
+const ZERO: f64 = 20_000.0;
+
+type Heights = (usize, Vec<f32>);
+
+pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => of_png(bytes, range),
+        [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => of_tiff(bytes, range),
+        _ => Err("neither PNG nor TIFF, nor a PDS label (.LBL) or its image (.IMG)".into()),
+    }
+}
+
+/// Kilometres of whole numbers from `least` to `greatest`.
+fn scaled(range: HeightRange, [least, greatest]: [f64; 2]) -> impl Fn(f64) -> f32 {
+    let slope = (range.white_km - range.black_km) / (greatest - least);
+    move |value| (range.black_km + (value - least) * slope) as f32
+}
+
+fn of_unsigned_16(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
+    match range {
+        Some(range) => Box::new(scaled(range, [0.0, 65_535.0])),
+        None => Box::new(|value| ((value - ZERO) * HALF_METRE_KM) as f32),
+    }
+}
+
+fn of_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: 4 * MAX_HEIGHTS });
+    decoder.set_transformations(png::Transformations::IDENTITY);
+    let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
+    let about = reader.info();
+    let (columns, rows) = (about.width as usize, about.height as usize);
+    let (colour, depth) = (about.color_type, about.bit_depth);
+    check_size(columns, rows)?;
+    if colour != png::ColorType::Grayscale {
+        return Err("a coloured PNG: heights are grey, of 8 or 16 bits".into());
+    }
+    let mut packed = vec![0; reader.output_buffer_size().ok_or("too large")?];
+    reader.next_frame(&mut packed).map_err(|e| e.to_string())?;
+    let km: Vec<f32> = match depth {
+        png::BitDepth::Sixteen => {
+            let km = of_unsigned_16(range);
+            packed.as_chunks::<2>().0.iter().map(|pair| km(f64::from(u16::from_be_bytes(*pair)))).collect()
+        }
+        png::BitDepth::Eight => {
+            let km = scaled(range.ok_or(format!("8 bits do not say what they mean: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
+            packed.iter().map(|v| km(f64::from(*v))).collect()
+        }
+        _ => return Err("fewer than 8 bits a height".into()),
+    };
+    Ok((columns, km))
+}
+
+fn of_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = 8 * MAX_HEIGHTS;
+    limits.intermediate_buffer_size = 8 * MAX_HEIGHTS;
+    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(|e| e.to_string())?.with_limits(limits);
+    let (columns, rows) = decoder.dimensions().map_err(|e| e.to_string())?;
+    let (columns, rows) = (columns as usize, rows as usize);
+    check_size(columns, rows)?;
+    if !matches!(decoder.colortype().map_err(|e| e.to_string())?, ColorType::Gray(_)) {
+        return Err("a coloured TIFF: heights are one band".into());
+    }
+    let wanted = |what: &str| range.ok_or(format!("{what} do not say what they mean: {GIVE_A_RANGE}"));
+    fn each<T: Copy + Into<f64>>(values: &[T], km: impl Fn(f64) -> f32) -> Vec<f32> {
+        values.iter().map(|v| km((*v).into())).collect()
+    }
+    let no_range =
+        || if range.is_some() { Err("floating point is in km: leave out the heights of black and white".to_owned()) } else { Ok(()) };
+    let km = match decoder.read_image().map_err(|e| e.to_string())? {
+        DecodingResult::U8(v) => each(&v, scaled(wanted("8 bits")?, [0.0, 255.0])),
+        DecodingResult::U16(v) => each(&v, of_unsigned_16(range)),
+        DecodingResult::I16(v) => each(&v, scaled(wanted("16 bits with a sign")?, [-32_768.0, 32_767.0])),
+        DecodingResult::F32(v) => no_range().map(|()| v)?,
+        DecodingResult::F64(v) => no_range().map(|()| each(&v, |km| km as f32))?,
+        _ => return Err("heights are read of 8, 16 or 32 bits".into()),
+    };
+    if km.len() != columns * rows {
+        return Err("more than one band".into());
+    }
+    Ok((columns, km))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tiff::encoder::{TiffEncoder, colortype};
+
+    const RANGE: HeightRange = HeightRange { black_km: -9.0, white_km: 10.0 };
+
+    fn png(depth: png::BitDepth, colour: png::ColorType, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_depth(depth);
+        encoder.set_color(colour);
+        encoder.write_header().and_then(|mut w| w.write_image_data(data)).expect("a PNG");
+        bytes
+    }
+
+    #[test]
+    fn pngs_of_both_depths_are_kilometres() {
+        let sixteen: Vec<u8> =
+            [0_u16, 20_000, 22_000, 40_000, 20_000, 20_000, 20_000, 65_535].iter().flat_map(|v| v.to_be_bytes()).collect();
+        let bytes = png(png::BitDepth::Sixteen, png::ColorType::Grayscale, 4, 2, &sixteen);
+        let (columns, km) = heights_km(&bytes, None).expect("read");
+        assert_eq!((columns, km[1], km[2], km[3]), (4, 0.0, 1.0, 10.0));
+        let (_, km) = heights_km(&bytes, Some(RANGE)).expect("read");
+        assert_eq!((km[0], km[7]), (-9.0, 10.0));
+        let eight = png(png::BitDepth::Eight, png::ColorType::Grayscale, 4, 2, &[0, 255, 0, 0, 0, 0, 0, 51]);
+        assert!(heights_km(&eight, None).expect_err("no range").contains("FILE,-9.15,10.76"));
+        let (_, km) = heights_km(&eight, Some(RANGE)).expect("read");
+        assert_eq!((km[0], km[1]), (-9.0, 10.0));
+        assert!((km[7] + 5.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn tiffs_of_whole_and_floating_numbers_are_kilometres() {
+        fn tiff<C: colortype::ColorType>(width: u32, height: u32, data: &[C::Inner]) -> Vec<u8>
+        where
+            [C::Inner]: tiff::encoder::TiffValue,
+        {
+            let mut bytes = Cursor::new(Vec::new());
+            TiffEncoder::new(&mut bytes).and_then(|mut e| e.write_image::<C>(width, height, data)).expect("a TIFF");
+            bytes.into_inner()
+        }
+        let float = tiff::<colortype::Gray32Float>(4, 2, &[-1.5, 2.5, 0.0, 0.0, 0.0, 0.0, 0.0, 3.25]);
+        let (columns, km) = heights_km(&float, None).expect("read");
+        assert_eq!((columns, km[0], km[7]), (4, -1.5, 3.25));
+        assert!(heights_km(&float, Some(RANGE)).is_err());
+        let half_metres = tiff::<colortype::Gray16>(4, 2, &[18_000, 20_000, 20_002, 0, 0, 0, 0, 0]);
+        assert_eq!(heights_km(&half_metres, None).expect("read").1[..3], [-1.0, 0.0, 0.001]);
+        let signed = tiff::<colortype::GrayI16>(4, 2, &[-32_768, 32_767, 0, 0, 0, 0, 0, 0]);
+        assert!(heights_km(&signed, None).is_err());
+        assert_eq!(heights_km(&signed, Some(RANGE)).expect("read").1[..2], [-9.0, 10.0]);
+        assert!(heights_km(&tiff::<colortype::RGB8>(4, 2, &[0; 24]), Some(RANGE)).is_err());
+    }
+
+    #[test]
+    fn wrong_sizes_colours_and_damage_are_told() {
+        let square = png(png::BitDepth::Eight, png::ColorType::Grayscale, 2, 2, &[0; 4]);
+        assert!(heights_km(&square, Some(RANGE)).expect_err("a square").contains("twice as wide"));
+        let colour = png(png::BitDepth::Eight, png::ColorType::Rgb, 4, 2, &[0; 24]);
+        assert!(heights_km(&colour, Some(RANGE)).expect_err("coloured").contains("grey"));
+        let whole = png(png::BitDepth::Sixteen, png::ColorType::Grayscale, 4, 2, &[0; 16]);
+        assert!((9..whole.len() - 12).step_by(3).all(|n| heights_km(&whole[..n], None).is_err()));
+        assert!(heights_km(b"GIF89a", None).is_err());
+        // A header that claims more than memory holds.
+        let mut huge = whole;
+        huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xfe, 0x3f, 0xff, 0xff, 0xff]);
+        assert!(heights_km(&huge, None).is_err());
+    }
+}

@@ -1,0 +1,186 @@
+//! The Moon's limb by its own heights, as a place sees it.
+//!
+//! In: a map of heights and the place in the Moon's axes. Out: [`LimbProfile`], how far the silhouette stands over that of the map's sphere at each position angle. All ground near the
+//! limb counts, before and behind the line on which a sphere would end: the highest in sight decides. Libration is in the place. Always: heights are
+//! those of view rays, their least distance from the Moon's centre less the sphere's radius, so that they hardly depend on the distance.
+//!
+//! The ground is asked for at half the map's steps along the line of sight, so a summit between two of them is missed by less than it rises over half a step. Positions are those of
+//! the Moon's centre of mass, from which maps count. The Moon's turn is the session's: 0.01 degrees, a shift of 0.3 km along the limb.
+
+use crate::catalog::lunar_heights::HeightMap;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Position angles of a profile: 1.3 km of limb.
+pub const LIMB_POINTS: usize = 8192;
+
+/// Heights of a silhouette.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LimbProfile {
+    /// Kilometres over the sphere, at even steps of the position angle from the first of `across` to the second.
+    heights_km: Vec<f64>,
+    /// Unit vectors across the direction to the place, the Moon's axes: towards its north as seen, and a quarter turn counterclockwise from there, to the place's left.
+    across: [DVec3; 2],
+    /// Unit vector to the place.
+    towards: DVec3,
+    sphere_km: f64,
+}
+
+impl LimbProfile {
+    /// As seen from `place_km` in the Moon's axes, which lies outside of all ground.
+    pub fn seen_from(map: &HeightMap, place_km: DVec3) -> Self {
+        let distance_km = place_km.length();
+        let towards = place_km / distance_km;
+        let north = (DVec3::Z - towards * towards.z).try_normalize().unwrap_or(DVec3::X);
+        let across = [north, towards.cross(north)];
+        let heights_km = (0..LIMB_POINTS)
+            .into_par_iter()
+            .map(|k| {
+                let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
+                silhouette_km(map, distance_km, towards, across[0] * cos + across[1] * sin)
+            })
+            .collect();
+        Self { heights_km, across, towards, sphere_km: map.sphere_km() }
+    }
+
+    /// Radius of the sphere that heights count from.
+    pub fn sphere_km(&self) -> f64 {
+        self.sphere_km
+    }
+
+    /// Heights at even steps of the position angle.
+    pub fn heights_km(&self) -> &[f64] {
+        &self.heights_km
+    }
+
+    /// The unit vectors from which and towards which position angles count, the Moon's axes.
+    pub fn across(&self) -> [DVec3; 2] {
+        self.across
+    }
+
+    /// Unit vector to the place that sees it, the Moon's axes.
+    pub fn towards(&self) -> DVec3 {
+        self.towards
+    }
+
+    /// The least and the greatest height.
+    pub fn range_km(&self) -> [f64; 2] {
+        self.heights_km.iter().fold([f64::MAX, f64::MIN], |[a, b], h| [a.min(*h), b.max(*h)])
+    }
+
+    /// Linear between two points.
+    pub fn height_km(&self, position_angle_rad: f64) -> f64 {
+        let place = position_angle_rad.rem_euclid(TAU) / TAU * LIMB_POINTS as f64;
+        let at = |k: usize| self.heights_km[k % LIMB_POINTS];
+        let first = place as usize;
+        at(first) + (at(first + 1) - at(first)) * place.fract()
+    }
+
+    /// A point of the silhouette as a direction from the place: unit vector, the Moon's axes. `distance_km`: of the Moon's centre.
+    pub fn direction(&self, k: usize, distance_km: f64) -> DVec3 {
+        let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
+        let of_centre = ((self.sphere_km + self.heights_km[k]) / distance_km).min(1.0);
+        (self.across[0] * cos + self.across[1] * sin) * of_centre - self.towards * (1.0 - of_centre * of_centre).sqrt()
+    }
+}
+
+/// The greatest distance of a grazing view ray from the Moon's centre in the half plane towards `aside`, less the sphere's radius.
+fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3) -> f64 {
+    let [_, greatest_km] = map.range_km();
+    let sphere_km = map.sphere_km();
+    // Of the ray through ground at an angle from below the place.
+    let ray_km = |radius_km: f64, angle: f64| {
+        let (across, ahead) = (radius_km * angle.sin(), distance_km - radius_km * angle.cos());
+        distance_km * across / across.hypot(ahead)
+    };
+    let limb = (sphere_km / distance_km).min(1.0).acos();
+    let ground_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + aside * angle.sin()), angle);
+    let step = 0.5 * map.step_rad();
+    let mut best_km = ground_km(limb);
+    // Outwards on both sides, until not even the greatest height could be seen over what is.
+    for way in [-1.0, 1.0] {
+        for k in 1.. {
+            let angle = limb + way * step * f64::from(k);
+            if angle <= 0.0 || angle >= limb + FRAC_PI_2 || ray_km(sphere_km + greatest_km, angle) <= best_km {
+                break;
+            }
+            best_km = best_km.max(ground_km(angle));
+        }
+    }
+    best_km - sphere_km
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::lunar_heights::USUAL_SPHERE_KM;
+
+    const COLUMNS: usize = 1440;
+
+    fn map(height: impl Fn(f64, f64) -> f64) -> HeightMap {
+        let place = |k: usize, of: usize, span: f64| (k as f64 + 0.5) / of as f64 * span;
+        let km = (0..COLUMNS / 2).flat_map(|row| {
+            let latitude = 90.0 - place(row, COLUMNS / 2, 180.0);
+            (0..COLUMNS).map(move |column| (latitude, place(column, COLUMNS, 360.0) - 180.0)).collect::<Vec<_>>()
+        });
+        let km = km.map(|(latitude, longitude)| height(latitude, longitude) as f32).collect();
+        HeightMap::new("made", COLUMNS, km, -180.0, USUAL_SPHERE_KM).expect("a map")
+    }
+
+    fn from(latitude_deg: f64, longitude_deg: f64, distance_km: f64) -> DVec3 {
+        let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
+        DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat) * distance_km
+    }
+
+    #[test]
+    fn even_ground_has_an_even_limb() {
+        for km in [-2.0, 0.0, 3.5] {
+            let profile = LimbProfile::seen_from(&map(|_, _| km), from(5.0, -7.0, 370_000.0));
+            let [least, greatest] = profile.range_km();
+            // The sphere's limb is asked for, not that of the ground: a view ray through the former is lower by a part of its own angle.
+            assert!((least - km).abs() < 2e-3 && (greatest - km).abs() < 2e-3, "{km}: {least} to {greatest}");
+        }
+    }
+
+    /// A summit behind or before the limb stands as high as plane geometry says: the view ray that grazes it passes the centre at (R + h) cos(angle from the limb).
+    #[test]
+    fn summits_behind_and_before_the_limb_count() {
+        for (behind_deg, seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
+            // A cone of 9 km at the equator, east; the place's limb is 89.73 degrees away.
+            let limb_deg = (USUAL_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
+            let at_deg: f64 = (limb_deg + behind_deg) / 0.25;
+            // On a middle of a cell.
+            let summit_deg = (at_deg.floor() + 0.5) * 0.25;
+            let hill = |latitude: f64, longitude: f64| (9.0 - 9.0 * (latitude - 0.125).hypot(longitude - summit_deg)).max(0.0);
+            let profile = LimbProfile::seen_from(&map(hill), from(0.125, 0.0, 370_000.0));
+            let off = (summit_deg - limb_deg).to_radians();
+            let expected = (USUAL_SPHERE_KM + 9.0) * off.cos() - USUAL_SPHERE_KM;
+            let [_, greatest] = profile.range_km();
+            assert_eq!(expected > 0.1, seen, "{expected}");
+            assert!((greatest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {greatest} for {expected}");
+            if seen {
+                // East is on the side of the second vector or against it: the highest point lies across north.
+                let highest = (0..LIMB_POINTS).max_by(|a, b| profile.heights_km[*a].total_cmp(&profile.heights_km[*b])).expect("points");
+                let east = profile.across[0] * (TAU * highest as f64 / LIMB_POINTS as f64).cos()
+                    + profile.across[1] * (TAU * highest as f64 / LIMB_POINTS as f64).sin();
+                assert!(east.y > 0.999, "{east}");
+            }
+        }
+    }
+
+    /// Directions are those of rays at the silhouette's distance from the centre, and heights between points are linear.
+    #[test]
+    fn directions_graze_the_silhouette() {
+        let place = from(3.0, 4.0, 380_000.0);
+        let profile = LimbProfile::seen_from(&map(|latitude, longitude| (latitude / 9.0).sin() + (longitude / 7.0).cos()), place);
+        for k in (0..LIMB_POINTS).step_by(97) {
+            let ray = profile.direction(k, place.length());
+            assert!((ray.length() - 1.0).abs() < 1e-12);
+            assert!((place.cross(ray).length() - USUAL_SPHERE_KM - profile.heights_km[k]).abs() < 1e-6);
+            let angle = TAU * (k as f64 + 0.5) / LIMB_POINTS as f64;
+            let mean = 0.5 * (profile.heights_km[k] + profile.heights_km[(k + 1) % LIMB_POINTS]);
+            assert!((profile.height_km(angle) - mean).abs() < 1e-9 && (profile.height_km(angle - TAU) - mean).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Contacts of a solar eclipse and Baily's beads by the Moon's own heights.
+//!
+//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: instants at which the Sun's disc and the Moon's true silhouette touch, where on the limb, and
+//! by how much they are later than those of the mean limb. The last bead before totality goes out at C2 and the first one after it shines at C3; in an annular eclipse the
+//! last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is that of [`LimbProfile`], made anew at each contact; where the Sun
+//! shines through a valley even at the deepest, there is no C2 and no C3. Not in: refraction, the Sun's own unevenness, magnitude and obscuration, which stay those of the mean limb.
+
+use super::local::{Place, Station};
+use super::numeric::end_of_negative;
+use super::solar::SolarEclipse;
+use crate::catalog::NaifId;
+use crate::catalog::lunar_heights::HeightMap;
+use crate::ephemeris::limb_profile::{LIMB_POINTS, LimbProfile};
+use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
+use crate::time::Instant;
+use crate::units::SPEED_OF_LIGHT_KM_S;
+use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
+
+/// The Moon moves by a third of an arcsecond a second and its heights reach seven: contacts are looked for this far from those of the mean limb, in steps that no bead is seen for less than.
+const SEARCH_S: f64 = 90.0;
+const STEP_S: f64 = 0.25;
+
+/// A contact of the Moon's silhouette with the Sun's limb.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimbContact {
+    /// C1 to C4.
+    pub name: &'static str,
+    pub time: Instant,
+    /// Than the contact of the mean limb.
+    pub later_s: f64,
+    /// Of the place on the limb, from celestial north (ICRF) through east.
+    pub position_angle_deg: f64,
+    /// Of the silhouette there, over the map's sphere.
+    pub height_km: f64,
+}
+
+/// Which edge of the silhouette counts.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Touch {
+    /// Some point of it lies on the Sun: outer contacts, and those of a total eclipse.
+    Any,
+    /// All of it lies on the Sun: the inner contacts of an annular eclipse.
+    All,
+}
+
+/// The silhouette over a place for some minutes.
+struct Silhouette<'a> {
+    station: &'a Station<'a>,
+    profile: LimbProfile,
+    icrf_from_moon: DMat3,
+}
+
+impl<'a> Silhouette<'a> {
+    fn at(station: &'a Station<'a>, ephemeris: &Ephemeris, map: &HeightMap, s: f64) -> Result<Self, EphemerisError> {
+        let (_, moon_km) = station.sun_and_moon_km(s);
+        let left = station.instant(s).plus_seconds(-moon_km.length() / SPEED_OF_LIGHT_KM_S);
+        let moon_from_icrf = ephemeris.body_from_icrf(NaifId::MOON, left)?;
+        let profile = LimbProfile::seen_from(map, moon_from_icrf * -moon_km);
+        Ok(Self { station, profile, icrf_from_moon: moon_from_icrf.transpose() })
+    }
+
+    /// Position angles are kept while the Moon goes on.
+    fn direction(&self, k: usize, moon_km: DVec3) -> DVec3 {
+        let (distance_km, towards) = (moon_km.length(), moon_km.normalize());
+        let across = self.profile.across().map(|a| self.icrf_from_moon * a).map(|a| (a - towards * a.dot(towards)).normalize());
+        let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
+        let of_centre = (self.profile.sphere_km() + self.profile.heights_km()[k]) / distance_km;
+        (across[0] * cos + across[1] * sin) * of_centre + towards * (1.0 - of_centre * of_centre).sqrt()
+    }
+
+    /// How far the silhouette's nearest, or farthest, point is outside of the Sun's disc, radians; and which it is.
+    fn outside(&self, touch: Touch, s: f64) -> (f64, usize) {
+        let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
+        let sun_radius = (self.station.bodies().sun_km / sun_km.length()).min(1.0).asin();
+        let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius, k));
+        let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
+        let found = if touch == Touch::Any { from_sun.min_by(order) } else { from_sun.max_by(order) };
+        found.unwrap_or((f64::INFINITY, 0))
+    }
+
+    fn contact(&self, name: &'static str, s: f64, touch: Touch, mean_s: f64) -> LimbContact {
+        let (_, k) = self.outside(touch, s);
+        let (_, moon_km) = self.station.sun_and_moon_km(s);
+        let (towards, edge) = (moon_km.normalize(), self.direction(k, moon_km));
+        let east = DVec3::Z.cross(towards).normalize();
+        let north = towards.cross(east);
+        LimbContact {
+            name,
+            time: self.station.instant(s),
+            later_s: s - mean_s,
+            position_angle_deg: edge.dot(east).atan2(edge.dot(north)).to_degrees().rem_euclid(360.0),
+            height_km: self.profile.heights_km()[k],
+        }
+    }
+}
+
+impl SolarEclipse {
+    /// Contacts by the Moon's own heights, by time; none where the mean limb has none.
+    ///
+    /// # Errors
+    /// The Moon's orientation is unknown then.
+    pub fn limb_contacts(&self, place: Place, ephemeris: &Ephemeris, map: &HeightMap) -> Result<Vec<LimbContact>, EphemerisError> {
+        let station = self.geometry.station(place);
+        let Some(mean) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
+        let mut found = Vec::new();
+        // The first instant on the way from `from_s` to `to_s` at which the sign of `outside` is `wanted`, with a profile of its own.
+        let first = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], wanted: f64| -> Result<Option<LimbContact>, EphemerisError> {
+            let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
+            let mut at_s = None;
+            for _ in 0..2 {
+                let before = |s: f64| wanted * silhouette.outside(touch, s).0;
+                let way = if to_s > from_s { STEP_S } else { -STEP_S };
+                let steps = ((to_s - from_s) / way).ceil() as i32;
+                if before(from_s) >= 0.0 {
+                    return Ok(None);
+                }
+                let Some(k) = (1..=steps).find(|k| before(from_s + way * f64::from(*k)) >= 0.0) else { return Ok(None) };
+                let s = end_of_negative(from_s + way * f64::from(k - 1), from_s + way * f64::from(k), before);
+                silhouette = Silhouette::at(&station, ephemeris, map, s)?;
+                at_s = Some(s);
+            }
+            Ok(at_s.map(|s| silhouette.contact(name, s, touch, mean_s)))
+        };
+        let (c1, c4) = mean.outer;
+        // Outside is positive before C1 and after C4.
+        found.extend(first("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
+        if let Some((c2, c3)) = mean.inner {
+            // From within outwards: totality ends where a point lies on the Sun, annularity where one lies beside it.
+            let (touch, wanted) = if mean.is_annular { (Touch::All, 1.0) } else { (Touch::Any, -1.0) };
+            let middle = 0.5 * (c2 + c3);
+            let (begin, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
+            let inner = [first("C2", touch, c2, [begin, c2 - SEARCH_S], wanted)?, first("C3", touch, c3, [end, c3 + SEARCH_S], wanted)?];
+            found.extend(inner.into_iter().flatten());
+        }
+        found.extend(first("C4", Touch::Any, c4, [c4 + SEARCH_S, c4 - SEARCH_S], -1.0)?);
+        Ok(found)
+    }
+}

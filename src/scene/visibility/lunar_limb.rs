@@ -1,0 +1,178 @@
+//! The Moon's own limb before the Sun: what of the Sun it leaves, and the silhouettes of the draws of both.
+//!
+//! In: placed bodies and the user's heights. Out: the profile that the camera sees, kept on the placed Moon ([`see`]); the Sun's light past it ([`light_beside`]); features and uniforms of both
+//! draws ([`of_moon`], [`of_sun`]). Always: nothing changes where no heights are given or the Moon does not touch the Sun's disc. Left out: what the heights change of the sunlight on the
+//! ground, which has the mean limb, and their own relief on the disc.
+
+use crate::catalog::NaifId;
+use crate::ephemeris::angle_rad;
+use crate::ephemeris::limb_profile::{LIMB_POINTS, LimbProfile};
+use crate::memo::Memo;
+use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar};
+use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
+use crate::scene::decision::Decision;
+use crate::scene::draw::{Draw, LimbTable, LimbUniforms, Part, Shape, Surface};
+use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::in_view::BodyInView;
+use crate::scene::placed::PlacedBody;
+use glam::{DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
+/// Places whose directions from the Moon differ by less see one limb, radians: 50 m on its ground.
+const SAME_PLACE: f64 = 3e-5;
+/// The least that the limb's heights span for it to be drawn, pixels.
+const LEAST_PX: f64 = 0.25;
+
+/// The latest profiles, by the map and the place in the Moon's axes.
+#[derive(Debug)]
+pub(crate) struct LimbProfiles(Memo<(usize, DVec3), Arc<LimbProfile>>);
+
+impl Default for LimbProfiles {
+    fn default() -> Self {
+        Self(Memo::holding(4))
+    }
+}
+
+/// Keeps the limb that the camera sees on the Moon, where heights are given and it may touch the Sun's disc.
+pub(crate) fn see(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
+    let found = |id: NaifId| placed.iter().position(|p| p.body.id == id);
+    let (Some(moon), Some(sun)) = (found(NaifId::MOON), found(NaifId::SUN)) else { return };
+    let (moon_at, sun_at) = (placed[moon].placement, &placed[sun]);
+    let Some(map) = placed[moon].catalog.lunar_heights() else { return };
+    let place_km = moon_at.body_from_icrf * -moon_at.centre_km;
+    let [_, greatest_km] = map.range_km();
+    let reach = |radius_km: f64, distance_km: f64| (radius_km / distance_km).min(1.0).asin();
+    let apart = angle_rad(moon_at.centre_km, sun_at.placement.centre_km)
+        - reach(map.sphere_km() + greatest_km, place_km.length())
+        - reach(sun_at.body.radii_km.max_element(), sun_at.distance_km);
+    // Far enough that no ground is beside the camera, and before the Sun.
+    if apart > 0.0 || place_km.length() < 2.0 * map.sphere_km() || place_km.length() > sun_at.distance_km {
+        return;
+    }
+    let serves = |kept: &(usize, DVec3), wanted: &(usize, DVec3)| {
+        let lengths = kept.1.length() / wanted.1.length();
+        kept.0 == wanted.0 && angle_rad(kept.1, wanted.1) < SAME_PLACE && (lengths - 1.0).abs() < 1e-3
+    };
+    let key = (Arc::as_ptr(map) as usize, place_km);
+    placed[moon].limb_profile = Some(profiles.0.get_like(serves, key, || Arc::new(LimbProfile::seen_from(map, place_km))));
+}
+
+/// The silhouette in the camera's view: axes across the direction to the Moon, ICRF, and the tangents of its points.
+struct Seen<'p> {
+    profile: &'p LimbProfile,
+    across: [DVec3; 2],
+    distance_km: f64,
+}
+
+impl<'p> Seen<'p> {
+    fn of(profile: &'p LimbProfile, moon: &Placement) -> Self {
+        let across = profile.across().map(|a| moon.body_from_icrf.transpose() * a);
+        Self { profile, across, distance_km: moon.centre_km.length() }
+    }
+
+    /// Tangent of the angle between the Moon's middle and the limb.
+    fn tangent(&self, height_km: f64) -> f64 {
+        let sine = ((self.profile.sphere_km() + height_km) / self.distance_km).min(0.999);
+        sine / (1.0 - sine * sine).sqrt()
+    }
+}
+
+/// The part of a disc's light that the Moon's own limb leaves, from that which an even limb of its body's radius leaves; per channel, exactly 0 where it hides all. In the plane that
+/// touches the sky at the Moon's middle, in which a disc of a quarter of a degree is round to 1e-5 of its radius.
+pub(crate) fn light_beside(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, even: DVec3) -> DVec3 {
+    let seen = Seen::of(profile, &moon.placement);
+    let ahead = moon.placement.centre_km.normalize();
+    let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(ahead);
+    let middle = DVec2::new(to_sun.dot(seen.across[0]), to_sun.dot(seen.across[1]));
+    let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
+    let (u1, u2) = limb_law(sun.body);
+    let whole = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
+    let even_limb = seen.tangent(moon.body.radii_km.max_element() - profile.sphere_km());
+    let (mut change, mut is_any_seen) = (DVec3::ZERO, false);
+    for (k, height_km) in profile.heights_km().iter().enumerate() {
+        let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
+        let aside = DVec2::new(cos, sin);
+        let (along, off) = (middle.dot(aside), middle.perp_dot(aside));
+        let half_squared = radius * radius - off * off;
+        if half_squared <= 0.0 {
+            continue;
+        }
+        let (enters, leaves) = (along - half_squared.sqrt(), along + half_squared.sqrt());
+        let limb = seen.tangent(*height_km);
+        is_any_seen |= leaves > limb.max(0.0);
+        // Light between both limbs: more where the true one is lower.
+        let (from, to) = (limb.min(even_limb).max(enters), limb.max(even_limb).min(leaves));
+        if to <= from {
+            continue;
+        }
+        let light_at = |r: f64| {
+            let off = (aside * r - middle) / radius;
+            let mu = (1.0 - off.length_squared()).max(0.0).sqrt();
+            (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
+        };
+        // Simpson's rule: a strip is a few hundredths of the disc wide at most.
+        let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
+        change += strip * (if limb < even_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
+    }
+    if !is_any_seen {
+        return DVec3::ZERO;
+    }
+    // What is left of a bead is never less than nothing.
+    (even + change / whole).clamp(DVec3::splat(f64::MIN_POSITIVE), DVec3::ONE)
+}
+
+/// Gives the Moon's draw its own silhouette, where the profile is seen and shows; and says so.
+pub(crate) fn of_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
+    let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
+    let Some(profile) = moon.limb_profile.as_deref() else { return };
+    let [least_km, greatest_km] = profile.range_km();
+    let span_px = (greatest_km - least_km) / (moon.distance_km * camera.pixel_tangent());
+    let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == Part::Globe);
+    let can = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
+    let on = span_px >= LEAST_PX && draw.as_ref().is_some_and(|d| can(d));
+    let reason =
+        format!("its limb by {} points reaches from {least_km:.2} to {greatest_km:.2} km: {span_px:.2} px against {LEAST_PX}", LIMB_POINTS);
+    let decision = Decision { feature: "limb-heights", on, reason, tier: None };
+    bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
+    let Some(draw) = draw.filter(|_| on) else { return };
+    // The dark side before the Sun shows no craters of a few metres.
+    draw.features.detail = false;
+    draw.features.limb_heights = true;
+    let radius_km = moon.body.radii_km.x;
+    let height = |k: usize| (profile.sphere_km() + profile.heights_km()[k % LIMB_POINTS]) / radius_km - 1.0;
+    let texels = (0..LIMB_POINTS).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).map(narrow_scalar).collect();
+    let across = profile.across().map(|a| narrow(a).extend(0.0));
+    draw.uniforms.limb = LimbUniforms { across, table: Some(Arc::new(LimbTable { texels })) };
+    let tallest = (profile.sphere_km() + greatest_km.max(0.0)) / radius_km;
+    let wider = Placement { radii_km: moon.placement.radii_km * tallest.max(1.0), ..moon.placement };
+    if let Some(rect) = Outline::of(camera, &wider).rect(camera) {
+        let rays = camera.view_rays(&moon.placement, rect, AnchorForm::Auto);
+        draw.uniforms = std::mem::take(&mut draw.uniforms).with_rays(&rays);
+    }
+}
+
+/// What is said of the bodies' features, once their silhouettes are known.
+pub(crate) fn note_features(draws: &[Draw], bodies: &mut [BodyInView]) {
+    for changed in draws.iter().filter(|d| d.features.limb_heights) {
+        let of_body = || draws.iter().filter(|d| d.body == changed.body).map(|d| d.features).collect();
+        bodies.iter_mut().filter(|b| b.id == changed.body).for_each(|b| b.features = of_body());
+    }
+}
+
+/// Gives the Sun's draw the Moon's silhouette. `row`: where the Moon begins among its nearer limbs; `rays`: the view ray from which pixels count, and its change with x and y.
+pub(crate) fn of_sun(draw: &mut Draw, moon_draw: &LimbUniforms, moon: &PlacedBody<'_>, camera: &Camera, row: usize, rays: [DVec3; 3]) {
+    let (Some(profile), Some(_)) = (moon.limb_profile.as_deref(), &moon_draw.table) else { return };
+    if draw.features.surface != Surface::Emissive || draw.features.shape != Shape::Sphere {
+        return;
+    }
+    let seen = Seen::of(profile, &moon.placement);
+    // Pixels per radius of what the table holds: at the limb a tangent grows faster than its sine.
+    let sine = (moon.body.radii_km.x / moon.distance_km).min(0.999);
+    let radius_px = sine / (1.0 - sine * sine).powf(1.5) / camera.pixel_tangent();
+    let of = |k: usize, w: f64| narrow(DVec3::from_array(rays.map(|ray| seen.across[k].dot(ray)))).extend(narrow_scalar(w));
+    draw.features.limb_heights = true;
+    draw.uniforms.limb = LimbUniforms { across: [of(0, radius_px), of(1, row as f64)], table: moon_draw.table.clone() };
+}

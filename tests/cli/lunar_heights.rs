@@ -1,0 +1,86 @@
+//! `--lunar-heights`: what `eclipse find` answers with it, and what is said of files that are none.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn find(folder: &Path, heights: &str, json: bool) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    command.arg("--cache").arg(folder).args(["--lunar-heights", heights]);
+    command.args(["eclipse", "find", "--from", "2024-04-08", "--to", "2024-04-09", "--kind", "solar", "--at", "32.78,-96.80"]);
+    command.args(json.then_some("--json")).output().expect("starts")
+}
+
+fn put(folder: &Path, name: &str, bytes: &[u8]) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).expect("a file");
+    path.to_str().expect("a plain name").to_owned()
+}
+
+fn grey(depth: png::BitDepth, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(depth);
+    encoder.write_header().and_then(|mut w| w.write_image_data(data)).expect("a PNG");
+    bytes
+}
+
+/// Even ground at 0 by three kinds of file: the mean limb's contacts, with the map's fineness and reach beside them.
+#[test]
+fn contacts_by_heights_stand_beside_those_of_the_mean_limb() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let zero: Vec<u8> = 20_000_u16.to_be_bytes().repeat(72 * 36);
+    let sixteen = put(folder.path(), "sixteen.png", &grey(png::BitDepth::Sixteen, 72, 36, &zero));
+    let eight = put(folder.path(), "eight.png", &grey(png::BitDepth::Eight, 72, 36, &[51; 72 * 36]));
+    put(folder.path(), "ldem.img", &[0; 72 * 36 * 2]);
+    let label = "^IMAGE = \"LDEM.IMG\"\nLINES = 36\nLINE_SAMPLES = 72\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\nOFFSET = 1737400.\n";
+    let label = put(folder.path(), "ldem.lbl", label.as_bytes());
+    let image = folder.path().join("ldem.img");
+    for heights in [sixteen, format!("{eight},-2,8"), label, image.to_str().expect("a plain name").to_owned()] {
+        let out = find(folder.path(), &heights, true);
+        assert!(out.status.success(), "{heights}: {}", String::from_utf8_lossy(&out.stderr));
+        let rows: Value = serde_json::from_slice(&out.stdout).expect("JSON");
+        let limb = &rows[0]["local"]["limb"];
+        for name in ["C1", "C2", "C3", "C4"] {
+            let later = limb["contacts"][name]["later_s"].as_f64().unwrap_or_else(|| panic!("{heights}: {limb}"));
+            assert!(later.abs() < 0.05, "{heights} {name}: {later}");
+        }
+        assert_eq!(limb["last_bead"], limb["contacts"]["C2"]["time"]);
+        assert_eq!(limb["first_bead"], limb["contacts"]["C3"]["time"]);
+        assert!(limb["heights"].as_str().is_some_and(|h| h.starts_with("0.2000 heights a degree (151.62 km")), "{limb}");
+    }
+    let out = find(folder.path(), &format!("{eight},-1,9"), false);
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    // A kilometre higher: totality is longer.
+    assert!(
+        text.contains("by the Moon's own limb: C1 ") && text.contains("C2, last bead, ") && text.contains("from 1.00 to 1.00 km"),
+        "{text}"
+    );
+}
+
+#[test]
+fn files_that_are_no_heights_are_refused_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let eight = put(folder.path(), "eight.png", &grey(png::BitDepth::Eight, 8, 4, &[0; 32]));
+    let square = put(folder.path(), "square.png", &grey(png::BitDepth::Eight, 4, 4, &[0; 16]));
+    let text = put(folder.path(), "heights.txt", b"1 2 3");
+    let lonely = put(folder.path(), "lonely.img", &[0; 64]);
+    let climbing = put(folder.path(), "climbing.lbl", b"^IMAGE = \"../x.img\"");
+    let none = folder.path().join("none.png");
+    for (heights, named) in [
+        (eight.as_str(), "FILE,-9.15,10.76"),
+        (&format!("{eight},8,-2"), "below that of white"),
+        (&format!("{eight},-900,10"), "row 1, column 1: a height of -900 km"),
+        (&format!("{square},0,1"), "twice as wide as high"),
+        (&text, "neither PNG nor TIFF"),
+        (&lonely, "the image's label"),
+        (&climbing, "must lie beside its label"),
+        (none.to_str().expect("a plain name"), "No such file"),
+    ] {
+        let out = find(folder.path(), heights, false);
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(1), "{heights}: {said}");
+        assert!(said.contains(named) && said.contains("--lunar-heights") && said.trim_end().lines().count() == 1, "{heights}: {said}");
+    }
+}

@@ -1,0 +1,212 @@
+//! The Moon's own limb: contacts and beads against rays that are followed over the same heights, and from rendered pixels.
+//!
+//! The reference here shares nothing with the program but positions: its map, its interpolation and its rays are its own. A ray from the place to a point of the Sun's limb is followed
+//! through the shell of all heights in steps of 200 m; totality is when every such ray is stopped, annularity when none is.
+
+use super::{EPHEMERIS, IAU, after, at};
+use glam::{DMat3, DVec3};
+use orrery::Instant;
+use orrery::catalog::NaifId;
+use orrery::catalog::lunar_heights::HeightMap;
+use orrery::ephemeris::orientation::earth_itrs_from_gcrs;
+use orrery::ephemeris::topocentric::ground_point_km;
+use orrery::events::{LimbContact, Place, SolarEclipse, solar_eclipses};
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
+use orrery::session::{Session, Sources};
+use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
+
+const COLUMNS: usize = 1440;
+const ROWS: usize = 720;
+const SPHERE_KM: f64 = 1737.4;
+const LEAST_KM: f64 = -3.5;
+const GREATEST_KM: f64 = 6.0;
+
+/// Half metres: hills and valleys of several sizes, and deep valleys at steps of 12 degrees along both limbs that lie across them, narrow in latitude.
+static HALF_METRES: LazyLock<Vec<i16>> = LazyLock::new(|| {
+    let mut all = Vec::new();
+    for row in 0..ROWS {
+        for column in 0..COLUMNS {
+            let (y, x) = ((row as f64 + 0.5) * PI / ROWS as f64, (column as f64 + 0.5) * TAU / COLUMNS as f64);
+            let waves =
+                0.9 * (7.0 * x).sin() * (9.0 * y).sin() + 0.5 * (31.0 * x + 5.0 * y).sin() * y.sin() + 0.3 * (57.0 * y - 3.0 * x).cos();
+            let valley = (0.5 + 0.5 * (30.0 * y).cos()).powi(12);
+            let summit = (0.5 + 0.5 * (23.0 * y + 0.7).cos()).powi(20) * (0.5 + 0.5 * (19.0 * x).cos()).powi(6);
+            all.push((2000.0 * (waves - 1.6 * valley + 2.5 * summit).clamp(LEAST_KM, GREATEST_KM)).round() as i16);
+        }
+    }
+    all
+});
+
+fn map() -> HeightMap {
+    let km = HALF_METRES.iter().map(|h| f32::from(*h) * 5e-4).collect();
+    HeightMap::new("made", COLUMNS, km, 0.0, SPHERE_KM).expect("a map")
+}
+
+/// Kilometres over the sphere, by this test's own interpolation.
+fn height_km(at: DVec3) -> f64 {
+    let latitude = (at.z / at.length()).asin();
+    let (y, x) = ((PI / 2.0 - latitude) / PI * ROWS as f64 - 0.5, at.y.atan2(at.x) / TAU * COLUMNS as f64 - 0.5);
+    let row = (y.floor().max(0.0) as usize).min(ROWS - 2);
+    let part_y = (y - row as f64).clamp(0.0, 1.0);
+    let of = |row: usize| {
+        let left = x.floor();
+        let cell = |n: f64| f64::from(HALF_METRES[row * COLUMNS + (n as i64).rem_euclid(COLUMNS as i64) as usize]) * 5e-4;
+        cell(left) * (1.0 - (x - left)) + cell(left + 1.0) * (x - left)
+    };
+    of(row) * (1.0 - part_y) + of(row + 1) * part_y
+}
+
+/// The Sun and the Moon from a place, ICRF km, without aberration, and the turn to the Moon's axes.
+fn sky(place: Place, t: Instant) -> (DVec3, DVec3, DMat3) {
+    let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
+    let radii_km = IAU.body(NaifId::EARTH).expect("the Earth").radii_km;
+    let (point_km, _) = ground_point_km(radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
+    let here_km = earth_km + earth_itrs_from_gcrs(t).transpose() * point_km;
+    let seen = |body| EPHEMERIS.light_time_position(body, here_km, t).expect("placed");
+    let ((sun_km, _), (moon_km, left)) = (seen(NaifId::SUN), seen(NaifId::MOON));
+    (sun_km - here_km, moon_km - here_km, EPHEMERIS.body_from_icrf(NaifId::MOON, left).expect("turned"))
+}
+
+/// How many rays to the Sun's limb the ground stops, and how many there are.
+fn stopped(place: Place, t: Instant) -> (usize, usize) {
+    const RAYS: usize = 7200;
+    let (sun_km, moon_km, moon_from_icrf) = sky(place, t);
+    let radius = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
+    let towards = sun_km.normalize();
+    let (x, y) = towards.any_orthonormal_pair();
+    let from = moon_from_icrf * -moon_km;
+    let is_stopped = |k: usize| {
+        let (sin, cos) = (TAU * k as f64 / RAYS as f64).sin_cos();
+        let ray = moon_from_icrf * (towards * radius.cos() + (x * cos + y * sin) * radius.sin());
+        let nearest = -from.dot(ray);
+        let least = (from + ray * nearest).length();
+        if least <= SPHERE_KM + LEAST_KM {
+            return true;
+        }
+        if least > SPHERE_KM + GREATEST_KM {
+            return false;
+        }
+        let half = ((SPHERE_KM + GREATEST_KM).powi(2) - least * least).sqrt();
+        let steps = (2.0 * half / 0.2).ceil();
+        (0..=steps as usize).any(|n| {
+            let p = from + ray * (nearest - half + 2.0 * half * n as f64 / steps);
+            p.length() <= SPHERE_KM + height_km(p)
+        })
+    };
+    ((0..RAYS).filter(|k| is_stopped(*k)).count(), RAYS)
+}
+
+fn eclipse(day: &str) -> SolarEclipse {
+    solar_eclipses(&IAU, &EPHEMERIS, at(day), at(day).plus_seconds(86_400.0)).expect("eclipses").remove(0)
+}
+
+fn contact(all: &[LimbContact], name: &str) -> LimbContact {
+    *all.iter().find(|c| c.name == name).unwrap_or_else(|| panic!("no {name} in {all:?}"))
+}
+
+const DALLAS: Place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
+const ALBUQUERQUE: Place = Place { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
+
+/// The goal: the last bead within 0.3 s of another computation on the same heights.
+#[test]
+fn beads_are_those_of_rays_over_the_same_heights() {
+    let map = map();
+    let mut off_mean_s: f64 = 0.0;
+    for (day, place, is_total) in [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)] {
+        let eclipse = eclipse(day);
+        let mean = eclipse.seen_from(place).expect("an eclipse");
+        let found = eclipse.limb_contacts(place, &EPHEMERIS, &map).expect("the Moon is turned");
+        assert_eq!(found.iter().map(|c| c.name).collect::<Vec<_>>(), ["C1", "C2", "C3", "C4"], "{day}");
+        let holds = |t: Instant| {
+            let (stopped, all) = stopped(place, t);
+            if is_total { stopped == all } else { stopped == 0 }
+        };
+        let middle = contact(&found, "C2").time.plus_seconds(0.5 * after(contact(&found, "C3").time, contact(&found, "C2").time));
+        assert!(holds(middle), "{day}");
+        for (name, way) in [("C2", -1.0), ("C3", 1.0)] {
+            let ours = contact(&found, name);
+            // From 12 seconds within outwards in steps, then by halving.
+            let inside = ours.time.plus_seconds(-way * 12.0);
+            let first = (1..60).map(|k| way * 0.5 * f64::from(k)).find(|s| !holds(inside.plus_seconds(*s))).expect("it ends");
+            let (mut within, mut beyond) = (first - way * 0.5, first);
+            for _ in 0..6 {
+                let half = 0.5 * (within + beyond);
+                if holds(inside.plus_seconds(half)) { within = half } else { beyond = half }
+            }
+            let theirs = inside.plus_seconds(0.5 * (within + beyond));
+            let off_s = after(ours.time, theirs);
+            assert!(off_s.abs() < 0.3, "{day} {name}: {off_s} s");
+            let of_mean = mean.contacts.iter().find(|c| c.name == name).expect("central").time;
+            assert!((after(ours.time, of_mean) - ours.later_s).abs() < 0.01);
+            off_mean_s = off_mean_s.max(after(of_mean, theirs).abs());
+        }
+    }
+    // The comparison can fail: contacts of the mean limb do.
+    assert!(off_mean_s > 1.0, "{off_mean_s} s");
+}
+
+/// Even ground at a height: the contacts of a larger or smaller Moon, to what a second's thousandth moves; and a valley all along leaves beads throughout.
+#[test]
+fn even_ground_moves_contacts_as_a_larger_moon_does() {
+    let even = |km: f32| HeightMap::new("even", 360, vec![km; 360 * 180], 0.0, SPHERE_KM).expect("a map");
+    let eclipse = eclipse("2024-04-08");
+    let mean = eclipse.seen_from(DALLAS).expect("an eclipse");
+    let at_zero = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &even(0.0)).expect("turned");
+    for c in &at_zero {
+        let of_mean = mean.contacts.iter().find(|m| m.name == c.name).expect("central").time;
+        assert!(after(c.time, of_mean).abs() < 0.05, "{} {}", c.name, after(c.time, of_mean));
+    }
+    let higher = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &even(2.0)).expect("turned");
+    let later = |name: &str| after(contact(&higher, name).time, contact(&at_zero, name).time);
+    // Two kilometres are 1.1 arcsec, and the Moon goes on by 0.4 to 0.6 a second.
+    assert!((-4.5..-1.5).contains(&later("C2")) && (1.5..4.5).contains(&later("C3")), "{} {}", later("C2"), later("C3"));
+    let deep = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &even(-19.0)).expect("turned");
+    assert!(contact(&deep, "C2").later_s > 20.0);
+}
+
+/// The Sun in the picture goes dark with the last bead: light within half a second before it, none after it, where the mean limb has none for seconds or still has some.
+#[test]
+fn the_rendered_sun_goes_out_with_the_last_bead() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let label = format!(
+        "PDS_VERSION_ID = \"PDS3\"\n^IMAGE = \"MADE.IMG\"\nLINES = {ROWS}\nLINE_SAMPLES = {COLUMNS}\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\n\
+         OFFSET = 1737400.\nWESTERNMOST_LONGITUDE = 0.0\n"
+    );
+    std::fs::write(folder.path().join("MADE.LBL"), label).expect("written");
+    std::fs::write(folder.path().join("MADE.IMG"), HALF_METRES.iter().flat_map(|h| h.to_le_bytes()).collect::<Vec<_>>()).expect("written");
+    let sources = Sources { lunar_heights: Some(folder.path().join("MADE.LBL").into_os_string()), ..crate::support::session::sources() };
+    let with = Session::open(&sources, |_| ()).expect("opens");
+    let found = eclipse("2024-04-08").limb_contacts(DALLAS, &EPHEMERIS, &map()).expect("turned");
+    let sun_light = |session: &Session, t: Instant, edge: f64| {
+        let request = ViewRequest {
+            width: 900,
+            height: 900,
+            fov_deg: Some(0.6),
+            exposure: ExposureRequest::Stops(-15.0),
+            effects: EffectOverrides::parse("-atmosphere,-glow,-corona,-albedo,-points").expect("effects"),
+            layers: Layers::parse("-stars,-milky-way,-zodiacal-light").expect("layers"),
+            position: Position::Ground {
+                body: NaifId::EARTH,
+                latitude_deg: DALLAS.latitude_deg,
+                longitude_deg: DALLAS.longitude_deg,
+                height_km: DALLAS.height_km,
+            },
+            ..ViewRequest::of(NaifId::MOON, t)
+        };
+        let frame = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("draws").frame;
+        // The dark Moon has some earthshine.
+        frame.hdr.iter().map(|p| f64::from(p[1])).filter(|v| *v > edge).sum::<f64>()
+    };
+    for (name, way) in [("C2", -1.0), ("C3", 1.0)] {
+        let bead = contact(&found, name).time;
+        let bright = sun_light(&with, bead.plus_seconds(way * 60.0), 0.0);
+        // A bead that shines through a thousandth of a pixel is light of the Sun's surface still.
+        let edge = 1e-3;
+        let [before, after] = [0.5, -0.5].map(|s| sun_light(&with, bead.plus_seconds(way * s), edge));
+        assert!(bright > 0.0 && before > 0.0, "{name}: {bright} {before}");
+        assert_eq!(after, 0.0, "{name}");
+    }
+}
