@@ -5,6 +5,7 @@
 
 use super::data_layer;
 use super::fields::{each, finite, is_name, number, percent};
+use super::layer_list::LayerList;
 use super::overlay;
 use super::read_body::{BodyDraft, body};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
@@ -111,7 +112,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     Ok(Catalog {
         bodies,
         moments,
-        data_layers,
+        data_layers: LayerList::new(data_layers),
         eclipse_radii: EclipseRadii::default(),
         stars: None,
         small_bodies: OnceLock::new(),

@@ -30,8 +30,9 @@ use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
+use crate::scene::sky::images::SkyImageDraw;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
-use crate::scene::sky::{background, comets, minor_planets, stars};
+use crate::scene::sky::{background, comets, images, minor_planets, stars};
 use crate::scene::surface::{detail, mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec2, DVec3};
@@ -227,6 +228,8 @@ impl<'a> SceneBuilder<'a> {
         let (stars, of_stars) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
         let (background, mut sky) = self.background(&frame, corona.is_some());
         sky.splice(0..0, of_stars);
+        let (sky_images, about_images) = self.sky_images();
+        sky.extend(about_images);
         let (mut comets, about_comets) =
             comets::comets(request, || self.catalog.small_bodies().comets.clone(), &self.viewer, sun_km, white);
         arcs.append(&mut comets.orbits);
@@ -273,6 +276,7 @@ impl<'a> SceneBuilder<'a> {
             tone_map: request.tone_map,
             bodies,
             background,
+            sky_images,
             stars,
             minor_planets,
             comets,
@@ -300,6 +304,14 @@ impl<'a> SceneBuilder<'a> {
         self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
     }
 
+    /// The user's images of the sky; none where the picture shows a number.
+    fn sky_images(&self) -> (Vec<SkyImageDraw>, Vec<Decision>) {
+        match self.request.layers.data && self.request.pixel_view == PixelView::Final {
+            true => images::images(&self.catalog.data_layers(), &self.viewer.camera, self.viewer.body_velocity_km_s),
+            false => Default::default(),
+        }
+    }
+
     /// Lines of the sky and of the ground; none where the picture shows a number.
     fn drawn_lines(&self, context: Context<'_>) -> (SkyLines, SkyLines) {
         if self.request.pixel_view != PixelView::Final {
@@ -315,7 +327,7 @@ impl<'a> SceneBuilder<'a> {
             _ => None,
         };
         let of_sky = sky_lines::sky_lines(self.request, &self.viewer, horizon);
-        (of_sky, ground_lines::ground_lines(context, &self.viewer.camera, self.lined_body()))
+        (of_sky, ground_lines::ground_lines(context, &self.viewer.camera, self.lined_body(), &self.catalog.data_layers()))
     }
 }
 

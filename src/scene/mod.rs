@@ -66,7 +66,9 @@ pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADI
 #[doc(hidden)]
 pub use light::{corona, glow, night_lights, photometry};
 #[doc(hidden)]
-pub use point::{CORE_SIGMA_PX, GLARE_GROWS, GLARE_PART, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_share, point_peak, point_spread};
+pub use point::{
+    CORE_SIGMA_PX, GLARE_GROWS, GLARE_PART, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_share, point_peak, point_spread,
+};
 #[doc(hidden)]
 pub use resources::{Caches, Requirements, Resources};
 #[doc(hidden)]

@@ -101,7 +101,8 @@ mod tests {
                 let r_sq = x * x + y * y;
                 let edge = (1.0 - r_sq / (radius * radius)).max(0.0);
                 let gauss = |r_sq: f64| (-0.5 * r_sq / CORE_SIGMA_PX.powi(2)).exp();
-                core * (gauss(r_sq) - gauss(radius * radius)).max(0.0) + glare * edge * edge * (1.0 + r_sq / GLARE_WIDTH_PX.powi(2)).powf(-1.5)
+                core * (gauss(r_sq) - gauss(radius * radius)).max(0.0)
+                    + glare * edge * edge * (1.0 + r_sq / GLARE_WIDTH_PX.powi(2)).powf(-1.5)
             };
             let sum: f64 = (0..side).map(|y| (0..side).map(|x| light(at(x), at(y))).sum::<f64>()).sum::<f64>() * step * step;
             assert!((sum - 1.0).abs() < 1e-4, "{radius}: {sum}");

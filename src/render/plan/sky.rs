@@ -1,11 +1,12 @@
-//! The draw of diffuse light from beyond all bodies: one triangle over the whole picture.
+//! The draws of diffuse light from beyond all bodies, and of images of the sky over it: one triangle over the whole picture each.
 
 use super::error::PlanError;
-use super::passes::{AddressMode, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
+use super::passes::{AddressMode, Blend, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
 use super::shared::of_module;
 use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
+use crate::scene::sky::images::SkyImageDraw;
 use glam::Vec3;
 use std::sync::{Arc, LazyLock};
 
@@ -43,4 +44,25 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider) -> Res
     let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
+}
+
+/// The user's images: white is white, whatever the exposure.
+pub(super) fn images(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let draw = |image: &SkyImageDraw| {
+        let map = provider.overlay(&image.image)?;
+        let draw = of_module("sky_image", scene, provider, |w| {
+            w.vec3("middle", image.middle)?;
+            w.vec3("across", image.across)?;
+            w.vec3("up", image.up)?;
+            w.vec2("span_px", image.span_px)?;
+            w.f32("map_level", image.map_level)?;
+            w.f32("radiance", 1.0 / scene.exposure.factor_f32())?;
+            w.f32("opacity", image.opacity)
+        })?;
+        let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
+        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+        let samplers = vec![SamplerBinding { binding: SAMPLER_BINDING, state }];
+        Ok(PlanDraw { textures, samplers, blend: Blend::PremultipliedOver, ..draw })
+    };
+    scene.sky_images.iter().map(draw).collect()
 }

@@ -2,6 +2,7 @@
 
 pub mod body_lines;
 pub mod data;
+mod data_lines;
 pub(crate) mod eclipse_lines;
 pub mod features;
 pub mod grids;
