@@ -13,6 +13,7 @@ pub mod constellations;
 mod data_layer;
 mod eclipse_radii;
 mod fields;
+mod instrument;
 mod layer_list;
 pub mod moments;
 #[doc(hidden)]
@@ -32,6 +33,7 @@ pub use body::{
 };
 pub use data_layer::{ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImagePlace, SkyImage, Stretch, is_layer_file, layer_endings};
 pub use eclipse_radii::EclipseRadii;
+pub use instrument::{Field, Instrument};
 use layer_list::LayerList;
 use small_bodies::SmallBodies;
 use stars::StarCatalog;
@@ -48,6 +50,7 @@ pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
     data_layers: LayerList,
+    instruments: Vec<Instrument>,
     eclipse_radii: EclipseRadii,
     /// The user's; `None`: those that ship.
     stars: Option<Arc<StarCatalog>>,
@@ -185,6 +188,11 @@ impl Catalog {
             }
         }
         Ok(Self { data_layers: LayerList::new(layers), ..self })
+    }
+
+    /// Instruments and eyepieces, in the order of the files.
+    pub fn instruments(&self) -> &[Instrument] {
+        &self.instruments
     }
 
     /// Adds a layer of the sky, or of points and lines, while the catalog is in use; one of the same name is replaced.

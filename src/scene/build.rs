@@ -7,7 +7,7 @@ use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::annotation::sky_lines::{SkyLines, horizon_axes};
-use crate::scene::annotation::{eclipse_lines, ground_lines, labels, line_texts, orbits, sky_lines, star_names, traces};
+use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, line_texts, orbits, sky_lines, star_names, traces};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
@@ -247,8 +247,10 @@ impl<'a> SceneBuilder<'a> {
             lines.extend(cones.into_iter().flatten());
             sky.extend(decision);
         }
-        sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions));
         let size_px = labels::glyph_size_px(camera.height);
+        let of_frames = self.instrument_frames(size_px);
+        lines.extend(of_frames.pieces);
+        sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions).chain(of_frames.decisions));
         let mut sky_texts = of_sky.texts;
         if request.layers.star_names && is_final {
             let (names, decision) = star_names::star_names(camera, &stars, self.catalog.stars().stars(), size_px);
@@ -265,7 +267,7 @@ impl<'a> SceneBuilder<'a> {
         };
         // Coordinates stand at the picture's edge, azimuths below the horizon too.
         let on_sky = sky_texts.into_iter().filter(|t| t.is_tick || !placed.iter().any(|p| is_before(p, t.at_px)));
-        let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
+        let wanted: Vec<_> = on_sky.chain(of_ground.texts).chain(of_frames.texts).collect();
         let texts = (!wanted.is_empty()).then(|| line_texts::placed(wanted, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let ground_lines = self.lined_body().map(|p| (p.body.id, of_ground.pieces)).filter(|(_, pieces)| !pieces.is_empty());
         Scene {
@@ -302,6 +304,15 @@ impl<'a> SceneBuilder<'a> {
     fn lined_body(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|(id, _)| id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
+    }
+
+    /// Fields of view of instruments around the target.
+    fn instrument_frames(&self, size_px: f64) -> SkyLines {
+        if !self.request.layers.instruments || self.request.pixel_view != PixelView::Final {
+            return SkyLines::default();
+        }
+        let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.is_inside(p.body));
+        instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), size_px)
     }
 
     /// The user's images of the sky; none where the picture shows a number.

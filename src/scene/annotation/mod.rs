@@ -7,6 +7,7 @@ pub(crate) mod eclipse_lines;
 pub mod features;
 pub mod grids;
 pub(crate) mod ground_lines;
+pub(crate) mod instrument_frames;
 pub mod labels;
 pub mod legend;
 pub mod line_texts;
