@@ -14,6 +14,8 @@ use std::fmt::Formatter;
 /// Julian date of 1970-01-01.
 const JD_1970: f64 = 2_440_587.5;
 const MS_PER_DAY: f64 = 8.64e7;
+/// The year 9999 ends.
+const LAST_JD: f64 = 5_373_484.5;
 
 /// Numbers within lists.
 enum Coordinates {
@@ -122,8 +124,8 @@ fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D
         serde_json::Value::String(text) if text.trim().is_empty() => Ok(None),
         serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| wrong(text)),
         serde_json::Value::Number(ms) => {
-            let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY);
-            day.and_then(|day| Instant::parse(&format!("jd_utc:{day:.9}")).ok()).map(Some).ok_or_else(|| wrong(&ms.to_string()))
+            let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|day| (0.0..LAST_JD).contains(day));
+            day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| wrong(&ms.to_string()))
         }
         other => Err(wrong(&other.to_string())),
     }

@@ -68,7 +68,11 @@ fn great_circle(camera: &Camera, all: &mut SkyLines, a: DVec3, b: DVec3) {
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> SkyLines {
     let mut all = SkyLines::default();
     let in_picture = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
-    let out = target.and_then(DVec3::try_normalize).filter(in_picture).unwrap_or(camera.forward);
+    let target = target.and_then(DVec3::try_normalize);
+    // The middle of a face is no middle of the picture.
+    let Some(out) = target.filter(|v| camera.one_of_several || in_picture(v)).or((!camera.one_of_several).then_some(camera.forward)) else {
+        return all;
+    };
     let most = camera.tan_half_fov.max_element();
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {

@@ -70,6 +70,8 @@ impl Composite {
             (whole.draws, whole.lines, whole.limbs) = Default::default();
             (whole.corona, whole.glow, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
+            // The faces have their own.
+            (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();
