@@ -388,7 +388,8 @@ fn a_body_hides_the_stars_behind_it() {
 }
 
 /// Every star of the reference by itself, from a minute of arc to 170 degrees: the direction that the reference's pixel means, by the pinhole's own formula, against the
-/// centroid in a picture of any field of view whose middle lies elsewhere.
+/// centroid in a picture of any field of view whose middle lies elsewhere. Without the glare of the Sun: in the widest pictures a pixel spans degrees, and the glare over ten of
+/// them outshines a star.
 #[test]
 fn centroids_are_those_of_the_reference_at_every_field_of_view() {
     let mut worst = (0.0_f64, String::new());
@@ -436,20 +437,7 @@ fn centroids_are_those_of_the_reference_at_every_field_of_view() {
             if off.is_nan() || off > worst.0 {
                 worst = (off, format!("{} at {fov_deg} degrees, {}", case.star, case.time));
             }
-            if off >= TOLERANCE_PX {
-                println!(
-                    "BAD {} at {fov_deg}: {off} {:?} {:?}",
-                    case.star,
-                    light_around(&drawn, place, 5.0),
-                    drawn
-                        .scene
-                        .points
-                        .iter()
-                        .map(|p| (p.body, p.flux, (p.centre.truncate().as_dvec2() * DVec2::new(150.0, -150.0) + 150.0 - place)))
-                        .filter(|p| p.2.length() < 9.0)
-                        .collect::<Vec<_>>()
-                );
-            }
+            assert!(off < TOLERANCE_PX, "{} at {fov_deg} degrees, {}: {off} pixels", case.star, case.time);
         }
     }
     println!("{seen} pictures, worst {:.4} pixels: {}; {beside} beside", worst.0, worst.1);
@@ -475,6 +463,7 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         drawn.frame.display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
     };
     let greatest = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+    // A sprite's light ends in nothing at its rim, and all samples of a lit pixel are in the sprite.
     // sRGB rises by at most 255 x 0.62 levels per octave of light, near white and with the tone map's slope of 1: a fiftieth of a stop is 3 levels.
     let step = 0.02;
     let (mut worst, mut least_shown, mut most_shown) = (0, usize::MAX, 0);
