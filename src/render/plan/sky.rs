@@ -23,7 +23,8 @@ static BLACK: LazyLock<SharedTexture> = LazyLock::new(|| {
     Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level { width: 1, height: 1, bytes: vec![0, 0, 0, 255] }] })
 });
 
-pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+/// `opacity`: 0 in a face, which is laid over the stars.
+pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
     let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK.clone()), |file| provider.map(file, SKY_DECODING))?;
     let draw = of_module(MODULE, scene, provider, |w| {
@@ -39,7 +40,8 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider) -> Res
         w.f32("near", sky.near)?;
         w.f32("inner_cosine", sky.inner_cosine)?;
         w.f32("outer_cosine", sky.outer_cosine)?;
-        w.f32("corona", sky.corona)
+        w.f32("corona", sky.corona)?;
+        w.f32("opacity", opacity)
     })?;
     let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
