@@ -103,19 +103,23 @@ fn own_data(studio: &RenderWorker) -> DisplayImage {
         "CDELT2  = 5.0",
     ];
     write("image.fits", &fits(&plate));
-    // Off the Earth's limb, seen from over the point at 0 N 0 E at noon: near the antisolar point.
     let request = ViewRequest {
         position: orrery::scene::request::Position::Over { towards: Some(orrery::catalog::NaifId::SUN), distance_radii: Some(3.6) },
         width: 128,
         height: 128,
         ..ViewRequest::of(orrery::catalog::NaifId::EARTH, orrery::time::Instant::parse("2024-03-20T12:07:00Z").expect("a time"))
     };
-    let forward = studio.session.scene(&request).expect("a scene").camera;
-    let aside = (forward.forward + forward.right * 0.33 + forward.up * 0.33).normalize();
-    let (ra, dec) = (aside.y.atan2(aside.x).to_degrees().rem_euclid(360.0), aside.z.asin().to_degrees());
-    let (ra, dec) = (format!("CRVAL1  = {ra}"), format!("CRVAL2  = {dec}"));
-    let tangent =
-        ["CTYPE1  = 'RA---TAN'", "CTYPE2  = 'DEC--TAN'", &ra, &dec, "CRPIX1  = 4.5", "CRPIX2  = 4.5", "CDELT1  = -0.9", "CDELT2  = 0.9"];
+    // Right of the limb and above, as the Earth is seen from the Sun's direction.
+    let tangent = [
+        "CTYPE1  = 'RA---TAN'",
+        "CTYPE2  = 'DEC--TAN'",
+        "CRVAL1  = 165.0",
+        "CRVAL2  = 14.0",
+        "CRPIX1  = 4.5",
+        "CRPIX2  = 4.5",
+        "CDELT1  = -0.9",
+        "CDELT2  = 0.9",
+    ];
     write("sky.fits", &fits(&tangent));
     let (session, _) = crate::support::session::session_over(folder.path());
     studio.draw_of(&session, &request)
