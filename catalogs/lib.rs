@@ -13,6 +13,7 @@ pub static TABLES: &[(&str, &str)] = &[
     ("rings.toml", include_str!("rings.toml")),
     ("atmospheres.toml", include_str!("atmospheres.toml")),
     ("moments.toml", include_str!("moments.toml")),
+    ("instruments.toml", include_str!("instruments.toml")),
 ];
 
 /// Title, summary and JSON of the tours.

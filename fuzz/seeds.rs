@@ -125,6 +125,53 @@ pub const STARS: [&str; 2] = [
      0.0017 0.005 1 -0.001 0.003 -0.010\n",
 ];
 
+/// A file of a layer in each format, after the byte that says which.
+pub fn layers() -> Vec<Vec<u8>> {
+    let fits = |cards: &[&str]| {
+        let cards = cards.iter().chain(&["END"]).map(|card| format!("{card:<80}")).collect::<String>();
+        let mut bytes = format!("{cards:<2880}").into_bytes();
+        bytes.resize(2 * 2880, 7);
+        bytes
+    };
+    let size = [
+        "SIMPLE  =                    T",
+        "BITPIX  =                    8",
+        "NAXIS   =                    2",
+        "NAXIS1  =                    4",
+        "NAXIS2  =                    2",
+    ];
+    let wcs = [
+        "CTYPE1  = 'RA---TAN'",
+        "CTYPE2  = 'DEC--TAN'",
+        "CRVAL1  = 10.0",
+        "CRVAL2  = 20.0",
+        "CRPIX1  = 2.5",
+        "CRPIX2  = 1.5",
+        "CDELT1  = -0.01",
+        "CDELT2  = 0.01",
+    ];
+    let texts: [(u8, &str); 4] = [
+        (0, "time,lat,lon,colour\n2024-04-08,1,2,#ff0000\n,\"3\",4,\n"),
+        (
+            131,
+            "<VOTABLE><RESOURCE><TABLE><FIELD name=\"ra\" unit=\"deg\"/><FIELD name=\"x\" ucd=\"pos.eq.dec\"/><DATA><TABLEDATA><TR><TD>1</TD><TD>&#50;</TD></TR></TABLEDATA></DATA></TABLE></RESOURCE></VOTABLE>",
+        ),
+        (
+            2,
+            r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"time":1.7e12},"geometry":{"type":"Polygon","coordinates":[[[1,2],[3,4],[5,6],[1,2]]]}}]}"#,
+        ),
+        (
+            3,
+            "<kml><Placemark><TimeSpan><begin>2024</begin></TimeSpan><LineString><coordinates>1,2,3 4,5</coordinates></LineString></Placemark></kml>",
+        ),
+    ];
+    let with = |first: u8, content: &[u8]| [&[first], content].concat();
+    let mut all: Vec<_> = texts.iter().map(|(first, text)| with(*first, text.as_bytes())).collect();
+    all.push(with(4, &fits(&size)));
+    all.push(with(134, &fits(&[&size[..], &wcs].concat())));
+    all
+}
+
 pub const PCK: &str = "\\begindata\nBODY4_NUT_PREC_ANGLES = ( 190.7 19139.8 21.4 38280.7 )\nBODY4_MAX_PHASE_DEGREE = 1\nBODY499_POLE_RA = ( 317.2 \
     -0.1 0. )\nBODY499_POLE_DEC = ( 54.4 -6.1D-2 0. )\nBODY499_PM = ( 176.0 350.89 0. )\nBODY499_NUT_PREC_RA += ( 0 0.4 )\n\\begintext\n";
 

@@ -3,6 +3,7 @@
 //! Always: a target takes any bytes and only returns. A panic, or a run longer than the loop's patience, is a finding. The functions are what a coverage-guided fuzzer calls, too.
 
 use glam::DVec3;
+use orrery::catalog::DataLayer;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
 use orrery::image::{TexelFormat, Texture, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
@@ -61,6 +62,20 @@ fn epoch() -> Instant {
 /// A catalog file over the least that it can say something of.
 fn catalog(bytes: &[u8]) {
     drop(Catalog::of_files_alone(&[("base.toml", seeds::BASE), ("a.toml", &text(bytes))]));
+}
+
+/// A file of a layer: its first byte says the format, and whether it is a body's.
+fn data_layer(bytes: &[u8]) {
+    let Some((first, content)) = bytes.split_first() else { return };
+    let file = ["a.csv", "a.vot", "a.geojson", "a.kml", "a.fits"][usize::from(*first) % 5];
+    let body = (*first < 128).then_some(NaifId(499));
+    let layer = DataLayer { body, ..DataLayer::new("a".into(), file.into()) };
+    if let Ok(layer) = layer.with_content(file, content) {
+        let is_sound = |corner: &[f64; 2]| corner[0].abs() <= 90.0 && corner[1].abs() <= 360.0;
+        assert!(layer.lines.iter().all(|l| l.corners.len() > 1 && l.corners.iter().all(is_sound)));
+        assert!(layer.points.iter().all(|p| is_sound(&[p.lat_deg, p.lon_deg])));
+        assert!(layer.image.is_none_or(|i| i.rgba.len() == 4 * i.width as usize * i.height as usize));
+    }
 }
 
 /// Every target.
@@ -122,6 +137,27 @@ pub static TARGETS: &[Target] = &[
         run: |bytes| drop(Texture::decode("a", bytes, TexelFormat::Rgba8Srgb)),
         seeds: || vec![seeds::small_png(), seeds::small_jpeg()],
         words: &["IHDR", "IDAT", "PLTE", "tRNS", "iCCP", "acTL", "\u{89}PNG"],
+    },
+    Target {
+        name: "data-layer",
+        run: data_layer,
+        seeds: seeds::layers,
+        words: &[
+            "<TR>",
+            "</TABLE>",
+            "&#0;",
+            "<![CDATA[",
+            "<!DOCTYPE",
+            "TABLEDATA",
+            "coordinates",
+            "\"type\":\"Polygon\"",
+            "[[",
+            "1e309",
+            "NAXIS1  =",
+            "BITPIX  = ",
+            "CD1_1   = ",
+            "lat,lon",
+        ],
     },
     Target {
         name: "stars",

@@ -13,6 +13,8 @@ pub mod constellations;
 mod data_layer;
 mod eclipse_radii;
 mod fields;
+mod instrument;
+mod layer_list;
 #[doc(hidden)]
 pub mod lunar_heights;
 pub mod moments;
@@ -31,8 +33,10 @@ pub use body::{
     Atmosphere, Body, BodyKind, Clouds, Estimates, MAX_OVERLAYS, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry,
     Projection, Ring, Rotation, ShapeModel, Species,
 };
-pub use data_layer::{DataLayer, DataPoint};
+pub use data_layer::{ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImagePlace, SkyImage, Stretch, is_layer_file, layer_endings};
 pub use eclipse_radii::EclipseRadii;
+pub use instrument::{Field, Instrument};
+use layer_list::LayerList;
 use lunar_heights::HeightMap;
 use small_bodies::SmallBodies;
 use stars::StarCatalog;
@@ -48,7 +52,8 @@ type FileLine = (String, usize);
 pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
-    data_layers: Vec<DataLayer>,
+    data_layers: LayerList,
+    instruments: Vec<Instrument>,
     eclipse_radii: EclipseRadii,
     /// The user's; `None`: those that ship.
     stars: Option<Arc<StarCatalog>>,
@@ -185,18 +190,35 @@ impl Catalog {
         self.lunar_heights.as_ref()
     }
 
-    /// The user's data, in the order of the files.
-    pub fn data_layers(&self) -> &[DataLayer] {
-        &self.data_layers
+    /// The user's data, in the order of the files, then as they were added.
+    pub fn data_layers(&self) -> Vec<Arc<DataLayer>> {
+        self.data_layers.all()
     }
 
-    /// The same with the points of its data layers, each by [`DataLayer::with_table`].
+    /// The same with the content of its data layers, each by [`DataLayer::with_content`]. An image of a body lies over its ground from then on.
     ///
     /// # Errors
-    /// Of the first table that cannot be read.
-    pub fn with_data<E>(self, read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
-        let data_layers = self.data_layers.into_iter().map(read).collect::<Result<_, _>>()?;
-        Ok(Self { data_layers, ..self })
+    /// Of the first file that cannot be read, and an image too many for a body.
+    pub fn with_data<E: From<CatalogError>>(mut self, mut read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
+        let layers = self.data_layers.all().into_iter().map(|layer| read(Arc::unwrap_or_clone(layer))).collect::<Result<Vec<_>, _>>()?;
+        for layer in &layers {
+            let body = self.bodies.iter_mut().find(|b| Some(b.id) == layer.body);
+            let Some((body, overlay)) = body.zip(layer.overlay()) else { continue };
+            if let Err(message) = overlay::add(&mut body.overlays, overlay) {
+                return Err(CatalogError { problems: vec![Problem { file: layer.file.clone(), line: 1, message }] }.into());
+            }
+        }
+        Ok(Self { data_layers: LayerList::new(layers), ..self })
+    }
+
+    /// Instruments and eyepieces, in the order of the files.
+    pub fn instruments(&self) -> &[Instrument] {
+        &self.instruments
+    }
+
+    /// Adds a layer of the sky, or of points and lines, while the catalog is in use; one of the same name is replaced.
+    pub fn add_data_layer(&self, layer: DataLayer) {
+        self.data_layers.add(layer);
     }
 
     /// Well-known moments, by kind and time.

@@ -5,6 +5,8 @@
 
 use super::data_layer;
 use super::fields::{each, finite, is_name, number, percent};
+use super::instrument::{Instrument, instrument};
+use super::layer_list::LayerList;
 use super::overlay;
 use super::read_body::{BodyDraft, body};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
@@ -79,6 +81,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let mut overlays = Vec::new();
     let mut moments_drafts = Vec::new();
     let mut layers = Vec::new();
+    let mut instruments: Vec<Instrument> = Vec::new();
     for (file, text) in files {
         let source = TomlFile::new(file, text, &problems);
         let mut root = source.root();
@@ -96,6 +99,11 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
         layers.extend(root.sections("layer").into_iter().filter_map(data_layer::layer));
+        for own in root.sections("instrument").into_iter().filter_map(instrument) {
+            // One of a later file replaces that of its name.
+            instruments.retain(|there| there.name != own.name);
+            instruments.push(own);
+        }
         moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
         root.finish();
     }
@@ -111,7 +119,8 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     Ok(Catalog {
         bodies,
         moments,
-        data_layers,
+        data_layers: LayerList::new(data_layers),
+        instruments,
         eclipse_radii: EclipseRadii::default(),
         stars: None,
         small_bodies: OnceLock::new(),

@@ -123,6 +123,11 @@ impl<'a> TableReader<'a> {
         self.table.remove(field)
     }
 
+    /// Whether a field is there.
+    pub fn has(&self, field: &str) -> bool {
+        self.table.contains_key(field)
+    }
+
     /// A leaf of type `T` that passes `ok`; `allowed` says in words what does.
     pub fn take<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;

@@ -86,6 +86,11 @@ impl MapStore {
         self.decoded.lock().insert((name.to_owned(), reading), Arc::new(texture));
     }
 
+    /// The same of an image whose texels are multiplied by their alpha.
+    pub fn keep_premultiplied(&self, name: &str, texture: Texture) {
+        self.premultiplied.lock().insert(name.to_owned(), Arc::new(texture));
+    }
+
     /// Decodes by all threads what is not in memory yet. A map that cannot be read is found by whoever gets it.
     pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
         let away: Vec<&(&str, MapDecoding)> = {

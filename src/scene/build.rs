@@ -7,7 +7,7 @@ use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::annotation::sky_lines::{SkyLines, horizon_axes};
-use crate::scene::annotation::{eclipse_lines, ground_lines, labels, line_texts, orbits, sky_lines, star_names, traces};
+use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, line_texts, orbits, sky_lines, star_names, traces};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
@@ -30,8 +30,9 @@ use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
+use crate::scene::sky::images::SkyImageDraw;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
-use crate::scene::sky::{background, comets, minor_planets, stars};
+use crate::scene::sky::{background, comets, images, minor_planets, stars};
 use crate::scene::surface::{detail, mesh_decision, meshes};
 use crate::scene::visibility::{hidden, lunar_limb, order};
 use glam::{DMat3, DVec2, DVec3};
@@ -230,6 +231,8 @@ impl<'a> SceneBuilder<'a> {
         let (stars, of_stars) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
         let (background, mut sky) = self.background(&frame, corona.is_some());
         sky.splice(0..0, of_stars);
+        let (sky_images, about_images) = self.sky_images();
+        sky.extend(about_images);
         let (mut comets, about_comets) =
             comets::comets(request, || self.catalog.small_bodies().comets.clone(), &self.viewer, sun_km, white);
         arcs.append(&mut comets.orbits);
@@ -247,8 +250,10 @@ impl<'a> SceneBuilder<'a> {
             lines.extend(cones.into_iter().flatten());
             sky.extend(decision);
         }
-        sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions));
         let size_px = labels::glyph_size_px(camera.height);
+        let of_frames = self.instrument_frames(size_px);
+        lines.extend(of_frames.pieces);
+        sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions).chain(of_frames.decisions));
         let mut sky_texts = of_sky.texts;
         if request.layers.star_names && is_final {
             let (names, decision) = star_names::star_names(camera, &stars, self.catalog.stars().stars(), size_px);
@@ -265,7 +270,7 @@ impl<'a> SceneBuilder<'a> {
         };
         // Coordinates stand at the picture's edge, azimuths below the horizon too.
         let on_sky = sky_texts.into_iter().filter(|t| t.is_tick || !placed.iter().any(|p| is_before(p, t.at_px)));
-        let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
+        let wanted: Vec<_> = on_sky.chain(of_ground.texts).chain(of_frames.texts).collect();
         let texts = (!wanted.is_empty()).then(|| line_texts::placed(wanted, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let ground_lines = self.lined_body().map(|p| (p.body.id, of_ground.pieces)).filter(|(_, pieces)| !pieces.is_empty());
         Scene {
@@ -276,6 +281,7 @@ impl<'a> SceneBuilder<'a> {
             tone_map: request.tone_map,
             bodies,
             background,
+            sky_images,
             stars,
             minor_planets,
             comets,
@@ -303,6 +309,23 @@ impl<'a> SceneBuilder<'a> {
         self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
     }
 
+    /// Fields of view of instruments around the target.
+    fn instrument_frames(&self, size_px: f64) -> SkyLines {
+        if !self.request.layers.instruments || self.request.pixel_view != PixelView::Final {
+            return SkyLines::default();
+        }
+        let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.is_inside(p.body));
+        instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), size_px)
+    }
+
+    /// The user's images of the sky; none where the picture shows a number.
+    fn sky_images(&self) -> (Vec<SkyImageDraw>, Vec<Decision>) {
+        match self.request.layers.data && self.request.pixel_view == PixelView::Final {
+            true => images::images(&self.catalog.data_layers(), &self.viewer.camera, self.viewer.body_velocity_km_s),
+            false => Default::default(),
+        }
+    }
+
     /// Lines of the sky and of the ground; none where the picture shows a number.
     fn drawn_lines(&self, context: Context<'_>) -> (SkyLines, SkyLines) {
         if self.request.pixel_view != PixelView::Final {
@@ -318,7 +341,7 @@ impl<'a> SceneBuilder<'a> {
             _ => None,
         };
         let of_sky = sky_lines::sky_lines(self.request, &self.viewer, horizon);
-        (of_sky, ground_lines::ground_lines(context, &self.viewer.camera, self.lined_body()))
+        (of_sky, ground_lines::ground_lines(context, &self.viewer.camera, self.lined_body(), &self.catalog.data_layers()))
     }
 }
 

@@ -16,6 +16,7 @@ use crate::scene::purpose::Purpose;
 use crate::scene::request::view_request::ToneMap;
 use crate::scene::sky::background::SkyBackground;
 use crate::scene::sky::comets::Comets;
+use crate::scene::sky::images::SkyImageDraw;
 use crate::scene::sky::minor_planets::MinorPlanets;
 use crate::time::Instant;
 
@@ -36,6 +37,8 @@ pub struct Scene {
     pub bodies: Vec<BodyInView>,
     /// Diffuse light behind everything.
     pub background: Option<SkyBackground>,
+    /// Over it: images of the user's.
+    pub sky_images: Vec<SkyImageDraw>,
     /// Behind all bodies.
     pub stars: Vec<StarSprite>,
     /// Too small to be bodies of the catalog; hidden by what is nearer.

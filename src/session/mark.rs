@@ -6,7 +6,7 @@
 
 use super::Session;
 use super::pictures::{PROVENANCE_CHUNK, is_exr};
-use crate::catalog::{Body, Catalog, NaifId};
+use crate::catalog::{Body, Catalog, DataLayer, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
@@ -83,12 +83,18 @@ pub(super) fn of_sources(
     let of = |name: &str, value: String| (name.to_owned(), value);
     BTreeMap::from([
         of("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
-        of("catalogs", hex_digest(bodies.chain(catalog.data_layers().iter().map(|l| format!("{l:?}").into_bytes())))),
+        of("catalogs", hex_digest(bodies)),
         of("kernel", kernel.map_or("embedded".into(), file_digest)),
         of("stars", stars.map_or("embedded".into(), file_digest)),
         of("minor planets", minor_planets.map_or("embedded".into(), file_digest)),
         of("images", images),
     ])
+}
+
+/// What decides how a layer of data is drawn.
+fn layer_text(layer: &DataLayer) -> String {
+    let DataLayer { name, file, body, size_px, colour, fade_days, look, digest, points: _, lines: _, image: _ } = layer;
+    format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {look:?} {digest}")
 }
 
 /// The time of a mark as a calendar has it.
@@ -267,7 +273,11 @@ impl Session {
             sources
         });
         let mut sources = sources.clone();
-        // A window changes both while it runs.
+        // A window changes these while it runs.
+        let layers = self.catalog.data_layers();
+        if !layers.is_empty() {
+            sources.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));
+        }
         sources.insert("shaders".into(), self.library.generator().to_string());
         sources.insert("renderer".into(), self.devices.preference().name().into());
         Provenance::new(&self.catalog, request, &sources)

@@ -8,6 +8,7 @@ mod air_tables;
 mod composite;
 mod cpu;
 mod custom_surfaces;
+mod data_layers;
 mod devices;
 mod error;
 #[cfg(feature = "gpu")]
@@ -131,8 +132,6 @@ pub struct DrawnFrame {
 
 /// Bytes of one catalog file at the most; the shipped ones have some 10 kB each.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
-/// Bytes of a data layer's table at the most: a million points.
-const MAX_DATA_BYTES: u64 = 1 << 28;
 /// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// What coordinates are written with.
@@ -189,11 +188,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
         let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| failed(&path, e))?;
         files.push((path.display().to_string(), text));
     }
-    Catalog::with_files(&files)?.with_data(|layer| {
-        let path = folder.join(&layer.file);
-        let text = read_text(&path, MAX_DATA_BYTES).map_err(|e| failed(&path, e))?;
-        layer.with_table(&path.display().to_string(), &text).map_err(|problem| CatalogError { problems: vec![problem] }.into())
-    })
+    Catalog::with_files(&files)?.with_data(|layer| data_layers::read(&folder.join(&layer.file), layer))
 }
 
 /// The shipped ephemeris under the user's kernel, for a catalog whose every body it can follow.
@@ -265,6 +260,7 @@ impl Session {
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
+        data_layers::keep_images(&catalog, &maps)?;
         let cache = cache_folder(sources.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
         let library = open_library(cache.as_deref(), software::lowering(), say.clone());
         let air_tables = air_tables::AirTables::open(cache);

@@ -39,6 +39,7 @@ fragments![
     "entry/shrink.wesl",
     "entry/side_by_side.wesl",
     "entry/sky_background.wesl",
+    "entry/sky_image.wesl",
     "entry/tone_map.wesl",
     "entry/tone_map_bloom.wesl",
     "entry/warp.wesl",

@@ -44,7 +44,7 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 23] = [
+pub const SIMPLE_MODULES: [&str; 24] = [
     "anaglyph",
     "blur",
     "comet_tail",
@@ -65,6 +65,7 @@ pub const SIMPLE_MODULES: [&str; 23] = [
     "shrink",
     "side_by_side",
     "sky_background",
+    "sky_image",
     "tone_map",
     "tone_map_bloom",
     "warp",

@@ -413,3 +413,24 @@ fn a_warp_moves_the_picture_as_its_mesh_says() {
     let light = |p: &[[u8; 4]]| p.iter().map(|p| linear(p[1])).sum::<f64>();
     assert!((light(&half) / light(&same) - 0.5).abs() < 0.01, "{}", light(&half) / light(&same));
 }
+
+/// The sky's diffuse light lies behind the stars of a dome, and what lines show stands there once: with the Milky Way a star is as bright as without, and a picture's lines are no more than
+/// those of its faces.
+#[test]
+fn the_milky_way_hides_no_star_of_a_dome() {
+    let (session, _folder) = session_of_regulus();
+    let direction = session.catalog().stars().stars()[0].direction;
+    let dome = |layers: Layers| {
+        let base = along(direction, time("2024-03-01T00:00:00Z"));
+        composed(Projection::Fisheye, ViewRequest { width: 300, height: 300, fov_deg: Some(120.0), layers, ..base })
+    };
+    let stars = Layers { stars: true, ..Layers::NONE };
+    let light = |layers: Layers| {
+        let drawn = draw(&session, &dome(layers), true);
+        drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max)
+    };
+    let (alone, before_sky) = (light(stars), light(Layers { milky_way: true, ..stars }));
+    assert!(alone > 0.0 && before_sky >= alone * (1.0 - 1e-6), "{alone} {before_sky}");
+    let scene = draw(&session, &dome(Layers { constellations: true, ..stars }), true).scene;
+    assert!(scene.sky_lines.is_empty() && scene.orbits.is_empty() && scene.background.is_none());
+}

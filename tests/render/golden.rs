@@ -38,8 +38,12 @@ impl RenderWorker {
     }
 
     fn draw(&self, request: &ViewRequest) -> DisplayImage {
-        let (_, plan) = self.session.plan(request, SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
-        let (frame, _) = self.renderer.render(&plan, self.session.library(), false).expect("drawn");
+        self.draw_of(self.session, request)
+    }
+
+    fn draw_of(&self, session: &Session, request: &ViewRequest) -> DisplayImage {
+        let (_, plan) = session.plan(request, SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
+        let (frame, _) = self.renderer.render(&plan, session.library(), false).expect("drawn");
         DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
     }
 }
@@ -56,6 +60,74 @@ fn save(picture: &DisplayImage, path: &Path) {
     let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
     image::ImageEncoder::write_image(encoder, &rgb, picture.width, picture.height, image::ExtendedColorType::Rgb8).expect("encodes");
     std::fs::write(path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+}
+
+/// Its picture needs files of its own.
+const OWN_DATA: &str = "own-data";
+
+/// Points, outlines and an image of one's own, on the Earth and beside it in the sky.
+fn own_data(studio: &RenderWorker) -> DisplayImage {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");
+    write(
+        "layers.toml",
+        b"[[layer]]\nname = \"field\"\nfile = \"field.geojson\"\nbody = \"Earth\"\ncolour = \"#ffff40\"\n\
+          [[layer]]\nname = \"track\"\nfile = \"track.kml\"\nbody = \"Earth\"\ncolour = \"#ff4040\"\n\
+          [[layer]]\nname = \"points\"\nfile = \"points.vot\"\nbody = \"Earth\"\nsize_px = 40.0\n\
+          [[layer]]\nname = \"image\"\nfile = \"image.fits\"\nbody = \"Earth\"\ncolour_map = \"viridis\"\npercentiles = [0.0, 100.0]\n\
+          [[layer]]\nname = \"sky\"\nfile = \"sky.fits\"\ncolour_map = \"heat\"\npercentiles = [0.0, 100.0]\n",
+    );
+    write(
+        "field.geojson",
+        br#"{"type":"Polygon","coordinates":[[[-20,10],[20,10],[20,50],[-20,50],[-20,10]],[[-10,20],[0,40],[10,20],[-10,20]]]}"#,
+    );
+    write(
+        "track.kml",
+        b"<kml><Placemark><LineString><coordinates>-80,-40 -40,-20 0,0 40,20 80,40</coordinates></LineString></Placemark></kml>",
+    );
+    write(
+        "points.vot",
+        b"<VOTABLE><RESOURCE><TABLE><FIELD name=\"lat\"/><FIELD name=\"lon\"/><DATA><TABLEDATA><TR><TD>-20</TD><TD>-40</TD></TR>\
+          <TR><TD>20</TD><TD>40</TD></TR></TABLEDATA></DATA></TABLE></RESOURCE></VOTABLE>",
+    );
+    let fits = |cards: &[&str]| {
+        let size = ["SIMPLE  = T", "BITPIX  = 8", "NAXIS   = 2", "NAXIS1  = 8", "NAXIS2  = 8"];
+        let cards = size.iter().chain(cards).chain(&["END"]).map(|card| format!("{card:<80}")).collect::<String>();
+        let mut bytes = format!("{cards:<2880}").into_bytes();
+        bytes.extend((0..64_u8).map(|k| 4 * k));
+        bytes.resize(2 * 2880, 0);
+        bytes
+    };
+    let plate = [
+        "CTYPE1  = 'EALN-CAR'",
+        "CTYPE2  = 'EALT-CAR'",
+        "CRVAL1  = 0.0",
+        "CRPIX1  = 4.5",
+        "CRPIX2  = 8.5",
+        "CDELT1  = 5.0",
+        "CDELT2  = 5.0",
+    ];
+    write("image.fits", &fits(&plate));
+    let request = ViewRequest {
+        position: orrery::scene::request::Position::Over { towards: Some(orrery::catalog::NaifId::SUN), distance_radii: Some(3.6) },
+        width: 128,
+        height: 128,
+        ..ViewRequest::of(orrery::catalog::NaifId::EARTH, orrery::time::Instant::parse("2024-03-20T12:07:00Z").expect("a time"))
+    };
+    // Right of the limb and above, as the Earth is seen from the Sun's direction.
+    let tangent = [
+        "CTYPE1  = 'RA---TAN'",
+        "CTYPE2  = 'DEC--TAN'",
+        "CRVAL1  = 165.0",
+        "CRVAL2  = 14.0",
+        "CRPIX1  = 4.5",
+        "CRPIX2  = 4.5",
+        "CDELT1  = -0.9",
+        "CDELT2  = 0.9",
+    ];
+    write("sky.fits", &fits(&tangent));
+    let (session, _) = crate::support::session::session_over(folder.path());
+    studio.draw_of(&session, &request)
 }
 
 fn far(d: &Difference) -> bool {
@@ -83,8 +155,8 @@ fn views_look_as_recorded() {
     let studio = RenderWorker::open();
     let record = std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1");
     let mut failures = Vec::new();
-    for (name, request) in views() {
-        let drawn = studio.draw(&request);
+    let drawn = views().into_iter().map(|(name, request)| (name, studio.draw(&request)));
+    for (name, drawn) in drawn.chain([(OWN_DATA, own_data(&studio))]) {
         let lit = drawn.rgba.iter().filter(|p| p[..3].iter().any(|v| *v > 30)).count();
         assert!(lit > 0, "{name}: nothing is there");
         if record {
@@ -159,7 +231,7 @@ fn beads_look_as_recorded() {
 
 #[test]
 fn the_folder_holds_the_views_and_no_more() {
-    let names: Vec<String> = views().iter().map(|(name, _)| *name).chain(["beads"]).map(|name| format!("{name}.png")).collect();
+    let names: Vec<String> = views().iter().map(|(name, _)| *name).chain(["beads", OWN_DATA]).map(|name| format!("{name}.png")).collect();
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder()).expect("tests/golden") {
         let entry = entry.expect("an entry");

@@ -1,13 +1,15 @@
-//! Points of one's own data: read from a catalog's layer, on the right ground, at their times.
+//! One's own data: points, outlines and images of a catalog's layers, on the right ground or in the right place of the sky, at their times.
 
 use crate::support::session::session_over;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use orrery::catalog::NaifId;
+use orrery::ephemeris::apparent::aberrated;
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
 use orrery::scene::marks::Dot;
-use orrery::scene::request::{Layers, Position, ViewRequest};
+use orrery::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
+use orrery::scene::viewpoint::viewer;
 use orrery::session::Session;
 use orrery::time::Instant;
 use std::path::Path;
@@ -85,4 +87,207 @@ fn wrong_layers_are_refused() {
     assert!(refused(&LAYER.replace("Earth", "Earht"), "lat,lon\n1,2\n").contains("layers.toml:4: \"Earht\" is not the name of a body"));
     assert!(refused(&LAYER.replace("2.0", "-2.0"), "lat,lon\n1,2\n").contains("layers.toml:5"));
     assert!(refused(&LAYER.replace("quakes.csv", "none.csv"), "lat,lon\n1,2\n").contains("none.csv"));
+}
+
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
+
+/// A FITS image of bytes.
+fn fits(cards: &[(&str, &str)], [width, height]: [usize; 2], data: &[u8]) -> Vec<u8> {
+    let mut text = format!("{:<80}", "SIMPLE  =                    T");
+    let size = [("BITPIX", "8".to_owned()), ("NAXIS", "2".to_owned()), ("NAXIS1", width.to_string()), ("NAXIS2", height.to_string())];
+    let own = cards.iter().map(|(k, v)| (*k, (*v).to_owned()));
+    size.into_iter().chain(own).for_each(|(k, v)| text += &format!("{:<80}", format!("{k:<8}= {v:>20}")));
+    text += &format!("{:<80}", "END");
+    let mut bytes = format!("{text:<length$}", length = text.len().next_multiple_of(2880)).into_bytes();
+    bytes.extend(data);
+    bytes.resize(bytes.len().next_multiple_of(2880), 0);
+    bytes
+}
+
+fn session_with(layer: &str, files: &[(&str, &[u8])]) -> (Session, tempfile::TempDir) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("layers.toml"), layer).expect("written");
+    files.iter().for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes).expect("written"));
+    (session_over(folder.path()).0, folder)
+}
+
+/// The outline of a field of some degrees lies on its parallels and meridians, ends at the limb, and is hidden with its layer.
+#[test]
+fn outlines_lie_on_their_ground() {
+    let layer = "[[layer]]\nname = \"field\"\nfile = \"field.geojson\"\nbody = \"Earth\"\ncolour = \"#00ff00\"\n";
+    let json = r#"{"type":"Polygon","coordinates":[[[130,20],[150,20],[150,40],[130,40],[130,20]]]}"#;
+    let (session, _folder) = session_with(layer, &[("field.geojson", json.as_bytes())]);
+    let request = view("2024-03-11T03:00:00Z");
+    let scene = session.scene(&request).expect("a scene");
+    let earth = scene.body(NaifId::EARTH).expect("the Earth").placement;
+    let (of, pieces) = scene.ground_lines.as_ref().expect("lines");
+    assert!(*of == NaifId::EARTH && pieces.len() >= 4, "{}", pieces.len());
+    let half = scene.camera.half_size();
+    let ends: Vec<DVec2> =
+        pieces.iter().flat_map(|p| p.ends).map(|e| (e.truncate().as_dvec2() * DVec2::new(1.0, -1.0) + 1.0) * half).collect();
+    // Each end lies on a side: on one of the two parallels or meridians.
+    for end in &ends {
+        let ground = scene.camera.surface_under_pixel(&earth, *end).expect("on the disc");
+        let normal = (ground / earth.radii_km).normalize();
+        let (lat, lon) = (normal.z.asin().to_degrees(), normal.y.atan2(normal.x).to_degrees());
+        let off = [lat - 20.0, lat - 40.0, lon - 130.0, lon - 150.0].into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
+        assert!(off < 0.05 && (19.9..40.1).contains(&lat) && (129.9..150.1).contains(&lon), "{end}: {lat} {lon}");
+    }
+    // Each corner, and the middle of each side, has a piece on it.
+    for (lat, lon) in
+        [(20.0, 130.0), (20.0, 150.0), (40.0, 150.0), (40.0, 130.0), (20.0, 140.0), (30.0, 150.0), (40.0, 140.0), (30.0, 130.0)]
+    {
+        let ground = ground_point_km(earth.radii_km, lat, lon, 0.0).0 / earth.radii_km;
+        let at = scene.camera.pixel_of_surface(&earth, ground).expect("on the near side");
+        let off = ends.chunks(2).map(|p| beside(p[0], p[1], at)).fold(f64::INFINITY, f64::min);
+        assert!(off < 0.15, "{lat} {lon}: {off} pixels");
+    }
+    let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
+    let middle = scene.camera.pixel_of_surface(&earth, ground_point_km(earth.radii_km, 30.0, 150.0, 0.0).0 / earth.radii_km).expect("seen");
+    let around = |drawn: &orrery::session::DrawnFrame| {
+        let at = |dx: i64| drawn.frame.display[(middle.y as usize) * 1024 + (middle.x as i64 + dx) as usize];
+        (-2..=2).map(at).any(|p| p[1] > 100 && p[1] > p[0] + 50 && p[1] > p[2] + 50)
+    };
+    assert!(around(&drawn));
+    let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..request.clone() };
+    assert!(session.scene(&off).expect("a scene").ground_lines.is_none());
+    assert!(!around(&session.draw(&off, SAMPLING, false).expect("drawn")));
+    // From the other side nothing is seen of it.
+    let night = view("2024-03-11T15:00:00Z");
+    assert!(session.scene(&night).expect("a scene").ground_lines.is_none());
+}
+
+/// Distance of a place from a piece.
+fn beside(a: DVec2, b: DVec2, at: DVec2) -> f64 {
+    let along = b - a;
+    let t = if along.length_squared() > 0.0 { ((at - a).dot(along) / along.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
+    at.distance(a + along * t)
+}
+
+/// One white pixel of an image of the sky stands where a star of its coordinates would: at any exposure, and with the viewer's aberration.
+#[test]
+fn an_image_lies_among_its_stars() {
+    let (ra, dec) = (152.093_f64, 11.967_f64);
+    let cards = [
+        ("CTYPE1", "'RA---TAN'"),
+        ("CTYPE2", "'DEC--TAN'"),
+        ("CRVAL1", "151.9"),
+        ("CRVAL2", "11.9"),
+        ("CRPIX1", "50.5"),
+        ("CRPIX2", "30.5"),
+        ("CDELT1", "-0.005"),
+        ("CDELT2", "0.005"),
+    ];
+    // By the textbook's formula of the projection.
+    let (da, d, d0) = ((ra - 151.9).to_radians(), dec.to_radians(), 11.9_f64.to_radians());
+    let cos_c = d0.sin() * d.sin() + d0.cos() * d.cos() * da.cos();
+    let x = 50.5 - (d.cos() * da.sin() / cos_c).to_degrees() / 0.005;
+    let y = 30.5 + ((d0.cos() * d.sin() - d0.sin() * d.cos() * da.cos()) / cos_c).to_degrees() / 0.005;
+    let mut data = vec![0_u8; 100 * 60];
+    // The four pixels around the place, so that its centroid is there.
+    let (x0, y0) = (x.floor(), y.floor());
+    for (k, weight) in
+        [(1.0 - x.fract()) * (1.0 - y.fract()), x.fract() * (1.0 - y.fract()), (1.0 - x.fract()) * y.fract(), x.fract() * y.fract()]
+            .into_iter()
+            .enumerate()
+    {
+        let (px, py) = (x0 as usize + k % 2, y0 as usize + k / 2);
+        data[(py - 1) * 100 + px - 1] = (255.0 * orrery::units::linear_to_srgb(weight)).round() as u8;
+    }
+    data[0] = 255;
+    let layer = "[[layer]]\nname = \"field\"\nfile = \"field.fits\"\npercentiles = [0.0, 100.0]\n";
+    let (session, _folder) = session_with(layer, &[("field.fits", &fits(&cards, [100, 60], &data))]);
+    let direction = DVec3::new(d.cos() * ra.to_radians().cos(), d.cos() * ra.to_radians().sin(), d.sin());
+    for (fov_deg, stops) in [(0.5, "0"), (1.0, "8")] {
+        let request = ViewRequest {
+            target: None,
+            position: Position::Centre(NaifId::EARTH),
+            look: Look::Along { direction, axes: Axes::Icrf },
+            up: Up::Celestial,
+            fov_deg: Some(fov_deg),
+            width: 400,
+            height: 400,
+            exposure: orrery::scene::request::ExposureRequest::Stops(stops.parse().expect("a number")),
+            layers: Layers { data: true, ..Layers::NONE },
+            ..view("2024-03-11T03:00:00Z")
+        };
+        let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
+        let camera = &viewer.camera;
+        let expected = |v: DVec3| camera.pixel_from_clip(camera.clip(v).expect("ahead"));
+        let at = expected(aberrated(direction, viewer.body_velocity_km_s));
+        let drawn = session.draw(&request, SAMPLING, true).expect("drawn");
+        let texel_px = 0.005 / fov_deg * 400.0;
+        let (mut sum, mut moment) = (0.0, DVec2::ZERO);
+        for (k, p) in drawn.frame.hdr.iter().enumerate() {
+            let place = DVec2::new((k % 400) as f64 + 0.5, (k / 400) as f64 + 0.5);
+            if place.distance(at) < 3.0 * texel_px {
+                sum += f64::from(p[1]);
+                moment += place * f64::from(p[1]);
+            }
+        }
+        let off = (moment / sum).distance(at);
+        assert!(off < 0.1, "{fov_deg} degrees: {off} pixels");
+        assert!((moment / sum).distance(expected(direction)) > 2.0, "aberration is some 20 arcsec");
+        // White is white at any exposure: the four pixels sum to one.
+        let white = sum / texel_px.powi(2) / drawn.scene.exposure.white();
+        assert!((white - 1.0).abs() < 0.05, "{fov_deg} degrees: {white}");
+    }
+}
+
+/// An image of a body lies over its ground, on the side and in the place that its header says.
+#[test]
+fn an_image_of_a_body_lies_over_its_ground() {
+    let cards = [
+        ("CTYPE1", "'EALN-CAR'"),
+        ("CTYPE2", "'EALT-CAR'"),
+        ("CRVAL1", "130"),
+        ("CRPIX1", "0.5"),
+        ("CRPIX2", "-1.5"),
+        ("CDELT1", "10"),
+        ("CDELT2", "10"),
+    ];
+    // Longitude 130 to 150, latitude 20 to 40; the north-east quarter alone is white.
+    let layer = "[[layer]]\nname = \"map\"\nfile = \"map.fits\"\nbody = \"Earth\"\npercentiles = [0.0, 100.0]\n";
+    let (session, _folder) = session_with(layer, &[("map.fits", &fits(&cards, [2, 2], &[0, 0, 0, 255]))]);
+    let request = ViewRequest {
+        effects: orrery::scene::effects::EffectOverrides::parse("-clouds,-atmosphere").expect("effects"),
+        ..view("2024-03-11T03:00:00Z")
+    };
+    let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
+    let earth = drawn.scene.body(NaifId::EARTH).expect("the Earth").placement;
+    let level = |lat: f64, lon: f64| {
+        let at =
+            drawn.scene.camera.pixel_of_surface(&earth, ground_point_km(earth.radii_km, lat, lon, 0.0).0 / earth.radii_km).expect("seen");
+        drawn.frame.display[(at.y as usize) * 1024 + at.x as usize][1]
+    };
+    let (white, black) = (level(37.5, 147.5), [level(22.5, 132.5), level(37.5, 132.5), level(22.5, 147.5)]);
+    assert!(black.iter().all(|b| *b < 20 && white > b + 100), "{white} {black:?}");
+}
+
+/// Each format says file, line and field, and no session opens.
+#[test]
+fn wrong_files_of_each_format_are_refused() {
+    let refused = |name: &str, body: &str, bytes: &[u8]| {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("layers.toml"), format!("[[layer]]\nname = \"own\"\nfile = \"{name}\"\n{body}"))
+            .expect("written");
+        std::fs::write(folder.path().join(name), bytes).expect("written");
+        let e = orrery::session::read_catalog(Some(folder.path())).map(|_| ()).expect_err("refused").to_string();
+        e.replace(&folder.path().display().to_string(), "")
+    };
+    let earth = "body = \"Earth\"\n";
+    let json = br#"{"type":"Point","coordinates":[10,99]}"#;
+    assert!(refused("a.geojson", earth, json).contains("a.geojson:1: field coordinates: latitude 99"));
+    assert!(refused("a.geojson", "", json).contains("a.geojson:1: its coordinates are a body's"));
+    assert!(
+        refused("a.kml", earth, b"<kml><Placemark><Point><coordinates>x</coordinates></Point></Placemark></kml>")
+            .contains("a.kml:1: field coordinates: `x`")
+    );
+    assert!(refused("a.vot", "", b"<VOTABLE><RESOURCE/></VOTABLE>").contains("a.vot:1: no TABLE"));
+    assert!(refused("a.fits", "", &fits(&[], [2, 2], &[1, 2, 3, 4])).contains("CTYPE1"));
+    assert!(refused("a.fits", "", b"no image at all").contains("a.fits:1: (card) does not begin with SIMPLE"));
+    assert!(refused("a.csv", "", b"\xff\xfe").contains("a.csv:1: not UTF-8 text"));
+    assert!(refused("a.png", "", b"").contains("layers.toml:3"));
+    let twice = format!("{earth}[[overlay]]\nbody = \"Earth\"\n");
+    assert!(refused("a.csv", &twice, b"lat,lon\n1,2\n").contains("layers.toml"));
 }

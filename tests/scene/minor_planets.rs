@@ -17,7 +17,9 @@ use orrery::scene::photometry::irradiance_of_magnitude;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::sky::minor_planets::MARK_LEVEL;
 use orrery::scene::viewpoint::viewer;
-use orrery::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, point_spread};
+use orrery::scene::{
+    CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, point_peak, point_spread,
+};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
@@ -94,9 +96,8 @@ fn the_shape_of_a_sprite_is_that_of_other_points() {
         let radius = (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX);
         let [core, glare] = point_spread(radius);
         assert!((found[0] / radius - 1.0).abs() < 1e-5, "{peak}: {found:?}");
-        // A core of three deviations is scaled by scene to its square, by 0.55 %; glare by the same integral.
         assert!(
-            (found[1] / core - 1.0).abs() < 6e-3 && (found[2] - glare).abs() < 1e-4 * glare.max(1e-3),
+            (found[1] / core - 1.0).abs() < 1e-5 && (found[2] - glare).abs() < 1e-4 * glare.max(1e-3),
             "{peak}: {found:?} {core} {glare}"
         );
     }
@@ -185,7 +186,7 @@ fn a_picture_shows_them_where_they_are_and_as_bright() {
             let law = (1.0 - g) * (-3.33 * half.powf(0.63)).exp() + g * (-1.87 * half.powf(1.22)).exp();
             let magnitude = h + 5.0 * (from_sun * distance).log10() - 2.5 * law.log10();
             let flux = irradiance_of_magnitude(magnitude) * PI / camera.pixel_tangent().powi(2);
-            let mark = MARK_LEVEL * drawn.scene.exposure.white() * 2.0 * PI * CORE_SIGMA_PX.powi(2);
+            let mark = MARK_LEVEL * drawn.scene.exposure.white() / point_peak();
             let colour = f64::from(drawn.scene.minor_planets.as_ref().expect("asked for").colour.y);
             worst_light = worst_light.max((sum / (flux.max(mark) * colour) - 1.0).abs());
             lit += usize::from(flux > mark);

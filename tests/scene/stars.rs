@@ -298,13 +298,13 @@ fn cells_leave_out_no_star_that_shows() {
             let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
             let viewer = viewer(&catalog, &ephemeris, &request).expect("a viewer");
             let placer = StarPlacer::of(&catalog, &viewer, &request);
-            // A level of 255 is 1/3295 of white on black; the brightest pixel has 0.358 of the flux.
+            // A level of 255 is 1/3295 of white on black; the brightest pixel has 0.377 of the flux.
             let shows = |star: &&Star| {
                 let place = placer.place(star);
                 let inside = viewer.camera.clip(place.direction).is_some_and(|c| c.abs().max_element() < 1.0);
                 let pixel_sr = viewer.camera.pixel_tangent().powi(2) * place.direction.dot(viewer.camera.forward).powi(3);
                 let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
-                inside && flux * 0.358 * stops.exp2() > 1.0 / 3295.0
+                inside && flux * 0.377 * stops.exp2() > 1.0 / 3295.0
             };
             let expected = catalog.stars().stars().iter().filter(shows).count();
             assert!(scene.stars.len() >= expected, "{direction}, {fov_deg} deg: {} of {expected}", scene.stars.len());
@@ -387,8 +387,9 @@ fn a_body_hides_the_stars_behind_it() {
     assert!(added(moon).abs() < 1e-9 && added(beside) > 1e-3, "{} {}", added(moon), added(beside));
 }
 
-/// Every star of the reference by itself, from a minute of arc to 70 degrees: the direction that the reference's pixel means, by the pinhole's own formula, against the
-/// centroid in a picture of any field of view whose middle lies elsewhere.
+/// Every star of the reference by itself, from a minute of arc to 170 degrees: the direction that the reference's pixel means, by the pinhole's own formula, against the
+/// centroid in a picture of any field of view whose middle lies elsewhere. Without the glare of the Sun: in the widest pictures a pixel spans degrees, and the glare over ten of
+/// them outshines a star.
 #[test]
 fn centroids_are_those_of_the_reference_at_every_field_of_view() {
     let mut worst = (0.0_f64, String::new());
@@ -413,7 +414,7 @@ fn centroids_are_those_of_the_reference_at_every_field_of_view() {
         let (ra, dec) = (star.direction.y.atan2(star.direction.x).to_degrees().rem_euclid(360.0), star.direction.z.asin().to_degrees());
         writeln!(table, "{ra},{dec},1,{},{},{}", star.parallax_rad * mas, motion.x, motion.y).expect("a string");
         let (session, _folder) = session_of(&table);
-        for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0].into_iter().enumerate() {
+        for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0, 120.0, 170.0].into_iter().enumerate() {
             // Middle of the picture off the star by part of the half field, in a direction of its own.
             let aside = DMat3::from_axis_angle(expected, 0.7 * (n + k) as f64) * expected.any_orthonormal_vector();
             let middle = (expected + aside * (0.6 * (fov_deg.to_radians() / 2.0).tan())).normalize();
@@ -423,6 +424,7 @@ fn centroids_are_those_of_the_reference_at_every_field_of_view() {
                 width: 300,
                 height: 300,
                 layers: Layers { stars: true, ..Layers::NONE },
+                effects: EffectOverrides::parse("-glow").expect("effects"),
                 ..case.request()
             });
             let drawn = draw(&session, &request);
@@ -461,8 +463,8 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         drawn.frame.display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
     };
     let greatest = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+    // A sprite's light ends in nothing at its rim, and all samples of a lit pixel are in the sprite.
     // sRGB rises by at most 255 x 0.62 levels per octave of light, near white and with the tone map's slope of 1: a fiftieth of a stop is 3 levels.
-    // The core is cut at three standard deviations, where 1.1 % of its peak are left: as a glare widens, a pixel at the rim comes in by such steps, 9 levels at most (measured).
     let step = 0.02;
     let (mut worst, mut least_shown, mut most_shown) = (0, usize::MAX, 0);
     let mut before = levels(5.0, 6.0);
@@ -474,7 +476,7 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         before = now;
     }
     println!("exposure: worst step {worst} levels; {least_shown} to {most_shown} pixels lit");
-    assert!(worst <= 10, "{worst} levels in a fiftieth of a stop");
+    assert!(worst <= 3, "{worst} levels in a fiftieth of a stop");
     assert!(most_shown > 10 * least_shown.max(1), "stars must come and go: {least_shown} to {most_shown}");
     // The comparison must be able to fail.
     assert!(greatest(&levels(5.0, 12.0), &levels(5.0, 12.6)) > 20);

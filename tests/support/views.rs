@@ -113,8 +113,9 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     ]
 }
 
-/// Halley with its tails on 16 March 1986 as the Earth saw it, Saturn among the orbits of its moons, and the path of the eclipse of 2024 on the globe.
-fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 3] {
+/// Halley with its tails on 16 March 1986 as the Earth saw it, Saturn among the orbits of its moons, the path of the eclipse of 2024 on the globe, and the
+/// Moon in the fields of instruments.
+fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 4] {
     let halley = ViewRequest {
         target: None,
         position: Position::Centre(NaifId::EARTH),
@@ -135,6 +136,12 @@ fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 3] {
         layers: Layers { eclipse_path: true, ..Layers::NONE },
         ..ViewRequest::of(NaifId::EARTH, Instant::parse(ECLIPSE_DAY).expect("a time"))
     };
-    [("halley", halley), ("saturn-orbits", orbits), ("eclipse-path", eclipse_path)]
+    let instruments = ViewRequest {
+        position: Position::Centre(NaifId::EARTH),
+        fov_deg: Some(9.0),
+        layers: Layers { instruments: true, ..Layers::NONE },
+        ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-16T01:00:00Z").expect("a time"))
+    };
+    [("halley", halley), ("saturn-orbits", orbits), ("eclipse-path", eclipse_path), ("instruments", instruments)]
         .map(|(name, request)| (name, ViewRequest { width: SIDE, height: SIDE, ..request }))
 }

@@ -2,6 +2,7 @@
 
 mod access;
 mod contrast;
+mod dropped;
 mod events;
 mod failures;
 mod flights;

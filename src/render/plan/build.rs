@@ -109,10 +109,12 @@ pub(super) fn light_steps(
         depth: true,
     };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
+    let [.., opacity] = background;
     let background = Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] };
-    let sky = over_light("sky", sky::background(scene, provider)?);
+    let sky = over_light("sky", sky::background(scene, provider, opacity)?);
     let sky_lines = over_light("sky lines", shared::lines_in_order("sky lines", &scene.sky_lines, scene, provider)?);
-    let mut steps = vec![background, sky, sky_lines, over_light("stars", shared::stars(scene, provider)?)];
+    let sky_images = over_light("sky images", sky::images(scene, provider)?);
+    let mut steps = vec![background, sky, sky_images, sky_lines, over_light("stars", shared::stars(scene, provider)?)];
     steps.extend(over_stars.map(|draw| over_light("faces", vec![draw])));
     let of_body = |body| move |d: &Draw| d.body == body;
     let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {

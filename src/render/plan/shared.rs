@@ -47,6 +47,7 @@ const BLUR_REACH: f32 = 3.0;
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
         (scene.background.is_some(), "sky_background"),
+        (!scene.sky_images.is_empty(), "sky_image"),
         (!scene.points.is_empty() || !scene.stars.is_empty() || !scene.comets.heads.is_empty(), "point"),
         (!scene.lines.is_empty() || !scene.sky_lines.is_empty() || scene.ground_lines.is_some(), "line"),
         (!scene.orbits.is_empty(), "orbit"),

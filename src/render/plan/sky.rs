@@ -1,11 +1,12 @@
-//! The draw of diffuse light from beyond all bodies: one triangle over the whole picture.
+//! The draws of diffuse light from beyond all bodies, and of images of the sky over it: one triangle over the whole picture each.
 
 use super::error::PlanError;
-use super::passes::{AddressMode, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
+use super::passes::{AddressMode, Blend, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
 use super::shared::of_module;
 use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
+use crate::scene::sky::images::SkyImageDraw;
 use glam::Vec3;
 use std::sync::{Arc, LazyLock};
 
@@ -22,7 +23,8 @@ static BLACK: LazyLock<SharedTexture> = LazyLock::new(|| {
     Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level { width: 1, height: 1, bytes: vec![0, 0, 0, 255] }] })
 });
 
-pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+/// `opacity`: 0 in a face, which is laid over the stars.
+pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
     let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK.clone()), |file| provider.map(file, SKY_DECODING))?;
     let draw = of_module(MODULE, scene, provider, |w| {
@@ -38,9 +40,31 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider) -> Res
         w.f32("near", sky.near)?;
         w.f32("inner_cosine", sky.inner_cosine)?;
         w.f32("outer_cosine", sky.outer_cosine)?;
-        w.f32("corona", sky.corona)
+        w.f32("corona", sky.corona)?;
+        w.f32("opacity", opacity)
     })?;
     let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
+}
+
+/// The user's images: white is white, whatever the exposure.
+pub(super) fn images(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let draw = |image: &SkyImageDraw| {
+        let map = provider.overlay(&image.image)?;
+        let draw = of_module("sky_image", scene, provider, |w| {
+            w.vec3("middle", image.middle)?;
+            w.vec3("across", image.across)?;
+            w.vec3("up", image.up)?;
+            w.vec2("span_px", image.span_px)?;
+            w.f32("map_level", image.map_level)?;
+            w.f32("radiance", 1.0 / scene.exposure.factor_f32())?;
+            w.f32("opacity", image.opacity)
+        })?;
+        let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
+        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+        let samplers = vec![SamplerBinding { binding: SAMPLER_BINDING, state }];
+        Ok(PlanDraw { textures, samplers, blend: Blend::PremultipliedOver, ..draw })
+    };
+    scene.sky_images.iter().map(draw).collect()
 }

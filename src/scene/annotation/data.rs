@@ -3,7 +3,7 @@
 //! In: the catalog's data layers, the time, and the bodies as the picture shows them. Out: [`Dot`]s. Always: a point shows from its time on and fades in the days that its
 //! layer says; what is on the far side of its body, or behind another, is left out. A million points are some 100 ms.
 
-use crate::catalog::{Catalog, DataLayer, DataPoint};
+use crate::catalog::{Catalog, DataLayer};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::in_view::BodyInView;
@@ -27,9 +27,9 @@ const OPACITY: f64 = 0.9;
 /// The picture's height at which sizes are pixels; in others they grow with it.
 const HEIGHT_PX: f64 = 1024.0;
 
-/// Opacity of a point at a time; `None`: it does not show.
-fn shown(layer: &DataLayer, point: &DataPoint, now: Instant) -> Option<f64> {
-    let Some(time) = point.time else { return Some(OPACITY) };
+/// Opacity at a time of what has one; `None`: it does not show.
+pub(super) fn shown(layer: &DataLayer, time: Option<Instant>, now: Instant) -> Option<f64> {
+    let Some(time) = time else { return Some(OPACITY) };
     let age_days = (now.tdb_seconds_past_j2000() - time.tdb_seconds_past_j2000()) / SECONDS_PER_DAY;
     let left = layer.fade_days.map_or(1.0, |days| 1.0 - age_days / days);
     (age_days >= 0.0 && left > 0.0).then_some(OPACITY * left)
@@ -54,8 +54,8 @@ pub fn dots(picture: &impl PicturePlaces, catalog: &Catalog, bodies: &[BodyInVie
         if matches!(body, Some(None)) {
             continue;
         }
-        for point in &layer.points {
-            let Some(opacity) = shown(layer, point, now) else { continue };
+        for point in layer.points.iter() {
+            let Some(opacity) = shown(&layer, point.time, now) else { continue };
             let (sight, others_km) = match body.flatten() {
                 Some(body) => {
                     let place = &body.placement;

@@ -1,22 +1,26 @@
-//! The lines on the ground of one body, together: its grid, its terminator, the shadows of eclipses.
+//! The lines on the ground of one body, together: its grid, its terminator, the shadows of eclipses, the user's data.
 //!
 //! In: the layers that are wanted, and the body that is looked at or stood on. Out: pieces of lines, texts and decisions; a body too small for lines has none, and the reason.
 
+use crate::catalog::DataLayer;
 use crate::scene::annotation::body_lines::Sheet;
-use crate::scene::annotation::eclipse_lines;
 use crate::scene::annotation::sky_lines::SkyLines;
+use crate::scene::annotation::{data_lines, eclipse_lines};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
+use std::sync::Arc;
 
 /// A disc narrower than this has no lines, pixels.
 const LEAST_PX: f64 = 16.0;
 
 /// The lines on the ground of the body that is looked at or stood on.
-pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>) -> SkyLines {
+pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>, data: &[Arc<DataLayer>]) -> SkyLines {
     let layers = context.request.layers;
-    let wanted = [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path")];
+    let has_lines = layers.data && body.is_some_and(|p| data.iter().any(|l| l.body == Some(p.body.id) && !l.lines.is_empty()));
+    let wanted =
+        [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")];
     let size_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
     let Some(p) = body.filter(|p| size_px >= LEAST_PX && !p.placement.camera_is_inside()) else {
         let reason =
@@ -31,6 +35,9 @@ pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&
     }
     if layers.terminator {
         sheet.terminator();
+    }
+    if has_lines {
+        data_lines::on_ground(&mut sheet, data, context.request.time);
     }
     if layers.eclipse_path {
         eclipse_lines::on_ground(&mut sheet, context);

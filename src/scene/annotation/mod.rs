@@ -2,10 +2,12 @@
 
 pub mod body_lines;
 pub mod data;
+mod data_lines;
 pub(crate) mod eclipse_lines;
 pub mod features;
 pub mod grids;
 pub(crate) mod ground_lines;
+pub(crate) mod instrument_frames;
 pub mod labels;
 pub mod legend;
 pub mod line_texts;

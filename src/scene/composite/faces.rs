@@ -99,7 +99,6 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     }
     let layers = Layers {
         labels: false,
-        data: false,
         features: false,
         caption: false,
         scale_bar: false,

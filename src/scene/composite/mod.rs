@@ -24,6 +24,7 @@ use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
 use crate::scene::request::{Composition, Projection};
+use crate::scene::sky::comets::Comets;
 
 impl Frames {
     /// The frames of a request.
@@ -70,6 +71,10 @@ impl Composite {
             (whole.draws, whole.lines, whole.limbs) = Default::default();
             (whole.corona, whole.glow, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
+            // The faces have their own; texts beside lines are placed for one face.
+            (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
+            (whole.minor_planets, whole.comets, whole.texts) = (None, Comets::default(), None);
+            whole.background = None;
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();

@@ -44,7 +44,7 @@ layers! {
     traces: "traces" false,
     /// Names and markers of bodies.
     labels: "labels" false,
-    /// Points of the catalog's data layers.
+    /// Points, lines and images of the catalog's data layers.
     data: "data" true,
     /// Names of surface features.
     features: "features" false,
@@ -90,6 +90,8 @@ layers! {
     eclipse_path: "eclipse-path" false,
     /// The same in space, and the target's own.
     eclipse_cones: "eclipse-cones" false,
+    /// Fields of view of the catalog's instruments, around the target.
+    instruments: "instruments" false,
 }
 
 impl Layers {

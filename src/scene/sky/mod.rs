@@ -3,6 +3,7 @@
 pub mod background;
 pub mod comets;
 pub mod frames;
+pub mod images;
 pub mod map;
 pub mod minor_planet_columns;
 pub mod minor_planets;

@@ -5,7 +5,7 @@ use crate::scene::request::Layers;
 use egui::Slider;
 
 /// Name of a layer, its words, and what it shows.
-const SWITCHES: [(&str, &str, &str); 14] = [
+const SWITCHES: [(&str, &str, &str); 16] = [
     ("stars", "Stars", "Stars, as far as the exposure shows them"),
     ("milky-way", "Milky Way", "The Milky Way's diffuse light, as far as the exposure shows it"),
     ("zodiacal-light", "Zodiacal light", "Sunlit dust between the planets, as far as the exposure shows it"),
@@ -20,6 +20,8 @@ const SWITCHES: [(&str, &str, &str); 14] = [
     ("terminator", "Terminator", "Where the Sun rises and sets on the target"),
     ("eclipse-path", "Eclipse path", "Umbra and penumbra on the target, and the path of the shadow over its ground"),
     ("eclipse-cones", "Shadow cones", "Umbra and penumbra in space, of the target and of what stands before its Sun"),
+    ("instruments", "Instrument fields", "Fields of view of eyepieces, cameras and telescopes around the target"),
+    ("data", "Data layers", "Your points, lines and images: [[layer]] of a catalog, or a file dropped on the window"),
 ];
 
 /// The switches, and how far faint light is lifted.

@@ -7,6 +7,7 @@ mod accessible;
 mod angle;
 mod body_browser;
 mod compare;
+mod dropped;
 mod effects;
 mod events;
 mod fact;
@@ -145,6 +146,7 @@ pub struct Interface {
     share: share::SharePanel,
     angle: angle::MeasuredAngle,
     viewport: Viewport,
+    dropped: dropped::DroppedFiles,
     adaptation: ExposureAdaptation,
 }
 
@@ -184,6 +186,7 @@ impl Interface {
             share: share::SharePanel::default(),
             angle: angle::MeasuredAngle::default(),
             viewport: Viewport::default(),
+            dropped: dropped::DroppedFiles::default(),
             adaptation: ExposureAdaptation::default(),
         }
     }
@@ -225,6 +228,7 @@ impl Interface {
         let had_tour = self.tour.is_open();
         shortcuts::pressed(self, ui.ctx(), &mut actions);
         share::work(self, worker);
+        dropped::work(self, ui.ctx(), worker);
         events::work(self, worker);
         self.top(ui, worker, &mut actions);
         if self.bodies_shown {

@@ -1,0 +1,65 @@
+//! Tables of points: which column is which, and a row as a point.
+//!
+//! In: the names of the columns, then rows of text. Out: points, or the wrong field. Always: other columns are passed over.
+
+use super::layer::{DataPoint, hex_colour};
+use crate::time::Instant;
+use crate::wording::echo_within;
+
+/// Where the columns of a table are: latitude, longitude, time, size, colour.
+pub(super) struct Columns {
+    at: [Option<usize>; 5],
+    count: usize,
+    place_names: [&'static str; 2],
+}
+
+impl Columns {
+    /// By names, of which letters and digits count alone and case does not.
+    pub fn of(names: &[String], on_body: bool) -> Result<Self, String> {
+        let plain = |name: &String| name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
+        let names: Vec<String> = names.iter().map(plain).collect();
+        let place: [&[&str]; 2] = match on_body {
+            true => [&["latdeg", "lat", "latitude"], &["londeg", "lon", "longitude", "lng"]],
+            false => [&["decdeg", "dec", "dedeg", "deicrs", "dej2000"], &["radeg", "ra", "raicrs", "raj2000"]],
+        };
+        let known: [&[&str]; 5] = [place[0], place[1], &["time", "date", "datetime"], &["sizepx", "size"], &["colour", "color"]];
+        let at = known.map(|known| names.iter().position(|name| known.contains(&name.as_str())));
+        let place_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
+        if at[0].is_none() || at[1].is_none() {
+            return Err(format!("names no columns {} and {}", place_names[usize::from(!on_body)], place_names[usize::from(on_body)]));
+        }
+        Ok(Self { at, count: names.len(), place_names })
+    }
+
+    /// The columns of the place.
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        self.at[..2].iter().flatten().copied()
+    }
+
+    /// A row as a point.
+    pub fn point(&self, values: &[String]) -> Result<DataPoint, String> {
+        if values.len() != self.count {
+            return Err(format!("{} values; the table names {} columns", values.len(), self.count));
+        }
+        let bad = |field: &str, value: &str, allowed: &str| format!("field {field}: `{}` is not {allowed}", echo_within(value, 40));
+        let [lat, lon, time, size, colour] = self.at;
+        let given = |at: Option<usize>| at.map(|at| values[at].as_str()).filter(|v| !v.is_empty());
+        let within = |field: &str, value: &str, [least, most]: [f64; 2], allowed: &str| {
+            value.parse().ok().filter(|v| (least..=most).contains(v)).ok_or_else(|| bad(field, value, allowed))
+        };
+        let coordinate = |k: usize, at: Option<usize>, most: f64| {
+            let value = at.map_or("", |at| values[at].as_str());
+            within(self.place_names[k], value, [-most, most], &format!("degrees from -{most} to {most}"))
+        };
+        let time = given(time).map(|v| Instant::parse(v).map_err(|_| bad("time", v, "ISO 8601 UTC or jd_tdb:DAY")));
+        let size = given(size).map(|v| within("size_px", v, [1e-3, 1000.0], "pixels above 0, at most 1000"));
+        let colour = given(colour).map(|v| hex_colour(v).ok_or_else(|| bad("colour", v, "a colour as #ff8040")));
+        Ok(DataPoint {
+            lat_deg: coordinate(0, lat, 90.0)?,
+            lon_deg: coordinate(1, lon, 360.0)?,
+            time: time.transpose()?,
+            size_px: size.transpose()?,
+            colour: colour.transpose()?,
+        })
+    }
+}

@@ -1,0 +1,37 @@
+//! Points in a table of comma-separated values (RFC 4180, without line breaks in values). The first line names the columns.
+
+use super::columns::Columns;
+use super::layer::Content;
+
+/// The values of a line, without their quotes; a quote in quotes is doubled.
+fn values(line: &str) -> Vec<String> {
+    let (mut all, mut value, mut quoted) = (Vec::new(), String::new(), false);
+    let mut letters = line.chars().peekable();
+    while let Some(c) = letters.next() {
+        match c {
+            '"' if quoted && letters.peek() == Some(&'"') => {
+                letters.next();
+                value.push('"');
+            }
+            '"' => quoted = !quoted,
+            ',' if !quoted => all.push(std::mem::take(&mut value).trim().to_owned()),
+            _ => value.push(c),
+        }
+    }
+    all.push(value.trim().to_owned());
+    all
+}
+
+/// The points of a table, or the line that is wrong and why.
+pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
+    let mut lines = (1..).zip(text.lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
+    let (first, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
+    let columns =
+        Columns::of(&values(head.trim_start_matches('\u{feff}')), on_body).map_err(|why| (first, format!("the first line {why}")))?;
+    let mut content = Content::default();
+    for (number, line) in lines {
+        let point = columns.point(&values(line)).and_then(|point| content.count(1).map(|()| point));
+        content.points.push(point.map_err(|why| (number, why))?);
+    }
+    Ok(content)
+}

@@ -1,0 +1,115 @@
+//! Headers of FITS files (standard 4.0): cards of 80 bytes in blocks of 2880.
+//!
+//! In: the bytes of a file from where a header begins. Out: its cards and where its data begin, or the wrong card. Always: the length is bounded. Left out: long strings (CONTINUE),
+//! hierarchical keywords.
+
+use crate::wording::echo_within;
+
+const CARD: usize = 80;
+/// Headers and data fill whole blocks of so many bytes.
+pub(super) const BLOCK: usize = 2880;
+/// Blocks of a header at most.
+const MAX_BLOCKS: usize = 1000;
+
+/// The cards that have a value.
+pub(super) struct Header {
+    cards: Vec<(String, String, usize)>,
+    /// Bytes from the header's begin to its data.
+    pub length: usize,
+}
+
+/// A wrong card: which, counted from 1, and why.
+pub(super) type WrongCard = (usize, String);
+
+impl Header {
+    /// The header at the begin of bytes; `first`: number of its first card in the file.
+    pub fn read(bytes: &[u8], first: usize) -> Result<Self, WrongCard> {
+        let mut cards = Vec::new();
+        for (k, card) in bytes.chunks_exact(CARD).take(MAX_BLOCKS * BLOCK / CARD).enumerate() {
+            let number = first + k;
+            if !card.iter().all(|b| (0x20..0x7f).contains(b)) {
+                return Err((number, "a header card with bytes that are no text: not FITS, or damaged".to_owned()));
+            }
+            let text = String::from_utf8_lossy(card);
+            let (keyword, rest) = text.split_at(8);
+            let keyword = keyword.trim_end();
+            if keyword == "END" {
+                return Ok(Self { cards, length: ((k + 1) * CARD).next_multiple_of(BLOCK) });
+            }
+            if let Some(value) = rest.strip_prefix("= ") {
+                cards.push((keyword.to_owned(), value_of(value), number));
+            }
+        }
+        Err((first, "a header without END: not FITS, or cut short".to_owned()))
+    }
+
+    fn find(&self, keyword: &str) -> Option<(&str, usize)> {
+        self.cards.iter().find(|(k, _, _)| k == keyword).map(|(_, value, number)| (value.as_str(), *number))
+    }
+
+    /// The text of a card, without quotes; empty where there is none.
+    pub fn text(&self, keyword: &str) -> &str {
+        self.find(keyword).map_or("", |(value, _)| value)
+    }
+
+    /// The number of the card, for messages.
+    pub fn card(&self, keyword: &str) -> usize {
+        self.find(keyword).map_or(1, |(_, number)| number)
+    }
+
+    /// The number of a card; `None`: there is no such card.
+    pub fn number(&self, keyword: &str) -> Result<Option<f64>, WrongCard> {
+        let Some((value, number)) = self.find(keyword) else { return Ok(None) };
+        // Fortran writes exponents with D.
+        let parsed = value.replace(['D', 'd'], "E").parse::<f64>().ok().filter(|v| v.is_finite());
+        parsed.map(Some).ok_or_else(|| (number, format!("{keyword}: `{}` is no number", echo_within(value, 40))))
+    }
+
+    /// The whole number of a card that must be there.
+    pub fn integer(&self, keyword: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, WrongCard> {
+        let Some((value, number)) = self.find(keyword) else { return Err((1, format!("{keyword} is missing"))) };
+        let parsed = value.parse::<i64>().ok().filter(|v| range.contains(v));
+        parsed.ok_or_else(|| {
+            (number, format!("{keyword}: `{}` is no whole number from {} to {}", echo_within(value, 40), range.start(), range.end()))
+        })
+    }
+}
+
+/// A value without its comment: a string between quotes, in which a quote is doubled, or what stands before the slash.
+fn value_of(text: &str) -> String {
+    let text = text.trim_start();
+    let Some(string) = text.strip_prefix('\'') else {
+        return text.split('/').next().unwrap_or_default().trim().to_owned();
+    };
+    let mut value = String::new();
+    let mut letters = string.chars().peekable();
+    while let Some(c) = letters.next() {
+        match c {
+            '\'' if letters.peek() == Some(&'\'') => {
+                letters.next();
+                value.push('\'');
+            }
+            '\'' => break,
+            c => value.push(c),
+        }
+    }
+    value.trim_end().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_end_before_their_comments() {
+        for (text, value) in [
+            ("                   16 / bits", "16"),
+            ("'RA---TAN'           / right ascension", "RA---TAN"),
+            ("'O''HARA  '", "O'HARA"),
+            ("'a / b'  / c", "a / b"),
+            ("-1.5D-3", "-1.5D-3"),
+        ] {
+            assert_eq!(value_of(text), value);
+        }
+    }
+}

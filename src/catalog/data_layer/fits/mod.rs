@@ -1,0 +1,303 @@
+//! Images in FITS files: the first one of two axes, in the primary HDU or an IMAGE extension.
+//!
+//! In: bytes, whether the image is a body's, and its look. Out: [`SkyImage`], or the wrong card. Always: numbers are BSCALE x + BZERO; BLANK and what is not finite is clear; sizes are
+//! bounded before anything is read. Left out: cubes of several planes and compressed images (fpack), both refused.
+
+mod header;
+mod place;
+
+use super::look::{ImageLook, colours};
+use header::{BLOCK, Header, WrongCard};
+pub use place::ImagePlace;
+
+/// Pixels of an image at most.
+const MAX_PIXELS: i64 = 100_000_000;
+/// Pixels along a side at most: what every device takes as a texture.
+const MAX_SIDE: i64 = 16_384;
+/// HDUs that are looked through.
+const MAX_HDUS: usize = 100;
+
+/// An image in colours, and where it lies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyImage {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// sRGB and alpha, rows from the top: the last of the file first.
+    pub rgba: Vec<u8>,
+    /// Where it lies.
+    pub place: ImagePlace,
+}
+
+/// The unit of data after a header.
+struct Unit<'a> {
+    header: Header,
+    data: &'a [u8],
+}
+
+/// Bytes of data that a header announces (standard, section 4.4.1.1).
+fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
+    let axes = header.integer("NAXIS", 0..=999)?;
+    let bits = header.integer("BITPIX", -64..=64)?.unsigned_abs();
+    let mut count: u64 = u64::from(axes > 0);
+    for k in 1..=axes {
+        let side = header.integer(&format!("NAXIS{k}"), 0..=1 << 40)?.unsigned_abs();
+        // Random groups, an old form, begin with an axis of 0.
+        count = count
+            .checked_mul(side)
+            .filter(|c| *c < 1 << 48)
+            .ok_or_else(|| (header.card("NAXIS1"), "more data than a file holds".to_owned()))?;
+    }
+    let extra = if header.text("PCOUNT").is_empty() { 0 } else { header.integer("PCOUNT", 0..=1 << 40)?.unsigned_abs() };
+    let groups = if header.text("GCOUNT").is_empty() { 1 } else { header.integer("GCOUNT", 0..=1 << 20)?.unsigned_abs() };
+    let bytes = (bits / 8).checked_mul(groups).and_then(|b| b.checked_mul(count.checked_add(extra)?));
+    let bytes = bytes.and_then(|b| usize::try_from(b).ok()).filter(|b| *b < usize::MAX / 2);
+    bytes.ok_or_else(|| (header.card("NAXIS1"), "more data than a file holds".to_owned()))
+}
+
+/// The first HDU with an image of two axes.
+fn image_unit(bytes: &[u8]) -> Result<Unit<'_>, WrongCard> {
+    if !bytes.starts_with(b"SIMPLE  =") {
+        return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
+    }
+    let (mut at, mut compressed) = (0, false);
+    for _ in 0..MAX_HDUS {
+        let rest = bytes.get(at..).filter(|rest| rest.len() >= BLOCK);
+        let Some(rest) = rest else { break };
+        let header = Header::read(rest, at / 80 + 1)?;
+        let length = data_bytes(&header)?;
+        let data = rest.get(header.length..).unwrap_or_default();
+        compressed |= header.text("ZIMAGE") == "T";
+        let is_image = matches!(header.text("XTENSION"), "" | "IMAGE") && header.integer("NAXIS", 0..=999)? >= 2;
+        if is_image && length > 0 {
+            let data = data.get(..length).ok_or_else(|| {
+                (header.card("NAXIS1"), format!("{length} bytes of data announced, {} in the file: cut short", data.len()))
+            })?;
+            return Ok(Unit { header, data });
+        }
+        at = at.saturating_add(header.length).saturating_add(length.next_multiple_of(BLOCK));
+    }
+    let why = if compressed { "the image is compressed; unpack it (funpack)" } else { "no image in it: no HDU of two axes" };
+    Err((1, why.to_owned()))
+}
+
+/// The numbers of the data, in the order of the file.
+fn numbers(unit: &Unit<'_>) -> Result<Vec<f32>, WrongCard> {
+    let header = &unit.header;
+    let scale = header.number("BSCALE")?.unwrap_or(1.0);
+    let zero = header.number("BZERO")?.unwrap_or(0.0);
+    let blank = if header.text("BLANK").is_empty() { None } else { Some(header.integer("BLANK", i64::MIN..=i64::MAX)?) };
+    let whole = |v: i64| if Some(v) == blank { f32::NAN } else { (scale * v as f64 + zero) as f32 };
+    let real = |v: f64| (scale * v + zero) as f32;
+    fn each<const N: usize>(data: &[u8], of: impl Fn([u8; N]) -> f32) -> Vec<f32> {
+        data.as_chunks::<N>().0.iter().map(|b| of(*b)).collect()
+    }
+    let data = unit.data;
+    Ok(match header.integer("BITPIX", -64..=64)? {
+        8 => each(data, |[b]| whole(i64::from(b))),
+        16 => each(data, |b| whole(i64::from(i16::from_be_bytes(b)))),
+        32 => each(data, |b| whole(i64::from(i32::from_be_bytes(b)))),
+        64 => each(data, |b| whole(i64::from_be_bytes(b))),
+        -32 => each(data, |b| real(f64::from(f32::from_be_bytes(b)))),
+        -64 => each(data, |b| real(f64::from_be_bytes(b))),
+        other => return Err((header.card("BITPIX"), format!("BITPIX: {other} is none of 8, 16, 32, 64, -32, -64"))),
+    })
+}
+
+/// The image of a file, or the card that is wrong, counted from 1, and why.
+pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<SkyImage, WrongCard> {
+    let unit = image_unit(bytes)?;
+    let header = &unit.header;
+    let [width, height] = [header.integer("NAXIS1", 1..=MAX_SIDE)?, header.integer("NAXIS2", 1..=MAX_SIDE)?];
+    for k in 3..=header.integer("NAXIS", 2..=999)? {
+        header
+            .integer(&format!("NAXIS{k}"), 1..=1)
+            .map_err(|(card, why)| (card, format!("{why}: an image of one plane is drawn, no cube")))?;
+    }
+    if width * height > MAX_PIXELS {
+        return Err((header.card("NAXIS1"), format!("{width}x{height} pixels, more than {MAX_PIXELS}, the most that are read")));
+    }
+    let size = [width, height].map(|side| u32::try_from(side).unwrap_or(1));
+    let place = if on_body { place::on_body(header, size)? } else { place::on_sky(header)? };
+    let values = numbers(&unit)?;
+    let colours = colours(&values, look).ok_or_else(|| (header.card("BITPIX"), "no number in the image is finite".to_owned()))?;
+    let row = 4 * size[0] as usize;
+    let mut rgba: Vec<u8> = colours.chunks_exact(row).rev().flatten().copied().collect();
+    if matches!(place, ImagePlace::Plate { mirrored: true, .. }) {
+        rgba.chunks_exact_mut(row).for_each(|row| {
+            let mirrored: Vec<u8> = row.as_chunks::<4>().0.iter().rev().flatten().copied().collect();
+            row.copy_from_slice(&mirrored);
+        });
+    }
+    Ok(SkyImage { width: size[0], height: size[1], rgba, place })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::look::Stretch;
+    use super::*;
+
+    const TAN: &[(&str, &str)] = &[
+        ("CTYPE1", "'RA---TAN'"),
+        ("CTYPE2", "'DEC--TAN'"),
+        ("CRVAL1", "83.633"),
+        ("CRVAL2", "22.0145"),
+        ("CRPIX1", "1.5"),
+        ("CRPIX2", "1.0"),
+        ("CDELT1", "-0.01"),
+        ("CDELT2", "0.01"),
+    ];
+    const SIZE: &[(&str, &str)] = &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "2")];
+
+    fn block(first: &str, cards: &[&[(&str, &str)]]) -> Vec<u8> {
+        let mut text = format!("{first:<80}");
+        for (keyword, value) in cards.iter().copied().flatten() {
+            text += &format!("{:<80}", format!("{keyword:<8}= {value:>20} / about"));
+        }
+        text += &format!("{:<80}", "END");
+        let length = text.len().next_multiple_of(BLOCK);
+        format!("{text:<length$}").into_bytes()
+    }
+
+    const SIMPLE: &str = "SIMPLE  =                    T";
+
+    fn file(cards: &[&[(&str, &str)]], data: &[u8]) -> Vec<u8> {
+        let mut bytes = block(SIMPLE, cards);
+        bytes.extend(data);
+        bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+        bytes
+    }
+
+    fn whole() -> ImageLook {
+        ImageLook { percentiles: [0.0, 100.0], ..ImageLook::default() }
+    }
+
+    fn red(image: &SkyImage) -> Vec<u8> {
+        image.rgba.chunks(4).map(|p| p[0]).collect()
+    }
+
+    /// Each form of number, and rows that run up in the file and down in the picture.
+    #[test]
+    fn numbers_of_every_form_are_read() {
+        let forms: [(&str, Vec<u8>); 6] = [
+            ("8", vec![0, 51, 102, 255]),
+            ("16", [0_i16, 51, 102, 255].iter().flat_map(|v| v.to_be_bytes()).collect()),
+            ("32", [0_i32, 51, 102, 255].iter().flat_map(|v| v.to_be_bytes()).collect()),
+            ("64", [0_i64, 51, 102, 255].iter().flat_map(|v| v.to_be_bytes()).collect()),
+            ("-32", [0_f32, 51.0, 102.0, 255.0].iter().flat_map(|v| v.to_be_bytes()).collect()),
+            ("-64", [0_f64, 51.0, 102.0, 255.0].iter().flat_map(|v| v.to_be_bytes()).collect()),
+        ];
+        for (bits, data) in forms {
+            let image = read(&file(&[&[("BITPIX", bits)], SIZE, TAN], &data), false, &whole()).expect(bits);
+            assert_eq!(red(&image), [102, 255, 0, 51], "{bits}");
+        }
+        let scaled: &[(&str, &str)] = &[("BITPIX", "16"), ("BSCALE", "-2.0D0"), ("BZERO", "10"), ("BLANK", "7")];
+        let data: Vec<u8> = [0_i16, 7, 5, 10].iter().flat_map(|v| v.to_be_bytes()).collect();
+        let image = read(&file(&[scaled, SIZE, TAN], &data), false, &whole()).expect("scaled");
+        // 10, none, 0, -10.
+        assert_eq!(image.rgba, [128, 128, 128, 255, 0, 0, 0, 255, 255, 255, 255, 255, 0, 0, 0, 0]);
+        let sqrt = ImageLook { stretch: Stretch::Sqrt, ..whole() };
+        let data = [0_u8, 51, 102, 255];
+        let image = read(&file(&[&[("BITPIX", "8")], SIZE, TAN], &data), false, &sqrt).expect("stretched");
+        assert_eq!(red(&image)[3], 114);
+    }
+
+    #[test]
+    fn the_first_image_is_taken_and_its_place() {
+        let empty: &[(&str, &str)] = &[("BITPIX", "8"), ("NAXIS", "0")];
+        let table: &[(&str, &str)] =
+            &[("BITPIX", "8"), ("NAXIS", "2"), ("NAXIS1", "3000"), ("NAXIS2", "1"), ("PCOUNT", "0"), ("GCOUNT", "1")];
+        let mut bytes = block(SIMPLE, &[empty]);
+        bytes.extend(block("XTENSION= 'BINTABLE'", &[table]));
+        bytes.extend([0; 2 * BLOCK]);
+        bytes.extend(block("XTENSION= 'IMAGE   '", &[&[("BITPIX", "8")], SIZE, TAN]));
+        bytes.extend([1, 2, 3, 4]);
+        let image = read(&bytes, false, &whole()).expect("the third");
+        let ImagePlace::Tangent { centre_deg, centre_px, deg_per_px } = image.place else { panic!("{:?}", image.place) };
+        assert_eq!((centre_deg, centre_px, deg_per_px), ([83.633, 22.0145], [1.5, 1.0], [[-0.01, -0.0], [-0.0, 0.01]]));
+        // A quarter turn in each of the three ways to say it.
+        let quarter = |cards: &[(&str, &str)]| {
+            let image = read(&file(&[&[("BITPIX", "8")], SIZE, &TAN[..6], cards], &[1, 2, 3, 4]), false, &whole()).expect("placed");
+            let ImagePlace::Tangent { deg_per_px, .. } = image.place else { panic!("{:?}", image.place) };
+            deg_per_px.map(|row| row.map(|v| (v * 1e6).round()))
+        };
+        let expected = [[0.0, -1e4], [1e4, 0.0]];
+        let scale = [("CDELT1", "0.01"), ("CDELT2", "0.01")];
+        assert_eq!(quarter(&[("CD1_2", "-0.01"), ("CD2_1", "0.01")]), expected);
+        assert_eq!(quarter(&[scale[0], scale[1], ("CROTA2", "90")]), expected);
+        assert_eq!(quarter(&[scale[0], scale[1], ("PC1_1", "0"), ("PC1_2", "-1"), ("PC2_1", "1"), ("PC2_2", "0")]), expected);
+    }
+
+    #[test]
+    fn maps_of_bodies_have_edges() {
+        let of = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
+            read(&file(&[&[("BITPIX", "8")], size, cards], data), true, &whole()).map(|i| (red(&i), i.place))
+        };
+        let (_, globe) = of(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
+        assert_eq!(globe, ImagePlace::Plate { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
+        let car = |dx: &'static str| {
+            [
+                ("CTYPE1", "'MALN-CAR'"),
+                ("CTYPE2", "'MALT-CAR'"),
+                ("CRVAL1", "30"),
+                ("CRPIX1", "1.5"),
+                ("CRPIX2", "0.5"),
+                ("CDELT1", dx),
+                ("CDELT2", "10"),
+            ]
+        };
+        let (texels, part) = of(&car("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
+        assert_eq!(part, ImagePlace::Plate { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: false });
+        assert_eq!(texels, [170, 255, 0, 85]);
+        let (texels, part) = of(&car("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
+        assert_eq!(part, ImagePlace::Plate { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: true });
+        assert_eq!(texels, [255, 170, 85, 0]);
+        assert!(of(&car("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("no part of a globe")));
+        assert!(of(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
+        assert!(of(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_refused_by_card() {
+        let why = |cards: &[&[(&str, &str)]], data: &[u8]| read(&file(cards, data), false, &whole()).expect_err("refused");
+        let bits: &[(&str, &str)] = &[("BITPIX", "8")];
+        let data = [1, 2, 3, 4];
+        assert!(read(b"GIF89a", false, &whole()).is_err_and(|(_, w)| w.contains("not FITS")));
+        assert!(read(&block(SIMPLE, &[bits])[..2000], false, &whole()).is_err_and(|(_, w)| w.contains("no image")));
+        assert!(why(&[bits, &[("NAXIS", "0")]], &[]).1.starts_with("no image in it"));
+        let cut = block(SIMPLE, &[bits, &[("NAXIS", "2"), ("NAXIS1", "100"), ("NAXIS2", "100")], TAN]);
+        assert!(read(&cut, false, &whole()).is_err_and(|(_, w)| w.starts_with("10000 bytes of data announced, 0 in the file")));
+        for (from, to, card, said) in [
+            ("RA---TAN", "RA---SIN", 6, "CTYPE1: `RA---SIN`: on the sky only"),
+            ("RA---TAN", "RA---TAN-SIP", 6, "CTYPE1: `RA---TAN-SIP`"),
+            ("83.633", "x", 8, "CRVAL1: `x` is no number"),
+            ("22.0145", "122.0", 9, "CRVAL2: 122 is beyond 90"),
+        ] {
+            let changed: Vec<(&str, String)> = TAN.iter().map(|(k, v)| (*k, v.replace(from, to))).collect();
+            let changed: Vec<(&str, &str)> = changed.iter().map(|(k, v)| (*k, v.as_str())).collect();
+            let (at, why) = why(&[bits, SIZE, &changed], &data);
+            assert!(at == card && why.starts_with(said), "{at}: {why}");
+        }
+        assert!(why(&[bits, SIZE, TAN, &[("RADESYS", "'FK4'")]], &data).1.starts_with("RADESYS: `FK4`"));
+        assert!(why(&[bits, SIZE, TAN, &[("EQUINOX", "1950.0")]], &data).1.starts_with("EQUINOX: `1950.0`"));
+        assert!(why(&[bits, SIZE, TAN, &[("LONPOLE", "90")]], &data).1.starts_with("LONPOLE"));
+        assert!(why(&[bits, SIZE, TAN, &[("A_ORDER", "2")]], &data).1.starts_with("A_ORDER"));
+        assert!(why(&[bits, SIZE, &TAN[..6]], &data).1.contains("the image has no scale"));
+        assert!(why(&[bits, SIZE, &TAN[..6], &[("CD1_1", "0.01")]], &data).1.contains("cannot be placed"));
+        assert!(why(&[&[("BITPIX", "12")], SIZE, TAN], &data).1.contains("none of 8"));
+        let cube: &[(&str, &str)] = &[("NAXIS", "3"), ("NAXIS1", "2"), ("NAXIS2", "1"), ("NAXIS3", "2")];
+        assert!(why(&[bits, cube, TAN], &data).1.contains("no cube"));
+        let huge: &[(&str, &str)] = &[("NAXIS", "2"), ("NAXIS1", "1000000000"), ("NAXIS2", "1000000000")];
+        assert!(
+            why(&[bits, huge, TAN], &data).1.contains("more data than a file holds")
+                || why(&[bits, huge, TAN], &data).1.contains("cut short")
+        );
+        let nothing: Vec<u8> = [f32::NAN; 4].iter().flat_map(|v| v.to_be_bytes()).collect();
+        assert!(why(&[&[("BITPIX", "-32")], SIZE, TAN], &nothing).1.contains("no number in the image is finite"));
+        let mut packed = block(SIMPLE, &[bits, &[("NAXIS", "0")]]);
+        packed.extend(block("XTENSION= 'BINTABLE'", &[bits, SIZE, &[("PCOUNT", "0"), ("GCOUNT", "1"), ("ZIMAGE", "T")]]));
+        packed.extend([0; BLOCK]);
+        assert!(read(&packed, false, &whole()).is_err_and(|(_, w)| w.contains("funpack")));
+    }
+}

@@ -1,0 +1,147 @@
+//! Where a FITS image lies: its world coordinates (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
+//!
+//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as high). Always: what another
+//! projection, distortion, frame or a turned pole would move is refused and not drawn elsewhere.
+
+use super::header::{Header, WrongCard};
+use crate::wording::echo_within;
+
+/// Where an image lies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ImagePlace {
+    /// On the sky.
+    Tangent {
+        /// Right ascension and declination (ICRF) of the point of tangency, degrees.
+        centre_deg: [f64; 2],
+        /// The pixel there, counted from 1 in the first pixel's middle, x to the right, y up.
+        centre_px: [f64; 2],
+        /// Degrees east and north in the tangent plane, rows, per pixel to the right and up, columns.
+        deg_per_px: [[f64; 2]; 2],
+    },
+    /// On a body: its edges, planetographic latitude and east longitude.
+    Plate {
+        /// Edge.
+        west_deg: f64,
+        /// Edge, east of `west_deg`.
+        east_deg: f64,
+        /// Edge.
+        south_deg: f64,
+        /// Edge.
+        north_deg: f64,
+        /// Columns run from east to west.
+        mirrored: bool,
+    },
+}
+
+fn refused(header: &Header, keyword: &str, why: &str) -> WrongCard {
+    (header.card(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
+}
+
+/// Degrees per pixel: the CD matrix, or PC or CROTA2 with CDELT.
+fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
+    let number = |keyword: &str| header.number(keyword);
+    let of = |name: &str| -> Result<[[Option<f64>; 2]; 2], WrongCard> {
+        let at = |k: &str| number(&format!("{name}{k}"));
+        Ok([[at("1_1")?, at("1_2")?], [at("2_1")?, at("2_2")?]])
+    };
+    let cd = of("CD")?;
+    let found = if cd.iter().flatten().any(Option::is_some) {
+        cd.map(|row| row.map(|v| v.unwrap_or(0.0)))
+    } else {
+        let [Some(dx), Some(dy)] = [number("CDELT1")?, number("CDELT2")?] else {
+            return Err((1, "CD1_1 or CDELT1 and CDELT2: missing; the image has no scale".to_owned()));
+        };
+        let pc = of("PC")?;
+        if pc.iter().flatten().any(Option::is_some) {
+            let [[a, b], [c, d]] = pc;
+            [[dx * a.unwrap_or(1.0), dx * b.unwrap_or(0.0)], [dy * c.unwrap_or(0.0), dy * d.unwrap_or(1.0)]]
+        } else {
+            let (sin, cos) = number("CROTA2")?.unwrap_or(0.0).to_radians().sin_cos();
+            [[dx * cos, -dy * sin], [dx * sin, dy * cos]]
+        }
+    };
+    let [[a, b], [c, d]] = found;
+    let area = (a * d - b * c).abs();
+    // A thousandth of a square second to the whole sky.
+    if !(1e-10 * 1e-3 / 1296.0..=1e4).contains(&area) {
+        return Err((header.card("CDELT1").max(header.card("CD1_1")), format!("a pixel of {area:.1e} square degrees cannot be placed")));
+    }
+    Ok(found)
+}
+
+/// The tangent plane of an image of the sky.
+pub(super) fn on_sky(header: &Header) -> Result<ImagePlace, WrongCard> {
+    let types = [header.text("CTYPE1"), header.text("CTYPE2")];
+    if types != ["RA---TAN", "DEC--TAN"] {
+        let wrong = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
+        return Err(refused(header, wrong, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
+    }
+    for keyword in ["A_ORDER", "B_ORDER", "PV1_5", "PV2_1"] {
+        if !header.text(keyword).is_empty() {
+            return Err(refused(header, keyword, "distorted images are not drawn"));
+        }
+    }
+    if !matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") || !matches!(header.number("EQUINOX")?, None | Some(2000.0)) {
+        let keyword = if matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") { "EQUINOX" } else { "RADESYS" };
+        return Err(refused(header, keyword, "coordinates of ICRS or FK5 J2000 are drawn"));
+    }
+    if !matches!(header.number("LONPOLE")?, None | Some(180.0)) {
+        return Err(refused(header, "LONPOLE", "180 is drawn"));
+    }
+    for keyword in ["CUNIT1", "CUNIT2"] {
+        if !matches!(header.text(keyword), "" | "deg") {
+            return Err(refused(header, keyword, "degrees (deg) are drawn"));
+        }
+    }
+    let need = |keyword: &str, most: f64| match header.number(keyword)? {
+        Some(v) if v.abs() <= most => Ok(v),
+        Some(v) => Err((header.card(keyword), format!("{keyword}: {v} is beyond {most}"))),
+        None => Err((1, format!("{keyword} is missing"))),
+    };
+    Ok(ImagePlace::Tangent {
+        centre_deg: [need("CRVAL1", 360.0)?, need("CRVAL2", 90.0)?],
+        centre_px: [need("CRPIX1", 1e7)?, need("CRPIX2", 1e7)?],
+        deg_per_px: matrix(header)?,
+    })
+}
+
+/// The edges of a map of a body.
+pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<ImagePlace, WrongCard> {
+    let types = [header.text("CTYPE1"), header.text("CTYPE2")];
+    if types == ["", ""] && width == 2 * height {
+        return Ok(ImagePlace::Plate { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
+    }
+    let is_car = |text: &str, kinds: &[&str]| text.strip_suffix("CAR").is_some_and(|axis| kinds.contains(&axis.trim_end_matches('-')));
+    // Solar system bodies: `??LN` and `??LT`; GLON and RA are of the sky.
+    let longitude = types[0].get(2..4) == Some("LN") && types[0].ends_with("-CAR");
+    let latitude = types[1].get(2..4) == Some("LT") && types[1].ends_with("-CAR");
+    if !(longitude && latitude || is_car(types[0], &["LON"]) && is_car(types[1], &["LAT"])) {
+        return Err(refused(
+            header,
+            "CTYPE1",
+            "on a body a plate carree (xxLN-CAR, xxLT-CAR) is drawn, or a map of the whole globe without CTYPE, twice as wide as high",
+        ));
+    }
+    if header.number("CRVAL2")?.unwrap_or(0.0) != 0.0 {
+        return Err(refused(header, "CRVAL2", "a plate carree is drawn whose CRVAL2 is 0: others are turned"));
+    }
+    let [[dx, b], [c, dy]] = matrix(header)?;
+    if b.abs() > 1e-9 || c.abs() > 1e-9 || dy <= 0.0 {
+        return Err((header.card("CDELT2"), "a turned map, or one whose rows run south, is not drawn".to_owned()));
+    }
+    let at = |keyword: &str| header.number(keyword)?.ok_or_else(|| (1, format!("{keyword} is missing")));
+    let [x, y, lon] = [at("CRPIX1")?, at("CRPIX2")?, at("CRVAL1")?];
+    let edges = [0.5, f64::from(width) + 0.5].map(|px| lon + (px - x) * dx);
+    let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
+    let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
+    // Rounding may lead a little past a pole or the date line.
+    let slack = 1e-6;
+    if east_deg - west_deg > 360.0 + slack || west_deg.abs() > 360.0 || south_deg < -90.0 - slack || north_deg > 90.0 + slack {
+        return Err((
+            header.card("CRPIX1"),
+            format!("longitudes {west_deg} to {east_deg} and latitudes {south_deg} to {north_deg} are no part of a globe"),
+        ));
+    }
+    let (east_deg, south_deg, north_deg) = (east_deg.min(west_deg + 360.0), south_deg.max(-90.0), north_deg.min(90.0));
+    Ok(ImagePlace::Plate { west_deg, east_deg, south_deg, north_deg, mirrored: dx < 0.0 })
+}

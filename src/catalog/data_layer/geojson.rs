@@ -1,0 +1,245 @@
+//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection, a Feature, or alone, with the feature's `time` property.
+//!
+//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are passed over; a polygon is the outlines of its rings. `time` is text
+//! (ISO 8601 UTC or jd_tdb:DAY) or, as catalogues of earthquakes have it, milliseconds since 1970. Left out: other properties, and coordinate systems of one's own (`crs`), which are
+//! refused as far as they are not that of the standard.
+
+use super::layer::{Content, place};
+use crate::time::Instant;
+use crate::wording::echo_within;
+use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::fmt::Formatter;
+
+/// Julian date of 1970-01-01.
+const JD_1970: f64 = 2_440_587.5;
+const MS_PER_DAY: f64 = 8.64e7;
+/// The year 9999 ends.
+const LAST_JD: f64 = 5_373_484.5;
+
+/// Numbers within lists.
+enum Coordinates {
+    Number(f64),
+    /// A position, checked: latitude, longitude.
+    Place([f64; 2]),
+    List(Vec<Coordinates>),
+}
+
+impl<'de> Deserialize<'de> for Coordinates {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OfList;
+        impl<'de> Visitor<'de> for OfList {
+            type Value = Coordinates;
+            fn expecting(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+                f.write_str("field coordinates: numbers in lists")
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<Coordinates, E> {
+                Ok(Coordinates::Number(v))
+            }
+            fn visit_i64<E>(self, v: i64) -> Result<Coordinates, E> {
+                Ok(Coordinates::Number(v as f64))
+            }
+            fn visit_u64<E>(self, v: u64) -> Result<Coordinates, E> {
+                Ok(Coordinates::Number(v as f64))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Coordinates, A::Error> {
+                let mut all = Vec::new();
+                while let Some(item) = list.next_element::<Coordinates>()? {
+                    all.push(item);
+                }
+                match all[..] {
+                    [Coordinates::Number(lon), Coordinates::Number(lat), ..] => {
+                        place(lon, lat).map(Coordinates::Place).map_err(|why| A::Error::custom(format!("field coordinates: {why}")))
+                    }
+                    [Coordinates::Number(_), ..] => Err(A::Error::custom("field coordinates: a position is [longitude, latitude]")),
+                    _ => Ok(Coordinates::List(all)),
+                }
+            }
+        }
+        deserializer.deserialize_any(OfList)
+    }
+}
+
+/// What is drawn of a geometry.
+#[derive(Default)]
+struct Shapes {
+    points: Vec<[f64; 2]>,
+    lines: Vec<Vec<[f64; 2]>>,
+}
+
+impl Shapes {
+    fn positions(list: Vec<Coordinates>) -> Option<Vec<[f64; 2]>> {
+        list.into_iter().map(|c| if let Coordinates::Place(p) = c { Some(p) } else { None }).collect()
+    }
+
+    fn lines(list: Vec<Coordinates>) -> Option<Vec<Vec<[f64; 2]>>> {
+        list.into_iter().map(|c| if let Coordinates::List(of) = c { Self::positions(of) } else { None }).collect()
+    }
+
+    fn of(kind: &str, coordinates: Coordinates) -> Option<Self> {
+        let points = |points| Self { points, ..Self::default() };
+        let lines = |lines| Self { lines, ..Self::default() };
+        match (kind, coordinates) {
+            ("Point", Coordinates::Place(p)) => Some(points(vec![p])),
+            ("MultiPoint", Coordinates::List(l)) => Self::positions(l).map(points),
+            ("LineString", Coordinates::List(l)) => Self::positions(l).map(|line| lines(vec![line])),
+            ("MultiLineString" | "Polygon", Coordinates::List(l)) => Self::lines(l).map(lines),
+            ("MultiPolygon", Coordinates::List(l)) => {
+                let polygons = l.into_iter().map(|c| if let Coordinates::List(of) = c { Self::lines(of) } else { None });
+                polygons.collect::<Option<Vec<_>>>().map(|all| lines(all.into_iter().flatten().collect()))
+            }
+            _ => None,
+        }
+    }
+
+    fn add(&mut self, other: Self) {
+        self.points.extend(other.points);
+        self.lines.extend(other.lines);
+    }
+}
+
+const GEOMETRIES: &str = "Point, MultiPoint, LineString, MultiLineString, Polygon, MultiPolygon, GeometryCollection";
+
+/// Any object of the format: the document, a feature, a geometry.
+#[derive(Default)]
+struct Object {
+    content: Content,
+}
+
+/// Properties of a feature, of which one counts.
+#[derive(Default, Deserialize)]
+struct Properties {
+    #[serde(default, deserialize_with = "time")]
+    time: Option<Instant>,
+}
+
+/// Text or milliseconds.
+fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
+    let value = serde_json::Value::deserialize(deserializer)?;
+    let wrong = |shown: &str| {
+        D::Error::custom(format!("field time: `{}` is not ISO 8601 UTC, jd_tdb:DAY or milliseconds since 1970", echo_within(shown, 40)))
+    };
+    match &value {
+        serde_json::Value::Null => Ok(None),
+        serde_json::Value::String(text) if text.trim().is_empty() => Ok(None),
+        serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| wrong(text)),
+        serde_json::Value::Number(ms) => {
+            let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|day| (0.0..LAST_JD).contains(day));
+            day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| wrong(&ms.to_string()))
+        }
+        other => Err(wrong(&other.to_string())),
+    }
+}
+
+/// What of an object may come in any order.
+#[derive(Default)]
+struct Parts {
+    kind: Option<String>,
+    coordinates: Option<Coordinates>,
+    shapes: Shapes,
+    time: Option<Instant>,
+    content: Content,
+    has_list: bool,
+}
+
+impl<'de> Deserialize<'de> for Object {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (shapes, content) = parts(deserializer)?;
+        let mut content = content;
+        for point in shapes.0.points {
+            content.point(point, shapes.1).map_err(D::Error::custom)?;
+        }
+        for line in shapes.0.lines {
+            content.line(line, shapes.1).map_err(D::Error::custom)?;
+        }
+        Ok(Self { content })
+    }
+}
+
+/// A geometry within another object.
+struct Geometry(Shapes);
+
+impl<'de> Deserialize<'de> for Geometry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        parts(deserializer).map(|((shapes, _), _)| Self(shapes))
+    }
+}
+
+type Timed = (Shapes, Option<Instant>);
+
+fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content), D::Error> {
+    struct OfObject;
+    impl<'de> Visitor<'de> for OfObject {
+        type Value = (Timed, Content);
+        fn expecting(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+            f.write_str("an object of GeoJSON with its \"type\"")
+        }
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut parts = Parts::default();
+            while let Some(key) = map.next_key::<String>()? {
+                match key.as_str() {
+                    "type" => parts.kind = Some(map.next_value()?),
+                    "coordinates" => parts.coordinates = Some(map.next_value()?),
+                    "geometry" => {
+                        let geometry: Option<Geometry> = map.next_value()?;
+                        parts.shapes.add(geometry.map_or_else(Shapes::default, |g| g.0));
+                    }
+                    "geometries" => {
+                        for geometry in map.next_value::<Vec<Geometry>>()? {
+                            parts.shapes.add(geometry.0);
+                        }
+                    }
+                    "properties" => parts.time = map.next_value::<Option<Properties>>()?.and_then(|p| p.time),
+                    "features" => {
+                        parts.has_list = true;
+                        for feature in map.next_value::<Vec<Object>>()? {
+                            let places =
+                                feature.content.points.len() + feature.content.lines.iter().map(|l| l.corners.len()).sum::<usize>();
+                            parts.content.count(places).map_err(A::Error::custom)?;
+                            parts.content.points.extend(feature.content.points);
+                            parts.content.lines.extend(feature.content.lines);
+                        }
+                    }
+                    "crs" => check_crs(&map.next_value()?).map_err(A::Error::custom)?,
+                    _ => drop(map.next_value::<IgnoredAny>()?),
+                }
+            }
+            let kind = parts.kind.ok_or_else(|| A::Error::custom("an object without its \"type\""))?;
+            match (kind.as_str(), parts.coordinates) {
+                ("FeatureCollection", None) if parts.has_list => {}
+                ("Feature" | "GeometryCollection", None) => {}
+                (_, Some(coordinates)) => {
+                    let wrong = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
+                    parts.shapes.add(Shapes::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?);
+                }
+                _ => return Err(A::Error::custom(format!("field type: `{}` without its coordinates or features", echo_within(&kind, 40)))),
+            }
+            Ok(((parts.shapes, parts.time), parts.content))
+        }
+    }
+    deserializer.deserialize_map(OfObject)
+}
+
+/// Before RFC 7946 a file could name its coordinates; those of the standard are passed over.
+fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
+    let name = crs.pointer("/properties/name").and_then(serde_json::Value::as_str).unwrap_or_default();
+    match crs.is_null() || name.ends_with("CRS84") || name.ends_with("4326") {
+        true => Ok(()),
+        false => {
+            Err(format!("field crs: `{}` is not longitude and latitude in degrees (urn:ogc:def:crs:OGC:1.3:CRS84)", echo_within(name, 60)))
+        }
+    }
+}
+
+/// What a document holds, or the line that is wrong and why.
+pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
+    let object: Object = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
+        let message = e.to_string();
+        let why = message.rsplit_once(" at line ").map_or(message.as_str(), |(why, _)| why);
+        (e.line().max(1), why.to_owned())
+    })?;
+    if object.content.points.is_empty() && object.content.lines.is_empty() {
+        return Err((1, "no geometry in it".to_owned()));
+    }
+    Ok(object.content)
+}

@@ -1,0 +1,85 @@
+//! Points and outlines of a KML file (OGC 2.3): each Point, LineString and LinearRing of its Placemarks, with the Placemark's TimeStamp or the begin of its TimeSpan.
+//!
+//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are passed over. Left out: styles, tracks, ground overlays,
+//! links to other files, and KMZ archives.
+
+use super::layer::{Content, place};
+use super::xml::{Element, Listener, walk};
+use crate::time::Instant;
+use crate::wording::echo_within;
+
+#[derive(Default)]
+struct Document {
+    is_kml: bool,
+    /// Of the Placemark that is open: its time may follow its places.
+    time: Option<Instant>,
+    points: Vec<[f64; 2]>,
+    lines: Vec<Vec<[f64; 2]>>,
+    content: Content,
+}
+
+/// Places of a `coordinates` element: tuples parted by blanks, numbers of one by commas.
+fn places(text: &str) -> Result<Vec<[f64; 2]>, String> {
+    let tuple = |tuple: &str| {
+        let mut numbers = tuple
+            .split(',')
+            .map(|n| n.parse::<f64>().map_err(|_| format!("field coordinates: `{}` is no longitude,latitude", echo_within(tuple, 40))));
+        let (lon, lat) = (numbers.next(), numbers.next());
+        match (lon, lat) {
+            (Some(lon), Some(lat)) => place(lon?, lat?).map_err(|why| format!("field coordinates: {why}")),
+            _ => Err(format!("field coordinates: `{}` is no longitude,latitude", echo_within(tuple, 40))),
+        }
+    };
+    text.split_whitespace().map(tuple).collect()
+}
+
+impl Listener for Document {
+    fn begins(&mut self, path: &[Element]) -> Result<(), String> {
+        if let [root] = path {
+            self.is_kml = root.name == "kml";
+        }
+        Ok(())
+    }
+
+    fn ends(&mut self, path: &[Element]) -> Result<(), String> {
+        let Some(element) = path.last() else { return Ok(()) };
+        let around = path.len().checked_sub(2).and_then(|k| path.get(k)).map_or("", |e| e.name.as_str());
+        match (element.name.as_str(), around) {
+            ("when", "TimeStamp") | ("begin", "TimeSpan") => {
+                let text = element.text.trim();
+                // A year or a month alone begins with its first day.
+                let whole = match text.len() {
+                    4 => format!("{text}-01-01"),
+                    7 => format!("{text}-01"),
+                    _ => text.to_owned(),
+                };
+                let wrong = || format!("field {}: `{}` is no date of ISO 8601", element.name, echo_within(text, 40));
+                self.time = Some(Instant::parse(&whole).map_err(|_| wrong())?);
+            }
+            ("coordinates", "Point") => self.points.extend(places(&element.text)?),
+            ("coordinates", "LineString" | "LinearRing") => self.lines.push(places(&element.text)?),
+            ("Placemark", _) => {
+                let time = self.time.take();
+                for point in std::mem::take(&mut self.points) {
+                    self.content.point(point, time)?;
+                }
+                for line in std::mem::take(&mut self.lines) {
+                    self.content.line(line, time)?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// What a document holds, or the line that is wrong and why.
+pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
+    let mut document = Document::default();
+    walk(text, &mut document)?;
+    match () {
+        () if !document.is_kml => Err((1, "its first element is not kml".to_owned())),
+        () if document.content == Content::default() => Err((1, "no Placemark with a Point, LineString or LinearRing in it".to_owned())),
+        () => Ok(document.content),
+    }
+}

@@ -1,0 +1,112 @@
+//! What a layer of data holds: points, lines, or an image.
+
+use super::fits::SkyImage;
+use super::look::ImageLook;
+use crate::catalog::NaifId;
+use crate::time::Instant;
+use std::sync::Arc;
+
+/// Points of a layer, corners of its lines together, at most.
+pub(super) const MAX_PLACES: usize = 1_000_000;
+
+/// A layer of data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DataLayer {
+    /// As the catalog has it.
+    pub name: String,
+    /// The file, in the folder of the catalog.
+    pub file: String,
+    /// Whose ground it is on; `None`: the sky.
+    pub body: Option<NaifId>,
+    /// Diameter of a point where the file gives none: pixels of a picture 1024 pixels high.
+    pub size_px: f64,
+    /// sRGB where the file gives none.
+    pub colour: [u8; 3],
+    /// Days in which something fades after its time; `None`: it stays.
+    pub fade_days: Option<f64>,
+    /// How the numbers of an image become colours.
+    pub look: ImageLook,
+    /// From the file.
+    pub points: Arc<Vec<DataPoint>>,
+    /// From the file.
+    pub lines: Arc<Vec<DataLine>>,
+    /// From the file.
+    pub image: Option<Arc<SkyImage>>,
+    /// SHA-256 of the file.
+    pub digest: String,
+}
+
+/// A point of a layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DataPoint {
+    /// Latitude or declination, degrees.
+    pub lat_deg: f64,
+    /// East longitude or right ascension, degrees.
+    pub lon_deg: f64,
+    /// From which on it shows; `None`: always.
+    pub time: Option<Instant>,
+    /// Where the file gives it.
+    pub size_px: Option<f64>,
+    /// sRGB, where the file gives it.
+    pub colour: Option<[u8; 3]>,
+}
+
+/// A line on the ground, straight in longitude and latitude from corner to corner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DataLine {
+    /// Planetographic latitude and east longitude, degrees. Two at least.
+    pub corners: Vec<[f64; 2]>,
+    /// From which on it shows; `None`: always.
+    pub time: Option<Instant>,
+}
+
+/// What a file of points or lines holds.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Content {
+    pub points: Vec<DataPoint>,
+    pub lines: Vec<DataLine>,
+    places: usize,
+}
+
+impl Content {
+    /// Counts places that are about to be added.
+    pub fn count(&mut self, places: usize) -> Result<(), String> {
+        self.places += places;
+        if self.places > MAX_PLACES { Err(format!("more than {MAX_PLACES} points")) } else { Ok(()) }
+    }
+
+    /// Adds a line: two corners at least.
+    pub fn line(&mut self, corners: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
+        self.count(corners.len())?;
+        if corners.len() < 2 {
+            return Err(format!("a line of {} places; two are needed", corners.len()));
+        }
+        self.lines.push(DataLine { corners, time });
+        Ok(())
+    }
+
+    /// Adds a point of no size or colour of its own.
+    pub fn point(&mut self, [lat_deg, lon_deg]: [f64; 2], time: Option<Instant>) -> Result<(), String> {
+        self.count(1)?;
+        self.points.push(DataPoint { lat_deg, lon_deg, time, size_px: None, colour: None });
+        Ok(())
+    }
+}
+
+/// Latitude and longitude of a place, checked.
+pub(super) fn place(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
+    if !(-360.0..=360.0).contains(&lon_deg) {
+        return Err(format!("longitude {lon_deg} is not degrees from -360 to 360"));
+    }
+    if !(-90.0..=90.0).contains(&lat_deg) {
+        return Err(format!("latitude {lat_deg} is not degrees from -90 to 90 (longitude comes first)"));
+    }
+    Ok([lat_deg, lon_deg])
+}
+
+/// `#rrggbb`.
+pub(super) fn hex_colour(text: &str) -> Option<[u8; 3]> {
+    let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
+    let channel = |k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();
+    Some([channel(0)?, channel(1)?, channel(2)?])
+}

@@ -1,0 +1,318 @@
+//! Data of one's own on a body or in the sky: `[[layer]]` of a catalog file, and the file that it names.
+//!
+//! In: the table's section, then the bytes of its file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. The file's ending says its format: CSV and VOTable
+//! (points, on a body by `lat_deg` and `lon_deg`, planetographic, east; in the sky by `ra_deg` and `dec_deg`, ICRF; `time`, `size_px` and `colour` may be there), GeoJSON and KML (points
+//! and outlines on a body), FITS (an image on a body or in the sky). Always: nothing of a file with a wrong line is kept.
+
+mod columns;
+mod csv;
+mod fits;
+mod geojson;
+mod kml;
+mod layer;
+mod look;
+mod votable;
+mod xml;
+
+use super::fields::{is_name, word};
+use super::table::{TableReader, WithLine};
+use super::{Overlay, Problem, Projection};
+use crate::wording::echo_within;
+pub use fits::{ImagePlace, SkyImage};
+use layer::{Content, hex_colour};
+pub use layer::{DataLayer, DataLine, DataPoint};
+pub use look::{ColourMap, ImageLook, Stretch};
+use sha2::{Digest, Sha256};
+use std::sync::Arc;
+
+/// How a file is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Csv,
+    VoTable,
+    GeoJson,
+    Kml,
+    Fits,
+}
+
+/// Endings of file names, and what they mean.
+const FORMATS: [(&str, Format); 10] = [
+    (".csv", Format::Csv),
+    (".txt", Format::Csv),
+    (".vot", Format::VoTable),
+    (".votable", Format::VoTable),
+    (".xml", Format::VoTable),
+    (".geojson", Format::GeoJson),
+    (".json", Format::GeoJson),
+    (".kml", Format::Kml),
+    (".fits", Format::Fits),
+    (".fit", Format::Fits),
+];
+
+fn format(file: &str) -> Option<Format> {
+    let file = file.to_lowercase();
+    FORMATS.iter().find(|(ending, _)| file.ends_with(ending)).map(|(_, format)| *format)
+}
+
+/// Whether a file of this name can be a layer, by its ending.
+pub fn is_layer_file(file: &str) -> bool {
+    format(file).is_some()
+}
+
+/// The endings, for messages.
+pub fn layer_endings() -> String {
+    FORMATS.map(|(ending, _)| ending).join(", ")
+}
+
+/// A layer and the name of its body, to be looked up.
+pub(super) fn layer(mut s: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
+    let name = s.need("name", "a name", is_name);
+    let allowed = format!("a file name without folders that ends in one of {}", layer_endings());
+    let file = s.need::<String>("file", &allowed, |f| is_layer_file(f) && !f.contains(['/', '\\']));
+    let body = s.take("body", "the name of a body", |_: &String| true);
+    let size_px = s.take("size_px", "pixels above 0, at most 100", |x: &f64| *x > 0.0 && *x <= 100.0);
+    let colour = s.take("colour", "a colour as \"#ff8040\"", |c: &String| hex_colour(c).is_some());
+    let fade_days = s.take("fade_days", "days above 0", |x: &f64| *x > 0.0 && x.is_finite());
+    let stretch =
+        word(&mut s, "stretch", &[("linear", Stretch::Linear), ("sqrt", Stretch::Sqrt), ("asinh", Stretch::Asinh), ("log", Stretch::Log)]);
+    let percentiles = s.take("percentiles", "two percentages from 0 to 100, the first below the second", |p: &[f64; 2]| {
+        0.0 <= p[0] && p[0] < p[1] && p[1] <= 100.0
+    });
+    let colour_map = word(&mut s, "colour_map", &[("grey", ColourMap::Grey), ("viridis", ColourMap::Viridis), ("heat", ColourMap::Heat)]);
+    let opacity = s.take("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    let _ = s.take::<String>("source", "a string", |_| true);
+    s.finish();
+    let mut layer = DataLayer::new(name?.value, file?.value);
+    let usual = layer.look;
+    layer.size_px = size_px.map_or(layer.size_px, |l| l.value);
+    layer.colour = colour.and_then(|c| hex_colour(&c.value)).unwrap_or(layer.colour);
+    layer.fade_days = fade_days.map(|l| l.value);
+    layer.look = ImageLook {
+        stretch: stretch.unwrap_or(usual.stretch),
+        percentiles: percentiles.map_or(usual.percentiles, |p| p.value),
+        colour_map: colour_map.unwrap_or(usual.colour_map),
+        opacity: opacity.map_or(usual.opacity, |o| o.value),
+    };
+    Some((body, layer))
+}
+
+impl DataLayer {
+    /// A layer that looks as usual, in the sky, without its content.
+    pub fn new(name: String, file: String) -> Self {
+        Self {
+            name,
+            file,
+            body: None,
+            size_px: 5.0,
+            colour: [255, 140, 60],
+            fade_days: None,
+            look: ImageLook::default(),
+            points: Arc::default(),
+            lines: Arc::default(),
+            image: None,
+            digest: String::new(),
+        }
+    }
+
+    /// The layer with the content of its file. `file`: what messages call it.
+    ///
+    /// # Errors
+    /// The first wrong line; of a FITS file the wrong card.
+    pub fn with_content(mut self, file: &str, bytes: &[u8]) -> Result<Self, Problem> {
+        let wrong = |(line, message): (usize, String)| Problem { file: file.to_owned(), line, message };
+        self.digest = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
+        let format = format(&self.file);
+        if format == Some(Format::Fits) {
+            let image = fits::read(bytes, self.body.is_some(), &self.look);
+            self.image = Some(Arc::new(image.map_err(|(card, why)| wrong((card, format!("(card) {why}"))))?));
+            return Ok(self);
+        }
+        let text = std::str::from_utf8(bytes).map_err(|e| {
+            let line = 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count();
+            wrong((line, "not UTF-8 text".to_owned()))
+        })?;
+        let on_body = self.body.is_some();
+        let outlines = |read: fn(&str) -> Result<Content, (usize, String)>| match on_body {
+            true => read(text),
+            false => Err((1, "its coordinates are a body's: the layer needs `body`".to_owned())),
+        };
+        let content = match format {
+            Some(Format::Csv) => csv::read(text, on_body),
+            Some(Format::VoTable) => votable::read(text, on_body),
+            Some(Format::GeoJson) => outlines(geojson::read),
+            Some(Format::Kml) => outlines(kml::read),
+            Some(Format::Fits) | None => Err((1, format!("`{}` ends in none of {}", echo_within(&self.file, 60), layer_endings()))),
+        };
+        let content = content.map_err(wrong)?;
+        (self.points, self.lines) = (Arc::new(content.points), Arc::new(content.lines));
+        Ok(self)
+    }
+
+    /// The name by which whoever holds textures knows the image. No file of a folder has such a name.
+    pub fn image_name(&self) -> String {
+        format!("layer {} {}", self.name, self.digest)
+    }
+
+    /// The image of a body's layer as an image over its ground.
+    pub(super) fn overlay(&self) -> Option<Overlay> {
+        let image = self.image.as_ref().filter(|_| self.body.is_some())?;
+        let ImagePlace::Plate { west_deg, east_deg, south_deg, north_deg, .. } = image.place else { return None };
+        Some(Overlay {
+            name: self.name.clone(),
+            file: self.image_name(),
+            gain: [1.0; 3],
+            opacity: self.look.opacity,
+            projection: Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::NaifId;
+
+    fn on(body: Option<NaifId>) -> DataLayer {
+        DataLayer { body, ..DataLayer::new("quakes".into(), "quakes.csv".into()) }
+    }
+
+    #[test]
+    fn a_table_is_read_by_its_columns() {
+        let text = "time,Latitude,longitude,place,size,colour\n\
+            2011-03-11T05:46:24Z,38.297,142.373,\"Tohoku, \"\"Japan\"\"\",9.1,#ff0000\n\n,-90,-180,,,\n";
+        let layer = on(Some(NaifId::EARTH)).with_content("quakes.csv", text.as_bytes()).expect("read");
+        assert_eq!(layer.points.len(), 2);
+        let first = layer.points[0];
+        assert_eq!((first.lat_deg, first.lon_deg, first.size_px, first.colour), (38.297, 142.373, Some(9.1), Some([255, 0, 0])));
+        assert_eq!(first.time.map(|t| t.to_utc_iso()[..19].to_owned()), Some("2011-03-11T05:46:24".into()));
+        assert_eq!((layer.points[1].time, layer.points[1].size_px), (None, None));
+        assert_eq!(on(None).with_content("sky.csv", b"ra,dec\n10,20\n").expect("read").points[0].lon_deg, 10.0);
+    }
+
+    #[test]
+    fn each_mistake_names_file_line_and_field() {
+        let why = |text: &str| on(Some(NaifId::EARTH)).with_content("q.csv", text.as_bytes()).expect_err("a mistake").to_string();
+        assert!(why("").starts_with("q.csv:1: empty"));
+        assert!(why("ra,dec\n1,2\n").starts_with("q.csv:1: the first line names no columns lat_deg"));
+        assert!(why("lat,lon\n1,2\n95,2\n").starts_with("q.csv:3: field lat_deg: `95` is not degrees"));
+        assert!(why("lat,lon\n1,x\n").starts_with("q.csv:2: field lon_deg: `x`"));
+        assert!(why("lat,lon\n1\n").starts_with("q.csv:2: 1 values; the table names 2 columns"));
+        assert!(why("lat,lon,time\n1,2,2024-13-45\n").starts_with("q.csv:2: field time: `2024-13-45`"));
+        assert!(why("lat,lon,colour\n1,2,red\n").starts_with("q.csv:2: field colour: `red`"));
+        assert!(why("lat,lon,size_px\n1,2,-4\n").starts_with("q.csv:2: field size_px: `-4`"));
+    }
+
+    fn read(file: &str, body: Option<NaifId>, text: &str) -> Result<DataLayer, String> {
+        let layer = DataLayer { body, ..DataLayer::new("own".into(), file.into()) };
+        layer.with_content(file, text.as_bytes()).map_err(|e| e.to_string())
+    }
+
+    const VOTABLE: &str = "<?xml version=\"1.0\"?>\n<VOTABLE version=\"1.4\" xmlns=\"http://www.ivoa.net/xml/VOTable/v1.3\">\n<RESOURCE>\n\
+        <TABLE>\n<FIELD name=\"id\" datatype=\"char\" arraysize=\"*\"/>\n<FIELD name=\"alpha\" ucd=\"pos.eq.ra;meta.main\" unit=\"deg\" datatype=\"double\"/>\n\
+        <FIELD name=\"delta\" ucd=\"pos.eq.dec;meta.main\" datatype=\"double\"/>\n<FIELD name=\"time\" datatype=\"char\" arraysize=\"*\"/>\n\
+        <DATA><TABLEDATA>\n<TR><TD>A &amp; &#66;</TD><TD> 10.5 </TD><TD>-20</TD><TD>2024-04-08T18:00:00Z</TD></TR>\n\
+        <TR><TD/><TD>11</TD><TD>-21</TD><TD></TD></TR>\n</TABLEDATA></DATA>\n</TABLE>\n</RESOURCE>\n</VOTABLE>\n";
+
+    #[test]
+    fn votables_are_read_by_name_and_ucd() {
+        let layer = read("a.vot", None, VOTABLE).expect("read");
+        assert_eq!(layer.points.iter().map(|p| (p.lon_deg, p.lat_deg)).collect::<Vec<_>>(), [(10.5, -20.0), (11.0, -21.0)]);
+        assert!(layer.points[0].time.is_some() && layer.points[1].time.is_none());
+        // Names come before what a UCD says.
+        let named = VOTABLE.replace("name=\"id\"", "name=\"RA\"").replace("name=\"time\"", "name=\"Dec\"");
+        assert!(read("a.vot", None, &named).expect_err("text").contains("field ra_deg: `A & B`") || read("a.vot", None, &named).is_err());
+        let why = |from: &str, to: &str| read("a.vot", None, &VOTABLE.replace(from, to)).expect_err("a mistake");
+        assert!(
+            why("<TD>-20</TD>", "<TD>-200</TD>").starts_with("a.vot:10: field dec_deg: `-200` is not degrees"),
+            "{}",
+            why("<TD>-20</TD>", "<TD>-200</TD>")
+        );
+        assert!(why("2024-04-08", "2024-13-08").starts_with("a.vot:10: field time: `2024-13-08T18"));
+        assert!(why("<TD>-21</TD>", "").starts_with("a.vot:11: 3 values; the table names 4 columns"));
+        assert!(why("pos.eq.ra;", "phys.mass;").starts_with("a.vot:9: the TABLE names no columns ra_deg and dec_deg, nor by UCD"));
+        assert!(why("unit=\"deg\"", "unit=\"h\"").starts_with("a.vot:9: field alpha (line 6): the unit `h` is not deg"));
+        assert!(why("TABLEDATA", "BINARY2").starts_with("a.vot:9: rows as BINARY2; ask"));
+        assert!(why("</TR>\n</TABLEDATA>", "</TABLEDATA>").starts_with("a.vot:11: not XML"));
+        assert!(why("&amp;", "&bomb;").starts_with("a.vot:10: the entity &bomb; is none"));
+        assert!(read("a.vot", None, "").expect_err("empty").starts_with("a.vot:1: not XML"));
+        let cut = VOTABLE.find("</RESOURCE>").expect("there");
+        assert!(read("a.vot", None, &VOTABLE[..cut]).expect_err("cut").contains("the file ends within <RESOURCE>"));
+        assert!(read("a.vot", None, "<VOTABLE><RESOURCE/></VOTABLE>").expect_err("none").starts_with("a.vot:1: no TABLE in it"));
+        assert!(read("a.vot", None, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
+    }
+
+    const GEOJSON: &str = r#"{"type": "FeatureCollection", "name": "own", "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}},
+"features": [
+{"type": "Feature", "properties": {"time": "2024-04-08T18:00:00Z", "n": 3}, "geometry": {"type": "Point", "coordinates": [10, 20, 300]}},
+{"type": "Feature", "properties": {"time": 1712599200000}, "geometry": {"coordinates": [[[0, 0], [10, 0], [10, 10], [0, 0]], [[1, 1], [2, 1], [2, 2], [1, 1]]], "type": "Polygon"}},
+{"type": "Feature", "properties": null, "geometry": {"type": "GeometryCollection", "geometries": [{"type": "LineString", "coordinates": [[170, 1], [190, 1]]}]}},
+{"type": "Feature", "geometry": null}
+]}"#;
+
+    #[test]
+    fn geojson_is_read_whole() {
+        let layer = read("a.geojson", Some(NaifId::EARTH), GEOJSON).expect("read");
+        let point = layer.points[0];
+        assert_eq!((layer.points.len(), point.lat_deg, point.lon_deg), (1, 20.0, 10.0));
+        assert_eq!(layer.lines.iter().map(|l| l.corners.len()).collect::<Vec<_>>(), [4, 4, 2]);
+        // The same instant as text and as milliseconds.
+        let [text, ms] = [point.time, layer.lines[0].time].map(|t| t.expect("a time").tdb_seconds_past_j2000());
+        assert!((text - ms).abs() < 1e-3, "{text} {ms}");
+        let alone = r#"{"type": "MultiPolygon", "coordinates": [[[[1, 2], [3, 4], [1, 2]]], [[[5, 6], [7, 8], [5, 6]]]]}"#;
+        assert_eq!(read("a.json", Some(NaifId::MOON), alone).expect("read").lines.len(), 2);
+        let why = |from: &str, to: &str| read("a.geojson", Some(NaifId::EARTH), &GEOJSON.replace(from, to)).expect_err("a mistake");
+        for (from, to, said) in [
+            ("[2, 2]", "[2, 92]", "a.geojson:4: field coordinates: latitude 92 is not degrees"),
+            ("[170, 1]", "[1700, 1]", "a.geojson:5: field coordinates: longitude 1700 is not"),
+            ("2024-04-08", "2024-14-08", "a.geojson:3: field time: `2024-14-08T18:00:00Z` is not"),
+            ("1712599200000", "true", "a.geojson:4: field time: `true` is not"),
+            ("[10, 20, 300]", "[10]", "a.geojson:3: field coordinates: a position is [longitude, latitude]"),
+            ("[10, 20, 300]", "[[10, 20]]", "a.geojson:3: field coordinates: not those of a Point"),
+            ("\"Polygon\"", "\"Circle\"", "a.geojson:4: field coordinates: not those of a Circle"),
+            ("[[170, 1], [190, 1]]", "[[170, 1]]", "a.geojson:5: a line of 1 places"),
+            ("CRS84", "EPSG::3857", "a.geojson:1: field crs: `urn:ogc:def:crs:OGC:1.3:EPSG::3857` is not longitude"),
+            ("]}\n", "", "a.geojson:"),
+        ] {
+            let said_is = why(from, to);
+            assert!(said_is.starts_with(said), "{said_is}");
+        }
+        assert!(read("a.geojson", Some(NaifId::EARTH), "[1]").expect_err("no object").starts_with("a.geojson:1: "));
+        assert!(
+            read("a.geojson", Some(NaifId::EARTH), r#"{"type":"FeatureCollection","features":[]}"#)
+                .expect_err("none")
+                .contains("no geometry")
+        );
+        assert!(read("a.geojson", None, GEOJSON).expect_err("in the sky").contains("needs `body`"));
+        assert!(read("a.geojson", Some(NaifId::EARTH), &"[".repeat(1_000_000)).is_err());
+        assert!(
+            read("a.geojson", Some(NaifId::EARTH), &format!("{{\"type\":\"Point\",\"coordinates\":{}", "[".repeat(1_000_000))).is_err()
+        );
+    }
+
+    const KML: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document><Folder>\n\
+        <Placemark><name>a</name><Point><coordinates>10,20,0</coordinates></Point>\n<TimeStamp><when>2024-04</when></TimeStamp></Placemark>\n\
+        <Placemark><MultiGeometry><LineString><coordinates>\n0,0 1,1\n2,2</coordinates></LineString><Polygon><outerBoundaryIs><LinearRing>\n\
+        <coordinates>0,0 5,0 5,5 0,0</coordinates></LinearRing></outerBoundaryIs></Polygon></MultiGeometry></Placemark>\n\
+        </Folder></Document></kml>\n";
+
+    #[test]
+    fn kml_is_read_by_placemarks() {
+        let layer = read("a.kml", Some(NaifId::EARTH), KML).expect("read");
+        assert_eq!((layer.points.len(), layer.points[0].lat_deg, layer.points[0].lon_deg), (1, 20.0, 10.0));
+        assert_eq!(layer.points[0].time.map(|t| t.to_utc_iso()[..10].to_owned()).as_deref(), Some("2024-04-01"));
+        assert_eq!(layer.lines.iter().map(|l| (l.corners.len(), l.time)).collect::<Vec<_>>(), [(3, None), (4, None)]);
+        let why = |from: &str, to: &str| read("a.kml", Some(NaifId::EARTH), &KML.replace(from, to)).expect_err("a mistake");
+        for (from, to, said) in [
+            ("10,20,0", "10", "a.kml:3: field coordinates: `10` is no longitude,latitude"),
+            ("10,20,0", "x,20", "a.kml:3: field coordinates: `x,20` is no longitude"),
+            ("5,5", "5,95", "a.kml:8: field coordinates: latitude 95 is not"),
+            ("2024-04<", "2024-44<", "a.kml:4: field when: `2024-44` is no date"),
+            ("0,0 1,1\n2,2", "0,0", "a.kml:5: a line of 1 places"),
+            ("<kml ", "<gpx ", "a.kml:"),
+        ] {
+            let said_is = why(from, to);
+            assert!(said_is.starts_with(said), "{said_is}");
+        }
+        assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
+    }
+}

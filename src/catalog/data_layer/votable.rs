@@ -1,0 +1,121 @@
+//! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA.
+//!
+//! In: the document. Out: points, or the wrong line and field. A column is known by its name as in a CSV table, or, where no name says it, by its UCD (`pos.eq.ra`, `pos.eq.dec`,
+//! `pos.bodyrc.lon`, `pos.bodyrc.lat` and what they were before 2005). Left out: BINARY and BINARY2 rows, and angles in other units than degrees; both are refused.
+
+use super::columns::Columns;
+use super::layer::Content;
+use super::xml::{Element, Listener, walk};
+use crate::wording::echo_within;
+
+struct Field {
+    name: String,
+    ucd: String,
+    unit: Option<String>,
+    line: usize,
+}
+
+#[derive(Default)]
+struct Table {
+    on_body: bool,
+    fields: Vec<Field>,
+    columns: Option<Columns>,
+    row: Vec<String>,
+    content: Content,
+    has_rows: bool,
+    is_over: bool,
+}
+
+/// The column's name as [`Columns`] knows it, by UCD.
+fn by_ucd(ucd: &str) -> Option<&'static str> {
+    let ucd = ucd.to_lowercase();
+    let first = ucd.split(';').next().unwrap_or_default().trim();
+    match first {
+        "pos.eq.ra" | "pos_eq_ra_main" => Some("ra_deg"),
+        "pos.eq.dec" | "pos_eq_dec_main" => Some("dec_deg"),
+        "pos.bodyrc.lon" | "pos.bodyrc.long" | "pos.earth.lon" => Some("lon_deg"),
+        "pos.bodyrc.lat" | "pos.earth.lat" => Some("lat_deg"),
+        _ => None,
+    }
+}
+
+impl Table {
+    fn choose_columns(&mut self) -> Result<(), String> {
+        let names: Vec<String> = self.fields.iter().map(|f| f.name.clone()).collect();
+        let by_ucds = || -> Vec<String> {
+            let known = self.fields.iter().zip(&names);
+            known.map(|(f, name)| by_ucd(&f.ucd).map_or_else(|| name.clone(), str::to_owned)).collect()
+        };
+        let columns = Columns::of(&names, self.on_body)
+            .or_else(|_| Columns::of(&by_ucds(), self.on_body))
+            .map_err(|why| format!("the TABLE {why}, nor by UCD"))?;
+        for field in columns.places().filter_map(|at| self.fields.get(at)) {
+            if let Some(unit) = field.unit.as_deref().filter(|unit| !matches!(*unit, "" | "deg" | "degree" | "degrees")) {
+                return Err(format!(
+                    "field {} (line {}): the unit `{}` is not deg",
+                    echo_within(&field.name, 40),
+                    field.line,
+                    echo_within(unit, 20)
+                ));
+            }
+        }
+        self.columns = Some(columns);
+        Ok(())
+    }
+}
+
+impl Listener for Table {
+    fn begins(&mut self, path: &[Element]) -> Result<(), String> {
+        let Some(element) = path.last().filter(|_| !self.is_over) else { return Ok(()) };
+        match element.name.as_str() {
+            "FIELD" => {
+                let of = |name: &str| element.attribute(name).unwrap_or_default().to_owned();
+                let (name, ucd) = (if of("name").is_empty() { of("ID") } else { of("name") }, of("ucd"));
+                self.fields.push(Field { name, ucd, unit: element.attribute("unit").map(str::to_owned), line: element.line });
+            }
+            "TABLEDATA" => {
+                self.has_rows = true;
+                self.choose_columns()?;
+            }
+            "BINARY" | "BINARY2" | "FITS" => {
+                return Err(format!(
+                    "rows as {}; ask the service for TABLEDATA, or convert the file (stilts tcopy ofmt=votable-tabledata)",
+                    element.name
+                ));
+            }
+            "TR" => self.row.clear(),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn ends(&mut self, path: &[Element]) -> Result<(), String> {
+        let Some(element) = path.last().filter(|_| !self.is_over) else { return Ok(()) };
+        match element.name.as_str() {
+            "TD" => self.row.push(element.text.trim().to_owned()),
+            "TR" => {
+                let columns = self.columns.as_ref().ok_or("a row outside of TABLEDATA")?;
+                let point = columns.point(&self.row)?;
+                self.content.count(1)?;
+                self.content.points.push(point);
+            }
+            "TABLE" => self.is_over = true,
+            "INFO" if element.attribute("name") == Some("QUERY_STATUS") && element.attribute("value") == Some("ERROR") => {
+                return Err(format!("the service that wrote it says: {}", echo_within(element.text.trim(), 200)));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// The points of a document, or the line that is wrong and why.
+pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
+    let mut table = Table { on_body, ..Table::default() };
+    walk(text, &mut table)?;
+    match () {
+        () if !table.is_over => Err((1, "no TABLE in it: not a VOTable".to_owned())),
+        () if !table.has_rows => Err((1, "its TABLE has no TABLEDATA".to_owned())),
+        () => Ok(table.content),
+    }
+}

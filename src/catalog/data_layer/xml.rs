@@ -1,0 +1,128 @@
+//! XML as a walk through its elements, with lines for messages.
+//!
+//! In: text. Out: for each element its name, attributes and own text when it ends. Always: no entity but those of XML itself and of characters is known, so that none grows; nesting is
+//! bounded.
+
+use crate::wording::{echo_within, one_line};
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
+
+/// Elements within each other at most.
+const MAX_DEPTH: usize = 64;
+
+/// An element that began and has not ended.
+pub(super) struct Element {
+    /// Without its prefix.
+    pub name: String,
+    attributes: Vec<(String, String)>,
+    /// Of its own, without that of the elements within.
+    pub text: String,
+    /// Where it begins; the first is 1.
+    pub line: usize,
+}
+
+impl Element {
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
+    }
+}
+
+/// What an element does to whoever listens; `Err` is what is wrong with it.
+pub(super) trait Listener {
+    /// An element begins; the last of `path`.
+    fn begins(&mut self, path: &[Element]) -> Result<(), String>;
+    /// It ends.
+    fn ends(&mut self, path: &[Element]) -> Result<(), String>;
+}
+
+/// Counts lines up to a byte, onwards only.
+struct Lines<'a> {
+    text: &'a [u8],
+    at: usize,
+    line: usize,
+}
+
+impl Lines<'_> {
+    fn up_to(&mut self, to: usize) -> usize {
+        let to = to.min(self.text.len());
+        self.line += self.text.get(self.at..to).map_or(0, |part| part.iter().filter(|b| **b == b'\n').count());
+        self.at = self.at.max(to);
+        self.line
+    }
+}
+
+fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let mut attributes = Vec::new();
+    for attribute in start.attributes() {
+        let attribute = attribute.map_err(|e| format!("not XML: {}", one_line(&e.to_string())))?;
+        let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|e| format!("not XML: {}", one_line(&e.to_string())))?;
+        attributes.push((text(attribute.key.local_name().as_ref()), value.into_owned()));
+    }
+    Ok(Element { name: text(start.local_name().as_ref()), attributes, text: String::new(), line })
+}
+
+/// Walks through a document.
+///
+/// # Errors
+/// The line, and what is wrong there.
+pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (usize, String)> {
+    let mut reader = Reader::from_str(document.trim_start_matches('\u{feff}'));
+    let mut lines = Lines { text: document.as_bytes(), at: 0, line: 1 };
+    let mut path: Vec<Element> = Vec::new();
+    let mut has_root = false;
+    loop {
+        let line = lines.up_to(usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX));
+        let not_xml = |e: &dyn std::fmt::Display| (line, format!("not XML: {}", one_line(&e.to_string())));
+        let event = reader.read_event().map_err(|e| not_xml(&e))?;
+        match event {
+            Event::Start(start) => {
+                // The element's own line: blanks before it are text of the one around it.
+                has_root = true;
+                path.push(element(&start, line).map_err(|why| (line, why))?);
+                if path.len() > MAX_DEPTH {
+                    return Err((line, format!("more than {MAX_DEPTH} elements within each other")));
+                }
+                listener.begins(&path).map_err(|why| (line, why))?;
+            }
+            Event::Empty(start) => {
+                has_root = true;
+                path.push(element(&start, line).map_err(|why| (line, why))?);
+                listener.begins(&path).and_then(|()| listener.ends(&path)).map_err(|why| (line, why))?;
+                path.pop();
+            }
+            Event::End(_) => {
+                listener.ends(&path).map_err(|why| (path.last().map_or(line, |e| e.line), why))?;
+                path.pop();
+            }
+            Event::Text(text) => {
+                let text = text.decode().map_err(|e| not_xml(&e))?;
+                path.iter_mut().last().into_iter().for_each(|e| e.text.push_str(&text));
+            }
+            Event::CData(text) => {
+                let text = text.decode().map_err(|e| not_xml(&e))?;
+                path.iter_mut().last().into_iter().for_each(|e| e.text.push_str(&text));
+            }
+            Event::GeneralRef(reference) => {
+                let character = reference.resolve_char_ref().map_err(|e| not_xml(&e))?;
+                let named = reference.decode().map_err(|e| not_xml(&e))?;
+                let c = character.or(match named.as_ref() {
+                    "amp" => Some('&'),
+                    "lt" => Some('<'),
+                    "gt" => Some('>'),
+                    "quot" => Some('"'),
+                    "apos" => Some('\''),
+                    _ => None,
+                });
+                let c = c.ok_or_else(|| (line, format!("the entity &{}; is none of XML's own", echo_within(&named, 40))))?;
+                path.iter_mut().last().into_iter().for_each(|e| e.text.push(c));
+            }
+            Event::Eof if !path.is_empty() => {
+                return Err((line, format!("the file ends within <{}>", echo_within(&path[path.len() - 1].name, 40))));
+            }
+            Event::Eof if !has_root => return Err((1, "not XML: no element in it".to_owned())),
+            Event::Eof => return Ok(()),
+            Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => {}
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Fields of view of instruments and eyepieces: `[[instrument]]` of a catalog file.
+//!
+//! In: the table's section. Out: an [`Instrument`] with its field in degrees, or the wrong line and field. A circle has `diameter_deg`, or `focal_length_mm` with `field_stop_mm`; a
+//! rectangle `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. The field of a focal length is that of a lens without distortion: 2 atan(size / 2 f).
+
+use super::fields::{is_name, need_word};
+use super::table::TableReader;
+
+/// The field of view of something to look through.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instrument {
+    /// As its frame is labelled.
+    pub name: String,
+    /// What it sees.
+    pub field: Field,
+    /// Of the frame's upper side, from north through east.
+    pub position_angle_deg: f64,
+}
+
+/// The shape of a field of view, degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Field {
+    /// Of an eyepiece.
+    Circle {
+        /// Across.
+        diameter_deg: f64,
+    },
+    /// Of a sensor.
+    Rectangle {
+        /// Of the middle row.
+        width_deg: f64,
+        /// Of the middle column.
+        height_deg: f64,
+    },
+}
+
+/// Degrees of a field at most.
+const WIDEST_DEG: f64 = 170.0;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Shape {
+    Circle,
+    Rectangle,
+}
+
+fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
+    2.0 * (0.5 * size_mm / focal_length_mm).atan().to_degrees()
+}
+
+/// Reads an instrument.
+pub(super) fn instrument(mut s: TableReader) -> Option<Instrument> {
+    let name = s.need("name", "a name", is_name);
+    let shape = need_word(&mut s, "shape", &[("circle", Shape::Circle), ("rectangle", Shape::Rectangle)]);
+    let degrees = |x: &f64| *x > 0.0 && *x <= WIDEST_DEG;
+    let is_size = |x: &f64| *x > 0.0 && x.is_finite();
+    let by_lens = s.has("focal_length_mm");
+    let focal_mm = if by_lens { s.take("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
+    let field = match (shape, by_lens) {
+        (Some(Shape::Circle), true) => {
+            let stop = s.need("field_stop_mm", "millimetres above 0", is_size);
+            focal_mm.zip(stop).map(|(f, stop)| Field::Circle { diameter_deg: angle_deg(stop.value, f) })
+        }
+        (Some(Shape::Circle), false) => {
+            s.need("diameter_deg", "degrees above 0, at most 170", degrees).map(|d| Field::Circle { diameter_deg: d.value })
+        }
+        (Some(Shape::Rectangle), true) => {
+            let sensor = s.need("sensor_mm", "width and height in millimetres, above 0", |v: &[f64; 2]| v.iter().all(is_size));
+            focal_mm.zip(sensor).map(|(f, sensor)| {
+                let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, f));
+                Field::Rectangle { width_deg, height_deg }
+            })
+        }
+        (Some(Shape::Rectangle), false) => {
+            let width = s.need("width_deg", "degrees above 0, at most 170", degrees);
+            let height = s.need("height_deg", "degrees above 0, at most 170", degrees);
+            width.zip(height).map(|(w, h)| Field::Rectangle { width_deg: w.value, height_deg: h.value })
+        }
+        (None, _) => None,
+    };
+    let angle = s.take("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
+    let _ = s.take::<String>("source", "a string", |_| true);
+    s.finish();
+    Some(Instrument { name: name?.value, field: field?, position_angle_deg: angle.map_or(0.0, |a| a.value) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+
+    fn read(fields: &str) -> Result<Vec<Instrument>, String> {
+        let text = format!("[[instrument]]\nname = \"own\"\n{fields}\n");
+        let catalog = Catalog::with_files(&[("own.toml".to_owned(), text)]).map_err(|e| e.to_string())?;
+        Ok(catalog.instruments().iter().filter(|i| i.name == "own").cloned().collect())
+    }
+
+    #[test]
+    fn fields_are_read_in_degrees_and_by_focal_length() {
+        assert_eq!(read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field, Field::Circle { diameter_deg: 6.5 });
+        // A sensor twice the focal length wide sees 90 degrees; 36 mm at 50 mm see 39.6 (the usual figure of a normal lens).
+        let wide =
+            read("shape = \"rectangle\"\nfocal_length_mm = 18.0\nsensor_mm = [36.0, 24.0]\nposition_angle_deg = 30.0").expect("read");
+        let Field::Rectangle { width_deg, height_deg } = wide[0].field else { panic!("{wide:?}") };
+        assert!((width_deg - 90.0).abs() < 1e-12 && (height_deg - 67.380).abs() < 1e-3 && wide[0].position_angle_deg == 30.0);
+        let normal = read("shape = \"rectangle\"\nfocal_length_mm = 50.0\nsensor_mm = [36.0, 24.0]").expect("read");
+        assert!(matches!(normal[0].field, Field::Rectangle { width_deg, .. } if (width_deg - 39.6).abs() < 0.01));
+        assert!(Catalog::embedded().instruments().len() >= 4);
+    }
+
+    #[test]
+    fn each_mistake_names_line_and_field() {
+        for (fields, said) in [
+            ("shape = \"oval\"", "own.toml:3: instrument.shape"),
+            ("shape = \"circle\"", "own.toml:1: instrument.diameter_deg is missing"),
+            ("shape = \"circle\"\ndiameter_deg = 200.0", "own.toml:4: instrument.diameter_deg"),
+            ("shape = \"circle\"\nfocal_length_mm = 0.0\nfield_stop_mm = 3.0", "own.toml:4: instrument.focal_length_mm"),
+            ("shape = \"circle\"\nfocal_length_mm = 10.0", "own.toml:1: instrument.field_stop_mm is missing"),
+            ("shape = \"rectangle\"\nfocal_length_mm = 10.0\nsensor_mm = [36.0]", "own.toml:5: instrument.sensor_mm"),
+            ("shape = \"rectangle\"\nwidth_deg = 1.0\nheight_deg = 1.0\nrotation = 3.0", "own.toml:6: instrument.rotation"),
+        ] {
+            let why = read(fields).expect_err(fields);
+            assert!(why.contains(said), "{fields}: {why}");
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The layers of a catalog: those of its files, and those that are added while it is in use, as when a file is dropped on the window.
+
+use super::data_layer::DataLayer;
+use parking_lot::RwLock;
+use std::sync::Arc;
+
+/// In the order in which they are drawn.
+#[derive(Debug, Default)]
+pub(super) struct LayerList(RwLock<Vec<Arc<DataLayer>>>);
+
+impl LayerList {
+    pub fn new(layers: Vec<DataLayer>) -> Self {
+        Self(RwLock::new(layers.into_iter().map(Arc::new).collect()))
+    }
+
+    pub fn all(&self) -> Vec<Arc<DataLayer>> {
+        self.0.read().clone()
+    }
+
+    /// One of the same name is replaced.
+    pub fn add(&self, layer: DataLayer) {
+        let mut all = self.0.write();
+        all.retain(|there| there.name != layer.name);
+        all.push(Arc::new(layer));
+    }
+}
+
+impl Clone for LayerList {
+    fn clone(&self) -> Self {
+        Self(RwLock::new(self.all()))
+    }
+}
+
+impl PartialEq for LayerList {
+    fn eq(&self, other: &Self) -> bool {
+        self.all() == other.all()
+    }
+}

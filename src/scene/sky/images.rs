@@ -1,0 +1,132 @@
+//! Images of the user's on the sky: tangent planes behind all bodies.
+//!
+//! In: the catalog's layers with an image of the sky, the camera, the viewer's velocity. Out: [`SkyImageDraw`], the uniforms of shaders/entry/sky_image.wesl, and the reasons. Always: an
+//! image is a drawing and no light: white is white at any exposure. Its point of tangency and the axes there move with the stars' aberration; what that differs by over the image is left out:
+//! 0.35 arcsec a degree. All in f64; only the view's axes in the image are narrowed.
+
+use crate::catalog::{DataLayer, ImagePlace};
+use crate::ephemeris::apparent::aberrated;
+use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
+use crate::scene::decision::Decision;
+use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
+use std::sync::Arc;
+
+/// An image of fewer pixels of the picture is left out.
+const LEAST_PX: f64 = 0.5;
+/// Step along the tangent plane by which its axes are found after aberration, radians.
+const STEP: f64 = 1e-4;
+
+/// Uniforms of an image on the sky.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyImageDraw {
+    /// As whoever holds textures knows it.
+    pub image: String,
+    pub middle: Vec3,
+    pub across: Vec3,
+    pub up: Vec3,
+    pub span_px: Vec2,
+    pub map_level: f32,
+    pub opacity: f32,
+}
+
+/// From a direction (ICRF) to the place in an image as a quotient: (u, v) = h.xy / h.z; u to the right, v down, 0 to 1. `None`: the image is of a body.
+fn image_from_icrf(place: &ImagePlace, size: DVec2, velocity_km_s: DVec3) -> Option<DMat3> {
+    let ImagePlace::Tangent { centre_deg, centre_px, deg_per_px } = place else { return None };
+    let [(sin_a, cos_a), (sin_d, cos_d)] = centre_deg.map(|v| v.to_radians().sin_cos());
+    let out = DVec3::new(cos_d * cos_a, cos_d * sin_a, sin_d);
+    let east = DVec3::new(-sin_a, cos_a, 0.0);
+    let north = out.cross(east);
+    // As it is seen: the plane's axes are those of the apparent places one step away.
+    let seen_out = aberrated(out, velocity_km_s);
+    let seen = |axis: DVec3| {
+        let step = aberrated((out + STEP * axis).normalize(), velocity_km_s);
+        (step / step.dot(seen_out) - seen_out) / STEP
+    };
+    let icrf_from_plane = DMat3::from_cols(seen(east), seen(north), seen_out);
+    let [[a, b], [c, d]] = *deg_per_px;
+    let px_per_radian = DMat2::from_cols(DVec2::new(a, c), DVec2::new(b, d)).inverse() * 1_f64.to_degrees();
+    // Pixels are counted from 1 in the first one's middle; rows run up, the image's down.
+    let unit = |px: DVec2| DVec2::new(px.x / size.x, -px.y / size.y);
+    let (x, y) = (unit(px_per_radian.x_axis), unit(px_per_radian.y_axis));
+    let first = DVec2::new((centre_px[0] - 0.5) / size.x, 1.0 - (centre_px[1] - 0.5) / size.y);
+    let image_from_plane = DMat3::from_cols(x.extend(0.0), y.extend(0.0), first.extend(1.0));
+    Some(image_from_plane * icrf_from_plane.inverse())
+}
+
+/// The images that the frame shows, those of earlier layers behind.
+pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: DVec3) -> (Vec<SkyImageDraw>, Vec<Decision>) {
+    let (mut draws, mut decisions) = (Vec::new(), Vec::new());
+    for (layer, image) in layers.iter().filter_map(|l| Some((l, l.image.as_ref()?))) {
+        let size = DVec2::new(f64::from(image.width), f64::from(image.height));
+        let Some(from_icrf) = image_from_icrf(&image.place, size, velocity_km_s) else { continue };
+        // The middle of the image, and how many pixels of the picture it spans there.
+        let middle = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
+        let beside = |step: DVec2| {
+            let at = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);
+            at.normalize().distance(middle.normalize()) / camera.pixel_tangent()
+        };
+        let texel = DVec2::ONE / size;
+        let span_px = DVec2::new(beside(DVec2::X * texel) * size.x, beside(DVec2::Y * texel) * size.y);
+        let radius = 0.5 * span_px.length() * camera.pixel_tangent() / middle.normalize().length();
+        let in_frame = camera.may_show_ball(axes(camera, middle.normalize()), radius.min(2.0), 1.0);
+        let on = in_frame && span_px.max_element() > LEAST_PX;
+        let reason =
+            format!("{}: {:.1} x {:.1} px{}", layer.name, span_px.x, span_px.y, if in_frame { "" } else { ", outside of the frame" });
+        decisions.push(Decision { feature: "data", on, reason, tier: None });
+        if on {
+            draws.push(SkyImageDraw {
+                image: layer.image_name(),
+                middle: narrow(from_icrf * camera.forward),
+                across: narrow(from_icrf * (camera.right * camera.tan_half_fov.x)),
+                up: narrow(from_icrf * (camera.up * camera.tan_half_fov.y)),
+                span_px: narrow2(span_px),
+                map_level: narrow_scalar((size / span_px).max_element().log2().max(0.0)),
+                opacity: narrow_scalar(layer.look.opacity),
+            });
+        }
+    }
+    (draws, decisions)
+}
+
+fn axes(camera: &Camera, v: DVec3) -> DVec3 {
+    DVec3::new(v.dot(camera.right), v.dot(camera.up), v.dot(camera.forward))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The gnomonic projection by its textbook formula (Calabretta & Greisen 2002, section 5.1.3), with a matrix that turns and stretches.
+    #[test]
+    fn a_place_in_the_image_is_that_of_the_standard() {
+        let (ra0, dec0) = (83.633_f64, 22.0145_f64);
+        let cd = [[-2e-4, 5e-5], [3e-5, 2.5e-4]];
+        let place = ImagePlace::Tangent { centre_deg: [ra0, dec0], centre_px: [310.5, 120.25], deg_per_px: cd };
+        let size = DVec2::new(640.0, 480.0);
+        let from_icrf = image_from_icrf(&place, size, DVec3::ZERO).expect("of the sky");
+        for (ra, dec) in [(83.633, 22.0145), (83.6, 22.05), (83.75, 21.96)] {
+            let (da, d, d0) = ((ra - ra0).to_radians(), f64::to_radians(dec), dec0.to_radians());
+            let cos_c = d0.sin() * d.sin() + d0.cos() * d.cos() * da.cos();
+            let x = (d.cos() * da.sin() / cos_c).to_degrees();
+            let y = ((d0.cos() * d.sin() - d0.sin() * d.cos() * da.cos()) / cos_c).to_degrees();
+            let det = cd[0][0] * cd[1][1] - cd[0][1] * cd[1][0];
+            let px = [310.5 + (cd[1][1] * x - cd[0][1] * y) / det, 120.25 + (cd[0][0] * y - cd[1][0] * x) / det];
+            let (sin_a, cos_a) = f64::to_radians(ra).sin_cos();
+            let h = from_icrf * DVec3::new(d.cos() * cos_a, d.cos() * sin_a, d.sin());
+            let found = DVec2::new(h.x, h.y) / h.z * size;
+            assert!(
+                h.z > 0.0 && (found.x - (px[0] - 0.5)).abs() < 1e-6 && (found.y - (480.0 - px[1] + 0.5)).abs() < 1e-6,
+                "{ra}: {found} {px:?}"
+            );
+        }
+        // Moving, the point of tangency is seen where its star would be.
+        let velocity = DVec3::new(10.0, -25.0, 7.0);
+        let moved = image_from_icrf(&place, size, velocity).expect("of the sky");
+        let (sin_a, cos_a) = ra0.to_radians().sin_cos();
+        let star = DVec3::new(dec0.to_radians().cos() * cos_a, dec0.to_radians().cos() * sin_a, dec0.to_radians().sin());
+        let h = moved * aberrated(star, velocity);
+        assert!((h.x / h.z * 640.0 - 310.0).abs() < 1e-6, "{}", h.x / h.z * 640.0);
+        let unmoved = moved * star;
+        assert!((unmoved.x / unmoved.z * 640.0 - 310.0).abs() > 5.0, "20 arcsec are more than a pixel");
+    }
+}

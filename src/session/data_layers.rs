@@ -1,0 +1,72 @@
+//! Layers of the user's data: their files read, and their images handed to the store of maps.
+//!
+//! In: a layer of the catalog, or a file that was dropped on the window. Out: the layer with its content, or why not in one line. Always: what is wrong adds nothing.
+
+use super::{Session, SessionError};
+use crate::catalog::{Catalog, CatalogError, DataLayer, NaifId, is_layer_file, layer_endings};
+use crate::files::read_bytes;
+use crate::image::{ImageError, MapStore, TexelFormat, Texture};
+use crate::wording::echo;
+use std::path::Path;
+
+/// Bytes of a data layer's file at the most: a million points.
+const MAX_DATA_BYTES: u64 = 1 << 28;
+
+fn failed(path: &Path, why: String) -> SessionError {
+    SessionError::File { path: echo(&path.display().to_string()), why }
+}
+
+/// The layer with the content of a file.
+pub(super) fn read(path: &Path, layer: DataLayer) -> Result<DataLayer, SessionError> {
+    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| failed(path, e.to_string()))?;
+    layer.with_content(&path.display().to_string(), &bytes).map_err(|problem| CatalogError { problems: vec![problem] }.into())
+}
+
+fn keep_image(layer: &DataLayer, maps: &MapStore) -> Result<(), ImageError> {
+    let Some(image) = &layer.image else { return Ok(()) };
+    let texture = Texture::from_rgba8(image.width, image.height, image.rgba.clone(), TexelFormat::Rgba8Srgb)?;
+    maps.keep_premultiplied(&layer.image_name(), texture.premultiplied());
+    Ok(())
+}
+
+/// Hands the images of all layers to the store.
+pub(super) fn keep_images(catalog: &Catalog, maps: &MapStore) -> Result<(), SessionError> {
+    catalog
+        .data_layers()
+        .iter()
+        .try_for_each(|layer| keep_image(layer, maps).map_err(|e| SessionError::File { path: echo(&layer.file), why: e.to_string() }))
+}
+
+impl Session {
+    /// Adds the content of a file as a layer: on a body first, where one is named and the file has places of a body, else in the sky. What it was read as.
+    ///
+    /// # Errors
+    /// File, line and field; nothing is added then.
+    pub fn add_data_file(&self, path: &Path, body: Option<NaifId>) -> Result<String, SessionError> {
+        let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        if !is_layer_file(&file) {
+            return Err(failed(path, format!("no layer of data: its name ends in none of {}", layer_endings())));
+        }
+        let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
+        let body = body.and_then(|id| self.catalog.body(id));
+        // What is wrong with it as data of the body is told, unless it is of the sky.
+        let on_body = body.map(|b| read(path, layer(Some(b.id))));
+        let found = match on_body {
+            Some(Ok(layer)) => layer,
+            Some(Err(why)) => read(path, layer(None)).map_err(|_| why)?,
+            None => read(path, layer(None))?,
+        };
+        if let (Some(_), Some(body)) = (&found.image, found.body.and(body)) {
+            let why = format!("an image of the ground is laid over {} by a [[layer]] of a catalog file (--catalogs)", body.name);
+            return Err(failed(path, why));
+        }
+        keep_image(&found, &self.maps).map_err(|e| failed(path, e.to_string()))?;
+        let what = match &found.image {
+            Some(image) => format!("an image of {}x{} pixels", image.width, image.height),
+            None => format!("{} points and {} lines", found.points.len(), found.lines.len()),
+        };
+        let place = found.body.and(body).map_or("in the sky".to_owned(), |b| format!("on {}", b.name));
+        self.catalog.add_data_layer(found);
+        Ok(format!("{file}: {what} {place}"))
+    }
+}

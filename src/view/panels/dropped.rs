@@ -1,0 +1,42 @@
+//! Files that are dropped on the window: layers of data over the sky or the target's ground.
+//!
+//! In: the files of a turn. Out: layers of the session, a line that says what they were read as or what is wrong, and a new picture. Always: files are read beside the pictures; what is wrong
+//! with one leaves the sky as it is.
+
+use super::Interface;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+
+/// Files that are being read.
+#[derive(Default)]
+pub struct DroppedFiles {
+    reading: Vec<Pending<Result<String, String>>>,
+}
+
+/// Takes what was dropped in this turn, and shows what has been read.
+pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+    let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
+    let body = Some(interface.viewer.view.target);
+    for path in paths {
+        let read = ask(worker, move |session| session.add_data_file(&path, body).map_err(|e| e.to_string()));
+        interface.dropped.reading.push(read);
+    }
+    let mut answers = Vec::new();
+    interface.dropped.reading.retain(|pending| match pending.take() {
+        Some(answer) => {
+            answers.push(answer);
+            false
+        }
+        None => true,
+    });
+    for answer in answers {
+        interface.message = match answer {
+            Ok(what) => {
+                interface.viewer.view.layers.data = true;
+                // The same view is another picture now.
+                interface.viewport.ordered = None;
+                what
+            }
+            Err(why) => why,
+        };
+    }
+}

@@ -1,0 +1,52 @@
+//! Files dropped on the window: they become layers, and what is wrong with one is told.
+
+use super::interface::{harness_of, interface, settle};
+use orrery::catalog::NaifId;
+use orrery::session::{Session, Sources};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+#[derive(Debug)]
+struct File(PathBuf);
+
+impl egui::DroppedFile for File {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("read by its path".into())
+    }
+}
+
+#[test]
+fn a_dropped_file_is_a_layer_and_a_wrong_one_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sources = Sources { cache: Some(folder.path().join("cache")), ..Sources::default() };
+    let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| panic!("{line}")).expect("a session")));
+    let mut harness = harness_of(session, interface(NaifId::EARTH, "2024-03-20T03:00:00Z"));
+    settle(&mut harness);
+    let dots = |h: &egui_kittest::Harness<'static, orrery::view::panels::Interface>| {
+        h.state().drawing().and_then(|d| d.scene.labels.as_ref()).map_or(0, |l| l.dots.len())
+    };
+    assert_eq!(dots(&harness), 0);
+    let mut drop = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        harness.input_mut().dropped_files.push(Arc::new(File(path)));
+        harness.run_steps(1);
+        harness.input_mut().dropped_files.clear();
+        settle(&mut harness);
+        (harness.state().message.clone(), dots(&harness))
+    };
+    let (said, shown) = drop("own.csv", "lat,lon\n0,135\n5,140\n");
+    assert_eq!((said.as_str(), shown), ("own.csv: 2 points and 0 lines on Earth", 2));
+    // What is wrong changes nothing, and the line says where.
+    let (said, shown) = drop("wrong.csv", "lat,lon\n0,135\n95,140\n");
+    assert!(said.contains("wrong.csv:3: field lat_deg: `95`") && shown == 2, "{said}");
+    let (said, shown) = drop("own.png", "");
+    assert!(said.contains("no layer of data") && shown == 2, "{said}");
+    // The same name replaces; places of the sky are in the sky.
+    let (said, _) = drop("own.csv", "ra,dec\n10,20\n");
+    assert_eq!(said, "own.csv: 1 points and 0 lines in the sky");
+    assert_eq!(session.catalog().data_layers().len(), 1);
+}
