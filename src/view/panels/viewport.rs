@@ -1,6 +1,6 @@
 //! The image, its labels, and the mouse on it.
 
-use super::{Interface, tour};
+use super::{Interface, now, tour};
 use crate::scene::marks::{
     self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
 };
@@ -58,6 +58,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     }
     menu(interface, &response, &place, actions);
     say(interface, ui, rect);
+    now::over_sky(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() {
         hints(interface, ui, rect);
     }
@@ -118,8 +119,8 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     if all.iter().all(|(used, _)| *used) || !interface.said().is_empty() || rect.width() < HINTS_WIDTH {
         return;
     }
-    let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    place.fixed_pos(rect.center_bottom() - Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+    let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
+    place.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
