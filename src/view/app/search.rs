@@ -83,7 +83,9 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     );
     found.extend(stars(text, catalog));
     found.extend(moments(text, catalog.moments()));
-    found.extend(cities::named(text, most).into_iter().map(|city| suggestion(city.name, format!("city, {}", city.country), Answer::City(city))));
+    found.extend(
+        cities::named(text, most).into_iter().map(|city| suggestion(city.name, format!("city, {}", city.country), Answer::City(city))),
+    );
     found.extend(features(text, viewer).take(most));
     found.extend(effects(text));
     if text.contains('.')

@@ -1,6 +1,7 @@
 //! Facts about the selected body now, and where it stands in the sky over a place on the Earth.
 
-use super::fact::line;
+use super::comparison::{self, Comparison};
+use super::fact::{grouped, line};
 use super::{Interface, accessible};
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
@@ -39,14 +40,6 @@ impl Unit {
     }
 }
 
-/// Thousands set apart.
-fn grouped(value: f64, digits: usize) -> String {
-    let text = format!("{:.digits$}", value.abs());
-    let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
-    let spaced: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|c| std::str::from_utf8(c).ok()).collect();
-    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, spaced.join(" "))
-}
-
 /// Cities offered at once.
 const CITIES: usize = 4;
 
@@ -74,6 +67,7 @@ struct Question {
 pub struct InformationPanel {
     pub unit: Unit,
     pub home: Home,
+    pub comparison: Comparison,
     /// What is typed for a city's name.
     city: String,
     asked: Option<Question>,
@@ -109,6 +103,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         from_here(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();
         over_a_place(interface, ui, worker, &body, time);
+        ui.separator();
+        comparison::panel(interface, ui, worker);
     });
 }
 

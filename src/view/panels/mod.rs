@@ -7,6 +7,7 @@ mod accessible;
 mod angle;
 mod body_browser;
 mod compare;
+mod comparison;
 mod effects;
 mod events;
 mod fact;

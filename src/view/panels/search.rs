@@ -53,8 +53,9 @@ fn select_all(ctx: &egui::Context, field: Id, text: &str) {
 /// The search field, with what it may mean below it, or why it found nothing.
 pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let field = TextEdit::singleline(&mut interface.search.wanted).hint_text("Search (/)").desired_width(150.0);
-    let response =
-        ui.add(field).on_hover_text("Bodies, stars, craters, cities, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)");
+    let response = ui.add(field).on_hover_text(
+        "Bodies, stars, craters, cities, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)",
+    );
     let response = response.accessible_name("Search");
     let is_wanted = std::mem::take(&mut interface.search.focus);
     if is_wanted {

@@ -18,7 +18,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     let selected = interface.viewer.selected;
     let name = interface.viewer.name(selected).to_owned();
     ui.horizontal_wrapped(|ui| {
-        let [fly, look, level] = [(Icon::Fly, "Fly"), (Icon::LookAt, "Look at"), (Icon::Level, "Reset roll")].map(|(icon, word)| icons::button(ui, icon, word));
+        let [fly, look, level] =
+            [(Icon::Fly, "Fly"), (Icon::LookAt, "Look at"), (Icon::Level, "Reset roll")].map(|(icon, word)| icons::button(ui, icon, word));
         if ui.add(fly).on_hover_text(format!("Fly to {name} (g)")).clicked() {
             actions.push(Action::FlyTo(selected));
         }
@@ -76,6 +77,6 @@ fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, acti
                 }
             }
         });
-        list.response.accessible_name("View from");
+        list.response.on_hover_text("See the selected body from the centre of another").accessible_name("View from");
     });
 }

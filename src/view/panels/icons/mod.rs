@@ -154,7 +154,46 @@ mod tests {
 
     const ALL: [Icon; 38] = {
         use Icon as I;
-        [I::Bodies, I::Search, I::Back, I::Forward, I::Moments, I::Events, I::Effects, I::Layers, I::Information, I::Shader, I::Compare, I::Performance, I::Share, I::Help, I::Calendar, I::Now, I::Reverse, I::Pause, I::Play, I::Previous, I::Next, I::Plus, I::Minus, I::Close, I::Fly, I::LookAt, I::Level, I::Stand, I::Bookmark, I::Link, I::Save, I::Open, I::Picture, I::Film, I::Record, I::Stop, I::Measure, I::Watch]
+        [
+            I::Bodies,
+            I::Search,
+            I::Back,
+            I::Forward,
+            I::Moments,
+            I::Events,
+            I::Effects,
+            I::Layers,
+            I::Information,
+            I::Shader,
+            I::Compare,
+            I::Performance,
+            I::Share,
+            I::Help,
+            I::Calendar,
+            I::Now,
+            I::Reverse,
+            I::Pause,
+            I::Play,
+            I::Previous,
+            I::Next,
+            I::Plus,
+            I::Minus,
+            I::Close,
+            I::Fly,
+            I::LookAt,
+            I::Level,
+            I::Stand,
+            I::Bookmark,
+            I::Link,
+            I::Save,
+            I::Open,
+            I::Picture,
+            I::Film,
+            I::Record,
+            I::Stop,
+            I::Measure,
+            I::Watch,
+        ]
     };
 
     /// The font has each glyph, no two controls have the same, and what is no icon is not in it.

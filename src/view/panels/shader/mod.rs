@@ -223,7 +223,7 @@ impl ShaderPanel {
             }
             if seen.is_changed() {
                 ui.colored_label(ui.visuals().warn_fg_color, "changed by hand");
-                if ui.small_button("Back to the drawn key").clicked() {
+                if ui.small_button("Back to the drawn key").on_hover_text("Drop what was changed by hand").clicked() {
                     self.asked = None;
                 }
             }

@@ -114,10 +114,10 @@ impl SourcePage {
                 ui.weak(format!("{} lines", text.lines.len()));
                 return;
             }
-            if ui.small_button("Previous").clicked() {
+            if ui.small_button("Previous").on_hover_text("The match before").clicked() {
                 step = -1;
             }
-            if ui.small_button("Next").clicked() {
+            if ui.small_button("Next").on_hover_text("The next match (Enter)").clicked() {
                 step = 1;
             }
             let current = self.found.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
@@ -165,7 +165,7 @@ impl SourcePage {
         ui.horizontal(|ui| {
             // Another module may not have it.
             if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
-                ui.checkbox(&mut self.only, format!("Only lines for {feature}"));
+                ui.checkbox(&mut self.only, format!("Only lines for {feature}")).on_hover_text("Leave out all other lines");
                 if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
                     (self.feature, self.only) = (None, false);
                 }

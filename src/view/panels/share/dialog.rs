@@ -1,7 +1,7 @@
 //! Questions for the name of a file, answered by a dialog of the desktop where there is one.
 //!
-//! In: what the file is for. Out: its path, some time later. Always: the field beside the button takes a typed name, too; without dialogs there is no button. The window brings the dialogs
-//! ([`crate::view::window::file_dialog`]), tests bring their own.
+//! In: what the file is for. Out: its path, some time later. Always: the field beside the button takes a typed name, too; without dialogs there is no button. The window brings the dialogs, tests
+//! bring their own.
 
 use crate::view::panels::Interface;
 use crate::view::panels::icons::{self, Icon};

@@ -38,9 +38,7 @@ impl Frames {
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
-            Self::Tour { tour, rate, habits } => {
-                ViewState { quality: habits.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view }
-            }
+            Self::Tour { tour, rate, habits } => ViewState { quality: habits.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view },
         }
     }
 }
@@ -223,7 +221,9 @@ mod tests {
 
     #[test]
     fn what_is_left_is_told_in_the_unit_that_people_wait_in() {
-        for (seconds, text) in [(0.2, "a moment left"), (20.4, "about 20 s left"), (600.0, "about 10 min left"), (9000.0, "about 2.5 h left")] {
+        for (seconds, text) in
+            [(0.2, "a moment left"), (20.4, "about 20 s left"), (600.0, "about 10 min left"), (9000.0, "about 2.5 h left")]
+        {
             assert_eq!(left_text(seconds), text);
         }
     }

@@ -66,7 +66,7 @@ impl Default for SharePanel {
             bookmark: String::new(),
             picture: "orrery.png".into(),
             picture_format: Format { size: [1920, 1080], names: false },
-            frames: 100,
+            frames: 60,
             step_s: 60.0,
             animation: Animation {
                 file: "orrery.gif".into(),
@@ -265,11 +265,13 @@ fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text("Colours of the panels");
         }
     });
-    ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("Text size")).on_hover_text("Size of text and controls (Ctrl and + or -)");
+    ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("Text size"))
+        .on_hover_text("Size of text and controls (Ctrl and + or -)");
     ui.horizontal(|ui| {
         ui.label("Panels");
         for (name, on_left) in [("at the left", true), ("at the right", false)] {
-            ui.selectable_value(&mut interface.settings.panels.on_left, on_left, name).on_hover_text("Side of the sky on which panels open");
+            ui.selectable_value(&mut interface.settings.panels.on_left, on_left, name)
+                .on_hover_text("Side of the sky on which panels open");
         }
     });
 }

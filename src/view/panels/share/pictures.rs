@@ -56,7 +56,8 @@ pub fn frames(interface: &mut Interface, ui: &mut Ui) {
         ui.label("apart");
     });
     if let Some(watch) = interface.events.watch_of_chosen() {
-        let whole = ui.button("Whole event").on_hover_text("As many seconds apart as the chosen event takes from its first frame to its last");
+        let whole =
+            ui.button("Whole event").on_hover_text("As many seconds apart as the chosen event takes from its first frame to its last");
         if whole.clicked() {
             panel.step_s = ((watch.to_tdb_s - watch.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
         }
@@ -79,12 +80,17 @@ pub fn animation(interface: &mut Interface, ui: &mut Ui) {
     let panel = &mut interface.share;
     let animation = &mut panel.animation;
     ui.horizontal(|ui| {
-        format_fields(ui, &mut animation.format, ["Width of the animation, pixels", "Height of the animation, pixels", "Labels in the animation"]);
+        format_fields(
+            ui,
+            &mut animation.format,
+            ["Width of the animation, pixels", "Height of the animation, pixels", "Labels in the animation"],
+        );
     });
     ui.horizontal_wrapped(|ui| {
         accessible::number(ui, DragValue::new(&mut animation.rate).range(1..=100), "Frames a second");
         ui.label("a second");
-        ui.checkbox(&mut animation.is_centred, "Around the shown time").on_hover_text("Half of the frames come before the shown time; else all after it");
+        ui.checkbox(&mut animation.is_centred, "Around the shown time")
+            .on_hover_text("Half of the frames come before the shown time; else all after it");
     });
     folder(ui, &animation.file);
     let record = icons::button(ui, Icon::Film, "Record animation");
