@@ -52,6 +52,9 @@ pub static SATURN_THEORY: &str = include_str!("saturn_tass17.json");
 /// CSV of named surface features.
 pub static NOMENCLATURE: &str = include_str!("nomenclature_usgs.csv");
 
+/// CSV of cities.
+pub static CITIES: &str = include_str!("cities.csv");
+
 /// CSV of landing sites.
 pub static LANDING_SITES: &str = include_str!("landing_sites.csv");
 

@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 
 mod body;
 #[doc(hidden)]
+pub mod cities;
+#[doc(hidden)]
 pub mod constellations;
 mod data_layer;
 mod eclipse_radii;

@@ -4,7 +4,7 @@
 //! to be this request's own or free to be written.
 
 use super::CliError;
-use crate::image::AnimationFormat;
+use crate::image::{AnimationFormat, animation_format};
 use crate::session::{ExistingPicture, Provenance};
 use crate::wording::{echo, echo_within};
 use std::collections::BTreeSet;
@@ -28,11 +28,8 @@ impl Output {
         if text == "-" {
             return Ok(Self::Stream);
         }
-        let ending = Path::new(text).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-        match ending.as_deref() {
-            Some("gif") => return Ok(Self::Animation(text.into(), AnimationFormat::Gif)),
-            Some("apng") => return Ok(Self::Animation(text.into(), AnimationFormat::Apng)),
-            _ => {}
+        if let Some(format) = animation_format(Path::new(text)) {
+            return Ok(Self::Animation(text.into(), format));
         }
         if !text.to_ascii_lowercase().ends_with(".png") && !text.to_ascii_lowercase().ends_with(".exr") {
             return wrong("the name must end in .png, .exr, .gif or .apng");

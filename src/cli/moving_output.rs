@@ -7,31 +7,11 @@ use super::CliError;
 use super::frames::Output;
 use super::output::to_stdout;
 use crate::files::{FileAccess, write_new, write_whole};
-use crate::image::{AnimationWriter, ImageError, write_y4m_frame, write_y4m_header};
+use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, write_y4m_frame, write_y4m_header};
 use crate::render::frame::Frame;
 use crate::wording::echo;
-use parking_lot::Mutex;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
-
-/// Pixels of a moving picture, at most: it is made in memory.
-const MAX_PIXELS: f64 = 2e9;
-
-/// Bytes that the writer fills and keeps, and that are taken from here in the end.
-#[derive(Clone, Default)]
-pub struct Shared(Arc<Mutex<Vec<u8>>>);
-
-impl Write for Shared {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.lock().extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
-}
 
 pub enum MovingOutput {
     /// Each frame has a file of its own.
@@ -43,8 +23,8 @@ pub enum MovingOutput {
     File {
         path: PathBuf,
         overwrite: bool,
-        writer: Box<AnimationWriter<Shared>>,
-        bytes: Shared,
+        writer: Box<AnimationWriter<SharedBytes>>,
+        bytes: SharedBytes,
     },
 }
 
@@ -70,7 +50,7 @@ impl MovingOutput {
                         MAX_PIXELS / 1e6
                     )));
                 }
-                let bytes = Shared::default();
+                let bytes = SharedBytes::default();
                 let writer = AnimationWriter::new(bytes.clone(), *format, size, frames, rate).map_err(failed)?;
                 Ok(Self::File { path: path.clone(), overwrite, writer: Box::new(writer), bytes })
             }

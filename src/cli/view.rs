@@ -101,6 +101,7 @@ mod windowed {
         let mut interface = Interface::new(viewer, settings);
         interface.heard = heard;
         interface.warning = warning;
+        interface.file_dialog = Some(window::file_dialog::open);
         let keep = |interface: &Interface| path.as_ref().map_or(Ok(()), |path| interface.settings.save(path));
         window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()))
     }

@@ -4,7 +4,10 @@
 //! a second: at rates that do not divide 100 single frames are a hundredth longer, so that the whole keeps time). Alpha is left out. The same input gives the same bytes.
 
 use super::ImageError;
+use parking_lot::Mutex;
 use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
 
 /// Sides that a GIF can have, and numbers in an animated PNG's delays.
 const MAX_16: u32 = u16::MAX as u32;
@@ -21,6 +24,34 @@ pub enum AnimationFormat {
 enum Encoder<W: Write> {
     Apng(Box<png::Writer<W>>),
     Gif(Box<gif::Encoder<W>>),
+}
+
+/// Pixels of a moving picture that is made in memory, all frames together, at most.
+pub const MAX_ANIMATION_PIXELS: f64 = 2e9;
+
+/// The form that a file's ending names.
+pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
+    let ending = path.extension()?.to_ascii_lowercase();
+    match ending.to_str()? {
+        "gif" => Some(AnimationFormat::Gif),
+        "apng" => Some(AnimationFormat::Apng),
+        _ => None,
+    }
+}
+
+/// Bytes that a writer fills and keeps, and that are taken from here in the end.
+#[derive(Clone, Default)]
+pub struct SharedBytes(pub Arc<Mutex<Vec<u8>>>);
+
+impl Write for SharedBytes {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Takes frames one after the other.

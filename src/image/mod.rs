@@ -20,7 +20,7 @@ pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 mod write;
 
-pub use animation::{AnimationFormat, AnimationWriter};
+pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use maps::{MapDecoding, MapOrigin, MapStore};

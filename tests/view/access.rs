@@ -42,10 +42,11 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     let plot = harness.get_by_role_and_label(Role::Image, "Frame times").accesskit_node().value().unwrap_or_default();
     assert!(plot.contains("frames") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
     // It is not told of each second that goes by.
+    harness.state_mut().settings.panels.timeline_shown = true;
     harness.state_mut().viewer.time_rate.toggle_pause();
     later(&mut harness, 0.1);
     let day = |h: &Harness<'static, Interface>| {
-        h.get_by_role_and_label(Role::Slider, "Day of the year").accesskit_node().numeric_value().expect("a number")
+        h.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().numeric_value().expect("a number")
     };
     let (first, first_title) = (day(&harness), title(&harness));
     let mut told = std::collections::BTreeSet::new();
@@ -209,4 +210,62 @@ fn what_is_typed_with_the_slash_in_one_turn_is_searched() {
     harness.event(Event::Text("q".into()));
     harness.run_steps(3);
     assert!(!harness.state().quits, "a searched q quits");
+}
+
+/// Every button, switch, list, slider and field says what it does, to the mouse and to a screen reader.
+#[test]
+fn every_control_has_a_tooltip() {
+    let mut shown = interface(NaifId(699), "2017-05-17T00:00:00Z");
+    shown.settings.panels.timeline_shown = true;
+    let mut harness = harness(shown);
+    let mut silent = std::collections::BTreeSet::new();
+    let mut count = 0;
+    for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
+        harness.state_mut().tab = tab;
+        settle(&mut harness);
+        for role in [Role::Button, Role::CheckBox, Role::ComboBox, Role::Slider, Role::TextInput] {
+            for node in harness.query_all_by_role(role) {
+                let node = node.accesskit_node();
+                if node.is_disabled() || !node.data().supports_action(Action::Focus) {
+                    continue;
+                }
+                count += 1;
+                if node.description().is_none_or(|d| d.is_empty()) {
+                    silent.insert(format!("{tab:?} {role:?} {}", node.label().unwrap_or_default()));
+                }
+            }
+        }
+    }
+    assert!(count > 300, "{count} controls");
+    assert!(silent.is_empty(), "{} of {count}: {silent:#?}", silent.len());
+}
+
+/// What is open, how wide it is and on which side comes back at the next start.
+#[test]
+fn panels_are_remembered() {
+    let mut harness = saturn();
+    harness.state_mut().tab = Some(Tab::Events);
+    harness.state_mut().settings.panels.on_left = true;
+    settle(&mut harness);
+    let heading = |h: &Harness<'static, Interface>| h.get_by_role_and_label(Role::CheckBox, "Solar eclipses").rect();
+    let usual = heading(&harness);
+    assert!(usual.left() < 400.0, "at the left: {usual}");
+    let text = serde_json::to_string(&harness.state().settings).expect("text");
+    let mut settings: orrery::view::app::settings::Settings = serde_json::from_str(&text).expect("settings");
+    assert_eq!(settings.panels.open.as_deref(), Some("Events"));
+    let width = settings.panels.panel_width.expect("a width");
+    assert!((280.0..500.0).contains(&width), "{width}");
+    // Another window, as it was left; wider, and with the list of bodies hidden.
+    settings.panels.panel_width = Some(width + 80.0);
+    settings.panels.bodies_shown = false;
+    let again = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, settings);
+    let mut again = crate::view::interface::harness(again);
+    settle(&mut again);
+    assert_eq!((again.state().tab, again.state().bodies_shown), (Some(Tab::Events), false));
+    assert!(heading(&again).left() < 40.0);
+    assert!((again.state().settings.panels.panel_width.expect("a width") - width - 80.0).abs() < 2.0);
+    // No file makes a panel that cannot be used.
+    for told in [Some(f32::NAN), Some(-3.0), Some(1e9), None] {
+        assert_eq!(orrery::view::app::settings::usable_width(told, 330.0), 330.0);
+    }
 }

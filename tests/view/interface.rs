@@ -8,7 +8,7 @@ use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, SessionError, Sources};
 use orrery::time::Instant;
 use orrery::view::app::places::{BodyPositions, SessionPlaces};
-use orrery::view::app::settings::{HintsUsed, Settings};
+use orrery::view::app::settings::{HintsUsed, PanelLayout, Settings};
 use orrery::view::app::view_state::ViewState;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::link::restored;
@@ -47,7 +47,9 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     viewer.time_rate.toggle_pause();
     // Hints are bright letters over the sky.
     let hints = HintsUsed { drag: true, scroll: true, search: true };
-    Interface::new(viewer, Settings { hints, ..Settings::default() })
+    // Nor do tests search for events or draw small pictures, unless they are about those.
+    let panels = PanelLayout { now_shown: false, timeline_shown: false, ..PanelLayout::default() };
+    Interface::new(viewer, Settings { hints, panels, ..Settings::default() })
 }
 
 /// Paints with the window's own painter.

@@ -9,11 +9,13 @@ mod flights;
 mod hands;
 mod inspect;
 pub mod interface;
+mod now;
 mod panels;
 mod search;
 mod sharing;
 mod stars;
 mod time;
+mod timeline;
 mod tour;
 #[cfg(feature = "gpu")]
 mod window_frame;

@@ -63,7 +63,9 @@ fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
 
 #[test]
 fn each_panel_is_as_recorded() {
-    let mut harness = harness(interface(SATURN, EQUINOX));
+    let mut shown = interface(SATURN, EQUINOX);
+    shown.settings.panels.timeline_shown = true;
+    let mut harness = harness(shown);
     for tab in Tab::ALL {
         harness.state_mut().tab = Some(tab);
         settle(&mut harness);

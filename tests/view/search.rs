@@ -56,6 +56,23 @@ fn each_kind_of_answer_leads_where_it_says() {
         "{eye:?}"
     );
     assert_eq!(searched("titan").state().viewer.settled().target, NaifId(606));
+    // A city is on the Earth, whatever is selected, and the place of events from then on.
+    let city = searched("mazat");
+    let state = city.state();
+    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.eye else {
+        panic!("not on the Earth")
+    };
+    // The port's lighthouse on Cerro del Creston: 23.177 N, 106.427 W.
+    assert!((latitude_deg - 23.2).abs() < 0.1 && (longitude_deg + 106.4).abs() < 0.1, "{latitude_deg} {longitude_deg}");
+    city.get_by_label_contains("events, rise and set are told for this place");
+    // A crater is seen from above it, at its place: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
+    let tycho = searched("tycho");
+    let view = &tycho.state().viewer.view;
+    let CameraPose::Orbit { body: NaifId::MOON, fixed: true, azimuth_deg, elevation_deg, .. } = view.eye else { panic!("{view:?}") };
+    assert!(
+        (elevation_deg + 43.3).abs() < 0.1 && ((azimuth_deg + 11.2 + 180.0).rem_euclid(360.0) - 180.0).abs() < 0.1,
+        "{azimuth_deg} {elevation_deg}"
+    );
     // A star is no body: the view is from beside the Earth.
     let vega = searched("vega");
     assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));

@@ -76,6 +76,97 @@ fn pictures_are_saved_beside_what_is_there_and_the_whole_path_is_told() {
     assert!(window.state().message.contains(&at("none").display().to_string()), "{}", window.state().message);
 }
 
+/// The animation section with small frames under a name.
+fn animating(file: &Path) -> Window {
+    let mut window = sharing(&file.with_extension("png"));
+    window.get_by_label_contains("Animation file: .gif").set_text_value_accesskit(&file.display().to_string());
+    window.run_steps(2);
+    for (field, value) in [("Width of the animation, pixels", 24.0), ("Height of the animation, pixels", 16.0), ("Frames a second", 5.0)] {
+        window.get_by_label(field).set_value_accesskit(value);
+        window.run_steps(2);
+    }
+    window
+}
+
+fn frames_of(path: &Path) -> Vec<image::RgbaImage> {
+    use image::AnimationDecoder;
+    let bytes = std::io::Cursor::new(std::fs::read(path).expect("a file"));
+    let frames = match path.extension().and_then(|e| e.to_str()) {
+        Some("apng") => image::codecs::png::PngDecoder::new(bytes).expect("a PNG").apng().expect("animated").into_frames(),
+        _ => panic!("not read here"),
+    };
+    frames.map(|f| f.expect("a frame").into_buffer()).collect()
+}
+
+#[test]
+fn an_animation_is_one_file_beside_what_is_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["a.apng", "a.gif"] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, "mine").expect("a file");
+        let mut window = animating(&path);
+        window.get_by_label("Simulated seconds between frames").set_value_accesskit(3600.0);
+        window.run_steps(2);
+        window.get_by_label("Record animation").click();
+        settle(&mut window);
+        let free = folder.path().join(name.replacen("a.", "a-2.", 1));
+        assert_eq!(window.state().message, format!("Saved {}", free.display()));
+        assert_eq!(std::fs::read_to_string(&path).expect("a file"), "mine");
+        if name.ends_with("apng") {
+            let frames = frames_of(&free);
+            assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three pictures of Saturn that turns");
+            // Around the shown time: the middle one is what is shown.
+            let view = window.state().viewer.view.clone();
+            let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
+            let sampling = orrery::render::plan::SamplingQuality::of(request.quality);
+            let drawn = session().draw_in_background(&request, sampling, false).expect("a picture").frame.display;
+            assert_eq!(frames[1].pixels().map(|p| p.0).collect::<Vec<_>>(), drawn);
+        } else {
+            assert_eq!(std::fs::read(&free).expect("a file")[..6], *b"GIF89a");
+        }
+    }
+    // What no animation can be is said, and nothing is begun.
+    let mut window = animating(&folder.path().join("a.mp4"));
+    window.get_by_label("Record animation").click();
+    settle(&mut window);
+    assert!(window.state().message.contains(".gif or .apng") && !window.state().is_saving(), "{}", window.state().message);
+}
+
+/// A dialog's answer goes into the field; where none opens, the field says so and is typed into.
+#[test]
+fn files_are_chosen_in_a_dialog_where_there_is_one() {
+    use orrery::view::panels::FileQuestion;
+    use orrery::view::worker::render_worker::Pending;
+    fn chosen(question: FileQuestion) -> Pending<Option<PathBuf>> {
+        let (pending, answer) = Pending::promised();
+        answer(Some(PathBuf::from(format!("chosen/{}", question.name))));
+        pending
+    }
+    fn refused(_: FileQuestion) -> Pending<Option<PathBuf>> {
+        let (pending, answer) = Pending::promised();
+        answer(None);
+        pending
+    }
+    let mut window = sharing(Path::new("p.png"));
+    assert!(window.query_by_label("Choose: image file").is_none(), "no dialogs, no buttons");
+    window.state_mut().file_dialog = Some(chosen);
+    window.run_steps(2);
+    window.get_by_label("Choose: image file").click();
+    window.run_steps(3);
+    window.get_by_label("Choose: animation file").click();
+    window.run_steps(3);
+    let values: Vec<String> = window
+        .query_all_by_role(egui::accesskit::Role::TextInput)
+        .filter_map(|n| egui_kittest::kittest::NodeT::accesskit_node(&n).value())
+        .collect();
+    assert!(values.iter().any(|v| v == "chosen/p.png") && values.iter().any(|v| v == "chosen/orrery.gif"), "{values:?}");
+    window.state_mut().file_dialog = Some(refused);
+    window.run_steps(2);
+    window.get_by_label("Choose: view file").click();
+    window.run_steps(3);
+    assert!(window.state().message.contains("No file was chosen"), "{}", window.state().message);
+}
+
 /// As `render` writes them, so that a run of frames knows its own pictures and no other's.
 #[test]
 fn saved_pictures_tell_which_request_they_are_of() {

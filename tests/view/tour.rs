@@ -110,6 +110,39 @@ fn a_fault_is_told_with_its_stop_and_field() {
     assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
 }
 
+/// One click more records it: as many frames as it is long, the first and the last those of its ends.
+#[test]
+fn a_tour_is_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("tour.json");
+    let stop = |link: &str| format!(r#"{{"view":"orrery://view?{link}","hold_s":2,"travel_s":1}}"#);
+    let stops = [stop("target=Saturn&time=2017-05-17"), stop("target=Moon&time=2017-05-18&eye.distance_radii=3")];
+    std::fs::write(&file, format!(r#"{{"title":"T","stops":[{}]}}"#, stops.join(","))).expect("a file");
+    let length_s = parse(&std::fs::read_to_string(&file).expect("text")).expect("a tour").length_s();
+    let mut window = without_pictures(NaifId(699));
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(2);
+    window.get_by_label_contains("Animation file: .gif").set_text_value_accesskit(&folder.path().join("t.apng").display().to_string());
+    window.run_steps(2);
+    for (field, value) in [("Width of the animation, pixels", 12.0), ("Height of the animation, pixels", 8.0), ("Frames a second", 1.0)] {
+        window.get_by_label(field).set_value_accesskit(value);
+        window.run_steps(2);
+    }
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(2);
+    window.get_by_role_and_label(egui::accesskit::Role::TextInput, "Tour file").set_text_value_accesskit(&file.display().to_string());
+    window.run_steps(2);
+    window.get_by_label("Open tour").click();
+    window.run_steps(2);
+    window.get_by_label("Record tour").click();
+    window.run_steps(40);
+    assert!(window.state().message.starts_with("Saved ") && !window.state().is_saving(), "{}", window.state().message);
+    use image::AnimationDecoder;
+    let bytes = std::io::Cursor::new(std::fs::read(folder.path().join("t.apng")).expect("a file"));
+    let frames = image::codecs::png::PngDecoder::new(bytes).expect("a PNG").apng().expect("animated").into_frames().count();
+    assert_eq!(frames as f64, length_s.ceil());
+}
+
 /// Two clicks play it; a hand on the view pauses it and keeps the view; Escape ends it.
 #[test]
 fn a_tour_plays_in_the_window() {

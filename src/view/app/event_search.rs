@@ -262,6 +262,16 @@ impl SkyEvent {
         }
     }
 
+    /// Few are greater: a Sun that is covered or a ring, a Moon in the umbra, a planet before the Sun, a shadow on a planet.
+    pub fn is_great(&self) -> bool {
+        match self {
+            Self::Solar(e) => e.class != SolarType::Partial,
+            Self::Lunar(e) => e.class == LunarType::Total,
+            Self::Transit(_) => true,
+            Self::Moons(e) => e.class == MoonEventType::ShadowTransit,
+        }
+    }
+
     /// First and last contact.
     pub fn span(&self) -> (Instant, Instant) {
         let contacts = self.contacts();

@@ -1,9 +1,10 @@
-//! What a text in the search field may mean: bodies, moments, stars, dates, events, places, effects, shader keys.
+//! What a text in the search field may mean: bodies, moments, stars, dates, events, cities, named features of the ground, places, effects, shader keys.
 //!
 //! In: the text, the catalog, what the clock shows. Out: suggestions, the likeliest first; or what was nearly written. Not here: what becomes of a choice (`panels`).
-//! Named features of the ground and cities would be [`Answer::Place`] with the body and coordinates of their table.
 
+use crate::catalog::cities::{self, City};
 use crate::catalog::moments::Moment;
+use crate::catalog::nomenclature::{self, Feature};
 use crate::catalog::stars::{STAR_NAMES, Star};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::star_place::star_from_viewer;
@@ -15,7 +16,7 @@ use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::time_text::utc_minute;
-use crate::view::app::view_state::{CameraPose, ViewState};
+use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::wording::nearest;
 use glam::DVec3;
@@ -38,6 +39,12 @@ pub enum Answer {
     Place {
         latitude_deg: f64,
         longitude_deg: f64,
+    },
+    City(&'static City),
+    /// Of a body's ground.
+    Feature {
+        body: NaifId,
+        feature: &'static Feature,
     },
     Effect(Effect),
     Key(Box<ShaderKey>),
@@ -76,6 +83,10 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     );
     found.extend(stars(text, catalog));
     found.extend(moments(text, catalog.moments()));
+    found.extend(
+        cities::named(text, most).into_iter().map(|city| suggestion(city.name, format!("city, {}", city.country), Answer::City(city))),
+    );
+    found.extend(features(text, viewer).take(most));
     found.extend(effects(text));
     if text.contains('.')
         && let Ok(key) = text.parse::<ShaderKey>()
@@ -123,6 +134,33 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
     named.map(|m| {
         suggestion(&m.name, format!("moment, {}", m.time.to_utc_iso().get(..10).unwrap_or_default()), Answer::Moment(m.name.clone()))
     })
+}
+
+/// Features whose name begins with the text, of all bodies, the most prominent of each first.
+fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
+    let lower = text.to_lowercase();
+    let of_body = move |body: &'a Subject| {
+        let lower = lower.clone();
+        let is_meant = move |f: &&'static Feature| lower.chars().count() >= 3 && f.name.to_lowercase().starts_with(&lower);
+        let features = nomenclature::features(&body.name).iter().filter(is_meant);
+        features.map(|feature| suggestion(feature.name, format!("on {}", body.name), Answer::Feature { body: body.id, feature }))
+    };
+    viewer.subjects().iter().flat_map(of_body)
+}
+
+/// A feature from above, in a frame that turns with its body: it takes a third of the picture's height.
+pub fn feature_view(feature: &Feature, body: &Subject, habits: &ViewState) -> ViewState {
+    let above = (FEATURE_HEIGHTS * feature.diameter_km / body.radii_km.x).clamp(FEATURE_RADII[0], FEATURE_RADII[1]);
+    let orbit = Orbit::from_offset(feature.direction * (1.0 + above), 1.0, DVec3::Z);
+    ViewState {
+        target: body.id,
+        eye: orbit_pose(body.id, true, orbit),
+        tracks: true,
+        fov_deg: FOV_DEG,
+        roll_deg: 0.0,
+        exposure_stops: None,
+        ..habits.clone()
+    }
 }
 
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
@@ -173,6 +211,9 @@ fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     Some((format!("{}{when}", names.join(" and ")), kinds, from))
 }
 
+/// Heights above a feature, in its diameters and in radii of the body.
+const FEATURE_HEIGHTS: f64 = 3.6;
+const FEATURE_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star, degrees.
 const STAR_FIELD_DEG: f64 = 20.0;
 /// The eye stands between the Earth and the star, so far from the Earth's centre, radii.

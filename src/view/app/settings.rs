@@ -5,6 +5,7 @@
 
 use crate::files::{FileAccess, WriteError, failure, read_text, write_whole};
 use crate::session::DisplayPreference;
+use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
 use crate::view::app::view_state::ViewState;
 use crate::view::window::placement::WindowPlacement;
@@ -54,6 +55,48 @@ pub struct HintsUsed {
     pub search: bool,
 }
 
+/// How the panels were left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct PanelLayout {
+    pub bodies_shown: bool,
+    /// Title of the panel that is open.
+    pub open: Option<String>,
+    /// Panels are at the left of the sky, beside the bodies.
+    pub on_left: bool,
+    /// Points; `None`: never changed.
+    pub bodies_width: Option<f32>,
+    pub panel_width: Option<f32>,
+    /// Of panels with source or two pictures.
+    pub wide_width: Option<f32>,
+    pub timeline_shown: bool,
+    /// Seconds from end to end of the timeline.
+    pub timeline_span_s: f64,
+    /// *What to see now* is over the sky.
+    pub now_shown: bool,
+}
+
+impl Default for PanelLayout {
+    fn default() -> Self {
+        Self {
+            bodies_shown: true,
+            open: None,
+            on_left: false,
+            bodies_width: None,
+            panel_width: None,
+            wide_width: None,
+            timeline_shown: true,
+            timeline_span_s: 2.0 * 365.25 * SECONDS_PER_DAY,
+            now_shown: true,
+        }
+    }
+}
+
+/// A width that a file may tell, as far as a panel can have it.
+pub fn usable_width(told: Option<f32>, usual: f32) -> f32 {
+    told.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(usual)
+}
+
 /// A view with a name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bookmark {
@@ -79,6 +122,7 @@ pub struct Settings {
     pub home: Home,
     pub clock: Clock,
     pub hints: HintsUsed,
+    pub panels: PanelLayout,
     /// `None`: it was never closed.
     pub place: Option<WindowPlacement>,
     pub bookmarks: Vec<Bookmark>,
@@ -99,6 +143,7 @@ impl Default for Settings {
             home: Home::default(),
             clock: Clock::default(),
             hints: HintsUsed::default(),
+            panels: PanelLayout::default(),
             place: None,
             bookmarks: Vec::new(),
             recent: Vec::new(),

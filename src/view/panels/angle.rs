@@ -1,8 +1,9 @@
 //! The angle between two places of the picture: Ctrl and a click on each.
 //!
 //! The places are directions from the eye, so that the line stays on the sky while the view turns. A click near a star or a small body means its middle. After two places a third
-//! begins anew; Escape takes the line away.
+//! begins anew; Escape takes the line away. Two bodies have a distance, too: that of where they are seen.
 
+use super::fact::grouped;
 use super::information::degrees;
 use crate::ephemeris::angle_rad;
 use crate::scene::camera::Camera;
@@ -16,17 +17,32 @@ const PIECES: u32 = 48;
 /// Directions of the places that were clicked, ICRF unit vectors: two at most.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredAngle {
-    places: Vec<DVec3>,
+    places: Vec<Place>,
+}
+
+/// What was clicked.
+#[derive(Debug)]
+struct Place {
+    direction: DVec3,
+    body: Option<SeenBody>,
+}
+
+/// A body under a click: its name, and its apparent centre from the camera, kilometres.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SeenBody {
+    pub name: String,
+    pub centre_km: DVec3,
 }
 
 impl MeasuredAngle {
     /// Adds a place of the picture; what to say about it.
-    pub(super) fn add(&mut self, camera: &Camera, at_px: DVec2) -> String {
+    pub(super) fn add(&mut self, camera: &Camera, at_px: DVec2, body: Option<SeenBody>) -> String {
         if self.places.len() >= 2 {
             self.places.clear();
         }
-        self.places.push(camera.ray(camera.clip_from_pixel(at_px)).normalize());
-        self.text().map_or_else(|| "Ctrl+click a second place to measure the angle".into(), |angle| format!("Angle: {angle}"))
+        self.places.push(Place { direction: camera.ray(camera.clip_from_pixel(at_px)).normalize(), body });
+        let Some(angle) = self.text() else { return "Ctrl+click a second place to measure the angle".into() };
+        self.distance().map_or_else(|| format!("Angle: {angle}"), |distance| format!("Angle: {angle}; {distance}"))
     }
 
     /// Whether there was anything to take away.
@@ -35,17 +51,23 @@ impl MeasuredAngle {
     }
 
     fn text(&self) -> Option<String> {
-        let [a, b] = self.places[..] else { return None };
-        Some(degrees(angle_rad(a, b).to_degrees()))
+        let [a, b] = &self.places[..] else { return None };
+        Some(degrees(angle_rad(a.direction, b.direction).to_degrees()))
+    }
+
+    /// Between the centres of two bodies, where they are seen.
+    fn distance(&self) -> Option<String> {
+        let [Place { body: Some(a), .. }, Place { body: Some(b), .. }] = &self.places[..] else { return None };
+        (a != b).then(|| format!("from {} to {} {} km", a.name, b.name, grouped(a.centre_km.distance(b.centre_km), 0)))
     }
 
     /// Draws the places, the great circle between them and its length. `at`: where the window has a pixel of the picture.
     pub(super) fn paint(&self, painter: &egui::Painter, camera: &Camera, at: impl Fn(DVec2) -> Pos2) {
         let seen = |direction: DVec3| camera.clip(direction).map(|clip| at(camera.pixel_from_clip(clip)));
-        for place in self.places.iter().filter_map(|place| seen(*place)) {
+        for place in self.places.iter().filter_map(|place| seen(place.direction)) {
             painter.circle_stroke(place, 4.0, Stroke::new(1.5, COLOUR));
         }
-        let ([a, b], Some(text)) = (&self.places[..], self.text()) else { return };
+        let ([Place { direction: a, .. }, Place { direction: b, .. }], Some(text)) = (&self.places[..], self.text()) else { return };
         let angle = angle_rad(*a, *b);
         let Some(across) = (b - a * a.dot(*b)).try_normalize() else { return };
         let on_arc = |part: f64| seen(*a * (angle * part).cos() + across * (angle * part).sin());
@@ -84,11 +106,24 @@ mod tests {
         for half_deg in [1.0 / 120.0, 0.5, 20.0, 45.0, 80.0] {
             let camera = camera(f64::to_radians(half_deg).tan());
             let mut angle = MeasuredAngle::default();
-            assert!(angle.add(&camera, DVec2::new(500.0, 500.0)).contains("second place"));
-            let said = angle.add(&camera, DVec2::new(1000.0, 500.0));
+            assert!(angle.add(&camera, DVec2::new(500.0, 500.0), None).contains("second place"));
+            let said = angle.add(&camera, DVec2::new(1000.0, 500.0), None);
             assert_eq!(said, format!("Angle: {}", degrees(half_deg)));
-            assert!(angle.add(&camera, DVec2::new(0.0, 0.0)).contains("second place"));
+            assert!(angle.add(&camera, DVec2::new(0.0, 0.0), None).contains("second place"));
             assert!(angle.clear() && !angle.clear());
         }
+    }
+
+    #[test]
+    fn two_bodies_have_a_distance_and_one_has_none() {
+        let body = |name: &str, centre_km| Some(SeenBody { name: name.into(), centre_km });
+        let (a, b) = (body("Io", DVec3::new(300.0, 0.0, 0.0)), body("Europa", DVec3::new(0.0, 400_000.0, 0.0)));
+        let said = |first: Option<SeenBody>, second: Option<SeenBody>| {
+            let mut angle = MeasuredAngle::default();
+            angle.add(&camera(1.0), DVec2::new(500.0, 500.0), first);
+            angle.add(&camera(1.0), DVec2::new(600.0, 500.0), second)
+        };
+        assert!(said(a.clone(), b.clone()).ends_with("; from Io to Europa 400 000 km"));
+        assert!(!said(a.clone(), a.clone()).contains("km") && !said(a, None).contains("km"));
     }
 }

@@ -3,6 +3,7 @@
 //! In: kinds, a range, clicks. Out: actions that show an event, run time through it, or show it from a place. Always: rows are only added at the end of the list, nearest
 //! first, so that none moves under a click; a search goes on while the panel is closed, and stops when asked to.
 
+use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -22,6 +23,8 @@ const REACHES: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "
 const YEAR: usize = 1;
 /// Of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
+/// Of the contacts of an event: five, and what is said above them.
+const CONTACTS_HEIGHT: f32 = 146.0;
 /// A list of more is no list to read.
 const MAX_ROWS: usize = 1000;
 
@@ -56,6 +59,13 @@ pub struct EventsPanel {
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
     watch: Option<Watch>,
+}
+
+impl EventsPanel {
+    /// From before to after the event that is chosen.
+    pub fn watch_of_chosen(&self) -> Option<Watch> {
+        self.chosen.as_ref().map(|event| event.watched())
+    }
 }
 
 impl Default for EventsPanel {
@@ -105,7 +115,8 @@ fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
             }
         });
         list.response.on_hover_text("How far from the shown date to search").accessible_name("Range of the search");
-        changed |= ui.button("Search").on_hover_text("Search from the date that is shown now").clicked();
+        let search = icons::button(ui, Icon::Search, "Search");
+        changed |= ui.add(search).on_hover_text("Search from the date that is shown now").clicked();
     });
     changed
 }
@@ -268,8 +279,7 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
 }
 
 /// Shows an event from its best standpoint and chooses it: for whoever found it elsewhere.
-pub fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: SkyEvent, actions: &mut Vec<Action>) {
-    let event = Arc::new(event);
+pub fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     interface.events.watch = None;
     interface.events.chosen = Some(event);
@@ -283,7 +293,8 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     let home = interface.information.home;
     let is_visible = interface.events.local.as_ref().and_then(|l| l.seen.as_ref()).and_then(|s| s.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {
-        if ui.button("Watch it").on_hover_text("Run time through the event in half a minute").clicked() {
+        let watch = icons::button(ui, Icon::Watch, "Watch it");
+        if ui.add(watch).on_hover_text("Run time through the event in half a minute").clicked() {
             let watch = event.watched();
             let view = best_view(interface, worker, event);
             actions.push(Action::Show(Box::new(ViewState { tdb_s: watch.from_tdb_s, paused: Some(false), ..view })));
@@ -293,7 +304,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         if ui.button("Greatest").on_hover_text("Show the moment of the greatest eclipse, from the best standpoint").clicked() {
             actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
         }
-        let from_home = Button::new("From this place");
+        let from_home = icons::button(ui, Icon::Stand, "From this place");
         let can_see = is_visible.as_ref().is_some_and(|(_, visible)| *visible);
         if ui.add_enabled(can_see, from_home).on_hover_text("See it from the place below, at its best moment there").clicked() {
             let best = is_visible.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
@@ -304,8 +315,12 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
             actions.push(Action::Show(Box::new(view)));
         }
     });
-    information::place_fields(ui, &mut interface.information.home);
-    contacts(interface, ui, worker, event);
+    information::place_fields(ui, &mut interface.information);
+    // As high for every event and place, so that no button moves when a place is chosen.
+    ui.allocate_ui(vec2(ui.available_width(), CONTACTS_HEIGHT), |ui| {
+        ui.set_min_height(CONTACTS_HEIGHT);
+        contacts(interface, ui, worker, event);
+    });
     ui.add_space(4.0);
 }
 

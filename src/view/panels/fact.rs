@@ -1,7 +1,15 @@
-//! One fact in a grid of two columns: what it is, and its value in letters of one width.
+//! One fact in a grid of two columns: what it is, and its value in letters of one width; large numbers as people read them.
 
 pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.label(what);
     ui.add(egui::Label::new(egui::RichText::new(value.into()).monospace()).wrap());
     ui.end_row();
+}
+
+/// Thousands set apart.
+pub(super) fn grouped(value: f64, digits: usize) -> String {
+    let text = format!("{:.digits$}", value.abs());
+    let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
+    let spaced: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|c| std::str::from_utf8(c).ok()).collect();
+    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, spaced.join(" "))
 }

@@ -1,7 +1,9 @@
 //! Facts about the selected body now, and where it stands in the sky over a place on the Earth.
 
-use super::fact::line;
+use super::comparison::{self, Comparison};
+use super::fact::{grouped, line};
 use super::{Interface, accessible};
+use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
@@ -38,13 +40,8 @@ impl Unit {
     }
 }
 
-/// Thousands set apart.
-fn grouped(value: f64, digits: usize) -> String {
-    let text = format!("{:.digits$}", value.abs());
-    let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
-    let spaced: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|c| std::str::from_utf8(c).ok()).collect();
-    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, spaced.join(" "))
-}
+/// Cities offered at once.
+const CITIES: usize = 4;
 
 /// The answers for one body, place and minute.
 struct SkyReport {
@@ -70,6 +67,9 @@ struct Question {
 pub struct InformationPanel {
     pub unit: Unit,
     pub home: Home,
+    pub comparison: Comparison,
+    /// What is typed for a city's name.
+    city: String,
     asked: Option<Question>,
     pending: Option<Pending<SkyReport>>,
     report: Option<(Question, SkyReport)>,
@@ -103,6 +103,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         from_here(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();
         over_a_place(interface, ui, worker, &body, time);
+        ui.separator();
+        comparison::panel(interface, ui, worker);
     });
 }
 
@@ -161,7 +163,7 @@ fn seconds(s: f64) -> String {
 fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
     ui.strong("From a place on Earth");
-    place_fields(ui, &mut panel.home);
+    place_fields(ui, panel);
     let question = Question {
         body: body.id,
         place: [panel.home.latitude_deg, panel.home.longitude_deg],
@@ -204,8 +206,27 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rende
     eclipse(ui, report);
 }
 
-/// The observer's place, for all panels that have one.
-pub(super) fn place_fields(ui: &mut egui::Ui, home: &mut Home) {
+/// The observer's place, for all panels that have one: a city, or degrees.
+pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
+    ui.horizontal_wrapped(|ui| {
+        let field = egui::TextEdit::singleline(&mut panel.city).hint_text("City").desired_width(110.0);
+        let response = ui.add(field).on_hover_text("Name of a city: Enter takes the first").accessible_name("City");
+        let found = cities::named(&panel.city, CITIES);
+        let is_chosen = |city: &City| panel.home == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+        let entered = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        let mut chosen = found.first().copied().filter(|_| entered);
+        for city in found {
+            let hover = format!("{}, {}: tell events, rise and set for it", city.name, city.country);
+            if ui.selectable_label(is_chosen(city), city.name).on_hover_text(hover).clicked() {
+                chosen = Some(city);
+            }
+        }
+        if let Some(city) = chosen {
+            panel.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            panel.city = city.name.to_owned();
+        }
+    });
+    let home = &mut panel.home;
     ui.horizontal_wrapped(|ui| {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
         for (value, most, label, what) in [

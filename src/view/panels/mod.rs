@@ -7,13 +7,16 @@ mod accessible;
 mod angle;
 mod body_browser;
 mod compare;
+mod comparison;
 mod dropped;
 mod effects;
 mod events;
 mod fact;
+mod icons;
 mod information;
 mod layers;
 mod moments;
+mod now;
 mod performance;
 mod render_loop;
 mod search;
@@ -24,14 +27,17 @@ mod standpoint;
 mod star;
 mod theme;
 mod time_bar;
+mod timeline;
+mod top_bar;
 mod tour;
 mod viewport;
 mod warning;
 
 use self::render_loop::Viewport;
+pub use self::share::dialog::{FileDialog, FileQuestion};
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
 use crate::view::app::places::SessionPlaces;
-use crate::view::app::settings::Settings;
+use crate::view::app::settings::{Settings, usable_width};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
 use crate::view::worker::render_worker::RenderWorker;
@@ -115,6 +121,8 @@ pub struct Interface {
     pub on_gpu: bool,
     /// Why the window shows another view than the one it was opened with, until it is closed.
     pub warning: Option<String>,
+    /// Opens dialogs of the desktop, where there are any.
+    pub file_dialog: Option<FileDialog>,
     /// The context has the styles of both themes.
     is_styled: bool,
     /// A control has the keyboard.
@@ -134,10 +142,12 @@ pub struct Interface {
     browse: body_browser::BodyBrowser,
     search: search::SearchField,
     clock: time_bar::TimeBar,
+    timeline: timeline::Timeline,
     shader: shader::ShaderPanel,
     compare: compare::ComparePanel,
     information: information::InformationPanel,
     moments: moments::MomentsPanel,
+    now: now::NowShowing,
     tour: tour::TourPlayer,
     events: events::EventsPanel,
     standpoint: standpoint::Standpoint,
@@ -155,15 +165,15 @@ impl Interface {
         Self {
             viewer,
             information: information::InformationPanel::with(&settings),
-            settings,
-            tab: None,
-            bodies_shown: true,
+            tab: Tab::ALL.into_iter().find(|tab| settings.panels.open.as_deref() == Some(tab.title())),
+            bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
             effects_of_one: false,
             quits: false,
             fullscreen: false,
             on_gpu: false,
             warning: None,
+            file_dialog: None,
             is_styled: false,
             has_keyboard: false,
             typed_ahead: Vec::new(),
@@ -171,13 +181,16 @@ impl Interface {
             message_shown: Default::default(),
             no_picture: None,
             heard: Arc::default(),
+            settings,
             notice: None,
             browse: body_browser::BodyBrowser::default(),
             search: search::SearchField::default(),
             clock: time_bar::TimeBar::default(),
+            timeline: timeline::Timeline::default(),
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
             moments: moments::MomentsPanel::default(),
+            now: now::NowShowing::default(),
             tour: tour::TourPlayer::default(),
             events: events::EventsPanel::default(),
             standpoint: standpoint::Standpoint::default(),
@@ -227,40 +240,12 @@ impl Interface {
         let mut actions = Vec::new();
         let had_tour = self.tour.is_open();
         shortcuts::pressed(self, ui.ctx(), &mut actions);
-        share::work(self, worker);
+        share::work(self, ui.ctx(), worker);
         dropped::work(self, ui.ctx(), worker);
         events::work(self, worker);
-        self.top(ui, worker, &mut actions);
-        if self.bodies_shown {
-            egui::Panel::left("bodies").default_size(190.0).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
-                // Where there is little room each has its part and is scrolled.
-                let most = 0.6 * ui.available_height();
-                egui::Panel::bottom("stance").show(ui, |ui| {
-                    egui::ScrollArea::vertical()
-                        .max_height(most)
-                        .min_scrolled_height(most)
-                        .show(ui, |ui| standpoint::panel(self, ui, &mut actions));
-                });
-                body_browser::tree(self, ui, &mut actions);
-            });
-        }
-        if let Some(tab) = self.tab {
-            // A panel's width is kept by its name: source wants more room than a list.
-            let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
-            egui::Panel::right(name).default_size(tab.width_points()).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
-                ui.heading(tab.title());
-                match tab {
-                    Tab::Moments => moments::panel(self, ui, worker, &mut actions),
-                    Tab::Events => events::panel(self, ui, worker, &mut actions),
-                    Tab::Effects => effects::panel(self, ui, worker),
-                    Tab::Shader => shader::panel(self, ui, worker),
-                    Tab::Compare => compare::panel(self, ui, worker),
-                    Tab::Information => information::panel(self, ui, worker),
-                    Tab::Performance => performance::panel(self, ui),
-                    Tab::Share => share::panel(self, ui, worker, &mut actions),
-                }
-            });
-        }
+        egui::Panel::top("top").show(ui, |ui| top_bar::bar(self, ui, worker, &mut actions));
+        egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, &mut actions));
+        self.sides(ui, worker, &mut actions);
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
             shortcuts::help(self, ui.ctx());
@@ -294,64 +279,54 @@ impl Interface {
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    fn top(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-        egui::Panel::top("top").show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| {
-                caption(ui, "Explore");
-                ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
-                search::field(self, ui, worker, actions);
-                let back = ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back"));
-                if back.on_hover_text("Previous view (Backspace)").clicked() {
-                    actions.push(Action::Back);
-                }
-                let forward = ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Forward"));
-                if forward.on_hover_text("Next view").clicked() {
-                    actions.push(Action::Ahead);
-                }
-                self.tabs(ui, &[Tab::Moments, Tab::Events]);
-                ui.separator();
-                caption(ui, "See");
-                self.tabs(ui, &[Tab::Effects]);
-                layers_menu(ui, |ui| self.layers(ui));
-                ui.separator();
-                caption(ui, "Understand");
-                self.tabs(ui, &[Tab::Information, Tab::Shader, Tab::Compare, Tab::Performance]);
-                ui.separator();
-                self.tabs(ui, &[Tab::Share]);
-                ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
-            });
-        });
-        egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, actions));
-    }
-
-    /// Buttons of panels, each with the key that opens it.
-    fn tabs(&mut self, ui: &mut egui::Ui, tabs: &[Tab]) {
-        for tab in tabs {
-            let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |at| at + 1);
-            if ui.selectable_label(self.tab == Some(*tab), tab.title()).on_hover_text(format!("{} ({key})", tab.about())).clicked() {
-                self.tab = if self.tab == Some(*tab) { None } else { Some(*tab) };
+    /// The list of bodies, and the panel that is open. Their widths are remembered as a hand left them.
+    fn sides(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+        // What a small window leaves of a panel is no wish of its user.
+        let most = 0.5 * ui.ctx().content_rect().width();
+        let noted = |width: f32, kept: &mut Option<f32>| {
+            if width <= most {
+                *kept = Some(width);
             }
+        };
+        if self.bodies_shown {
+            let width = usable_width(self.settings.panels.bodies_width, MIN_WIDTHS[0]);
+            let shown = egui::Panel::left("bodies").default_size(width).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
+                // Where there is little room each has its part and is scrolled.
+                let most = 0.6 * ui.available_height();
+                egui::Panel::bottom("stance").show(ui, |ui| {
+                    egui::ScrollArea::vertical()
+                        .max_height(most)
+                        .min_scrolled_height(most)
+                        .show(ui, |ui| standpoint::panel(self, ui, actions));
+                });
+                body_browser::tree(self, ui, actions);
+            });
+            noted(shown.response.rect.width(), &mut self.settings.panels.bodies_width);
         }
-    }
-
-    /// What is shown beside the bodies.
-    fn layers(&mut self, ui: &mut egui::Ui) {
-        ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
-        ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
-        ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
-        ui.toggle_value(&mut self.settings.outline, "Outline").on_hover_text("Outline the selected body, unless it is the target (x)");
-        let layers = &mut self.viewer.view.layers;
-        for (shown, name, about) in [
-            (&mut layers.traces, "Traces", "Show where bodies have been, as seen from the target"),
-            (&mut layers.minor_planets, "Minor planets", "Show minor planets, marked where they are too faint"),
-            (&mut layers.comets, "Comets", "Show comets and their tails"),
-            (&mut layers.features, "Features", "Name craters, mountains and landing sites of bodies that are large enough"),
-            (&mut layers.caption, "Caption", "Write body, date, standpoint and field of view into the picture"),
-            (&mut layers.scale_bar, "Scale", "Show a scale bar: a length at the target's distance, or an angle"),
-            (&mut layers.compass, "Compass", "Show where the target's north is"),
-        ] {
-            ui.toggle_value(shown, name).on_hover_text(about);
+        if let Some(tab) = self.tab {
+            let kept = if tab.is_wide() { self.settings.panels.wide_width } else { self.settings.panels.panel_width };
+            // A panel's width is kept by its name: source wants more room than a list.
+            let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
+            let panel = if self.settings.panels.on_left { egui::Panel::left(name) } else { egui::Panel::right(name) };
+            let width = usable_width(kept, tab.width_points());
+            let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
+                ui.heading(tab.title());
+                match tab {
+                    Tab::Moments => moments::panel(self, ui, worker, actions),
+                    Tab::Events => events::panel(self, ui, worker, actions),
+                    Tab::Effects => effects::panel(self, ui, worker),
+                    Tab::Shader => shader::panel(self, ui, worker),
+                    Tab::Compare => compare::panel(self, ui, worker),
+                    Tab::Information => information::panel(self, ui, worker),
+                    Tab::Performance => performance::panel(self, ui),
+                    Tab::Share => share::panel(self, ui, worker, actions),
+                }
+            });
+            let panels = &mut self.settings.panels;
+            noted(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
         }
+        self.settings.panels.bodies_shown = self.bodies_shown;
+        self.settings.panels.open = self.tab.map(|tab| tab.title().to_owned());
     }
 
     /// The interface itself took so long, painting included.
@@ -389,21 +364,4 @@ impl Interface {
         let places = SessionPlaces(worker.session());
         self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &places);
     }
-}
-
-/// Points from which on the groups of the bar have names.
-const CAPTIONED_WIDTH: f32 = 1260.0;
-
-/// The name of a group of controls, where there is room.
-fn caption(ui: &mut egui::Ui, name: &str) {
-    if ui.ctx().content_rect().width() >= CAPTIONED_WIDTH {
-        ui.small(name);
-    }
-}
-
-/// A list of switches that stays open while they are pressed.
-fn layers_menu(ui: &mut egui::Ui, switches: impl FnOnce(&mut egui::Ui)) {
-    let stays = egui::containers::menu::MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
-    let (button, _) = egui::containers::menu::MenuButton::new("Layers").config(stays).ui(ui, switches);
-    button.on_hover_text("Names, markers, orbits, outline (n, m, o, x)");
 }

@@ -1,6 +1,7 @@
 //! The list of well-known moments, one click away, and the views that were kept.
 
-use super::{Interface, tour};
+use super::share::dialog::{self, FileField};
+use super::{Interface, now, tour};
 use crate::catalog::moments::KINDS;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPlaces;
@@ -21,6 +22,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     let catalog = worker.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if wanted.is_empty() {
+            ui.strong("What to see now");
+            ui.horizontal_wrapped(|ui| now::row(interface, ui, worker, actions));
             tours(interface, ui, worker, actions);
         }
         for kind in KINDS {
@@ -57,6 +60,7 @@ fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker
     ui.horizontal(|ui| {
         let field = egui::TextEdit::singleline(&mut interface.tour.file).hint_text("tour.json").desired_width(140.0);
         ui.add(field).on_hover_text("Tour file (JSON); `orrery render --help` describes its fields").accessible_name("Tour file");
+        dialog::button(interface, ui, FileField::Tour);
         if ui.button("Open tour").on_hover_text("Play the tour of the file").clicked() {
             tour::open(interface, worker.session(), actions);
         }

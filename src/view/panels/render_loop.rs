@@ -12,7 +12,7 @@ use crate::session::{Readiness, RendererPreference};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
 /// Seconds without input after which an image at full resolution replaces the coarse one.
@@ -48,6 +48,8 @@ pub(super) struct Viewport {
     pub(super) marks: Vec<Label>,
     /// The body that was right-clicked last.
     pub(super) menu_of: Option<NaifId>,
+    /// Where that was, pixels of the picture.
+    pub(super) menu_px: Option<DVec2>,
     /// The star that was clicked or found last: its place among the catalogue's stars.
     pub(super) star: Option<usize>,
 }
@@ -68,6 +70,7 @@ impl Default for Viewport {
             made_by: None,
             marks: Vec::new(),
             menu_of: None,
+            menu_px: None,
             star: None,
         }
     }

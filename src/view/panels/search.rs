@@ -8,7 +8,8 @@ use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPlaces;
-use crate::view::app::search::{Answer, Suggestion, names, near_names, star_view, suggestions};
+use crate::view::app::search::{Answer, Suggestion, feature_view, names, near_names, star_view, suggestions};
+use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
 use crate::view::worker::render_worker::RenderWorker;
 use crate::wording::{did_you_mean, echo_within};
@@ -52,8 +53,9 @@ fn select_all(ctx: &egui::Context, field: Id, text: &str) {
 /// The search field, with what it may mean below it, or why it found nothing.
 pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let field = TextEdit::singleline(&mut interface.search.wanted).hint_text("Search (/)").desired_width(150.0);
-    let response =
-        ui.add(field).on_hover_text("Bodies, stars, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)");
+    let response = ui.add(field).on_hover_text(
+        "Bodies, stars, craters, cities, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)",
+    );
     let response = response.accessible_name("Search");
     let is_wanted = std::mem::take(&mut interface.search.focus);
     if is_wanted {
@@ -159,6 +161,17 @@ fn follow(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, 
         Answer::Body(id) => actions.push(Action::FlyTo(id)),
         Answer::Time(time) => actions.push(Action::SetTime(time)),
         Answer::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
+        Answer::City(city) => {
+            // The place of events, of rise and set, and of the eye is one.
+            interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
+            interface.message = format!("{}, {}: events, rise and set are told for this place from now on", city.name, city.country);
+        }
+        Answer::Feature { body, feature } => {
+            if let Some(subject) = interface.viewer.subject(body) {
+                actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.viewer.view))));
+            }
+        }
         Answer::Effect(_) => interface.tab = Some(Tab::Effects),
         Answer::Key(key) => {
             interface.tab = Some(Tab::Shader);

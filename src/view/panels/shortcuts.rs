@@ -18,13 +18,15 @@ const SHEET: &[(&str, &str)] = &[
     ("PageDown, PageUp", "next body, previous body"),
     ("Arrows", "orbit"),
     ("Home", "look at the body again and reset the roll"),
-    ("Backspace", "previous view"),
+    ("Backspace, Shift+Backspace", "previous view, next view"),
     ("f", "rotate with the body, or not"),
     ("/", "search for bodies, stars, dates, events, places or shader keys; set an effect such as +eclipse or -rings"),
     ("Space", "pause"),
     (". and ,", "time faster, slower"),
     ("l and j", "time forward, backward"),
     ("t", "current time, in real time"),
+    ("e and p", "next event of the chosen kind, the one before"),
+    ("i", "show the timeline; on it arrows move time and zoom"),
     ("b, n, m, o, x", "show the list of bodies, names, markers, orbits, the outline"),
     ("1 to 8", "panels: moments, events, effects, shader, compare, information, performance, share"),
     ("Ctrl+S, Ctrl+C", "save an image, copy a link to the view"),
@@ -99,6 +101,9 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
                 let tab = letter.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
                 interface.tab = if interface.tab == tab { None } else { tab };
             }
+            "e" => interface.clock.wants[1] = true,
+            "p" => interface.clock.wants[0] = true,
+            "i" => interface.settings.panels.timeline_shown = !interface.settings.panels.timeline_shown,
             "x" => interface.settings.outline = !interface.settings.outline,
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
@@ -127,6 +132,9 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     // An open menu is closed by the key itself; a control that had the keyboard has lost it by now.
     if !Popup::is_any_open(ctx) && down(Key::Escape) {
         close_topmost(interface);
+    }
+    if ctx.memory(|m| m.focused().is_none()) && ctx.input_mut(|i| i.consume_key(Modifiers::SHIFT, Key::Backspace)) {
+        actions.push(Action::Ahead);
     }
     for (key, action) in [
         (Key::PageDown, Action::SelectNext(1)),

@@ -1,5 +1,6 @@
 //! Controls of the camera, below the list of bodies: where it stands and which way it looks.
 
+use super::icons::{self, Icon};
 use super::{Interface, accessible};
 use crate::catalog::NaifId;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG};
@@ -17,13 +18,15 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     let selected = interface.viewer.selected;
     let name = interface.viewer.name(selected).to_owned();
     ui.horizontal_wrapped(|ui| {
-        if ui.button("Fly").on_hover_text(format!("Fly to {name} (g)")).clicked() {
+        let [fly, look, level] =
+            [(Icon::Fly, "Fly"), (Icon::LookAt, "Look at"), (Icon::Level, "Reset roll")].map(|(icon, word)| icons::button(ui, icon, word));
+        if ui.add(fly).on_hover_text(format!("Fly to {name} (g)")).clicked() {
             actions.push(Action::FlyTo(selected));
         }
-        if ui.button("Look at").on_hover_text(format!("Look at {name} from here")).clicked() {
+        if ui.add(look).on_hover_text(format!("Look at {name} from here")).clicked() {
             actions.push(Action::LookAt(selected));
         }
-        if ui.button("Reset roll").on_hover_text("Look at the body again, north up (Home)").clicked() {
+        if ui.add(level).on_hover_text("Look at the body again, north up (Home)").clicked() {
             actions.push(Action::Level);
         }
     });
@@ -39,7 +42,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
             ui.end_row();
         }
     });
-    if ui.button("Stand on surface").on_hover_text(format!("Stand on the surface of {name} at this place")).clicked() {
+    let stand = icons::button(ui, Icon::Stand, "Stand on surface");
+    if ui.add(stand).on_hover_text(format!("Stand on the surface of {name} at this place")).clicked() {
         actions.push(Action::StandOn(standpoint.latitude_deg, standpoint.longitude_deg));
     }
     let (orbits, mut fixed) = match interface.viewer.view.eye {
@@ -66,13 +70,13 @@ fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, acti
     };
     ui.horizontal(|ui| {
         ui.label("View from");
-        let list = ComboBox::from_id_salt("view from").selected_text(now).width(100.0).show_ui(ui, |ui| {
+        let list = ComboBox::from_id_salt("view from").selected_text(now).width(70.0).truncate().show_ui(ui, |ui| {
             for body in interface.viewer.subjects().iter().filter(|b| b.id != selected) {
                 if ui.selectable_label(false, format!("Centre of {}", body.name)).clicked() {
                     actions.push(Action::LookFrom(body.id));
                 }
             }
         });
-        list.response.accessible_name("View from");
+        list.response.on_hover_text("See the selected body from the centre of another").accessible_name("View from");
     });
 }

@@ -3,6 +3,7 @@
 //! In: nothing. Out: egui's styles. Always: text has at least 4.5 times the luminance of what it lies on, or the inverse (WCAG 2.2, contrast, level AA); `tests/view/contrast`
 //! measures it on what is painted. Not here: colours over the picture (`scene::marks`) and of source code (`shader::text`).
 
+use super::icons;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
 /// Sizes of text in points, from captions to headings.
@@ -10,8 +11,9 @@ const SMALL: f32 = 11.0;
 const BODY: f32 = 13.0;
 const HEADING: f32 = 18.0;
 
-/// Gives a context both styles.
+/// Gives a context both styles and the fonts.
 pub fn apply(ctx: &Context) {
+    ctx.set_fonts(icons::fonts());
     for theme in [Theme::Dark, Theme::Light] {
         ctx.set_style_of(theme, style(theme));
     }

@@ -1,6 +1,8 @@
-//! The two lines below the sky: calendar and clock, the rate of time; steps, the day of the year, the next event of a kind.
+//! The line below the sky: calendar and clock, the rate of time, steps, the next event of a kind; and the timeline below it.
 
-use super::{Interface, accessible, caption, events};
+use super::icons::{self, Icon};
+use super::top_bar::caption;
+use super::{Interface, accessible, events, timeline};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
@@ -12,6 +14,7 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit};
+use std::sync::Arc;
 
 /// An event on its way.
 type FirstEvent = Pending<Result<Option<SkyEvent>, String>>;
@@ -24,18 +27,18 @@ pub struct TimeBar {
     kind: EventKind,
     /// The event that is being looked for.
     coming: Option<FirstEvent>,
+    /// A key asked for the event before, or the next.
+    pub wants: [bool; 2],
 }
 
 impl Default for TimeBar {
     fn default() -> Self {
-        Self { typed: None, month: None, kind: EventKind::Solar, coming: None }
+        Self { typed: None, month: None, kind: EventKind::Solar, coming: None, wants: [false; 2] }
     }
 }
 
 /// Steps that a button takes: seconds and name.
 const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (SECONDS_PER_DAY, "d"), (365.25 * SECONDS_PER_DAY, "yr")];
-/// Width of the slider over the days of the year, points: two thirds of a point a day.
-const YEAR_WIDTH: f32 = 240.0;
 /// How far the next event is looked for, and how far from the shown time, seconds: the one that is shown is not the next.
 const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
 const EVENT_GAP_S: f64 = 60.0;
@@ -44,13 +47,13 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.horizontal_wrapped(|ui| {
         entry(interface, ui, actions);
         calendar_button(interface, ui, actions);
-        if ui.button("Now").on_hover_text("Current time, in real time (t)").clicked() {
+        let now = icons::button(ui, Icon::Now, "Now");
+        if ui.add(now).on_hover_text("Current time, in real time (t)").clicked() {
             actions.push(Action::Now);
         }
         ui.separator();
         rate(interface, ui, actions);
-    });
-    ui.horizontal_wrapped(|ui| {
+        ui.separator();
         caption(ui, "Step");
         let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{name}")));
         let on = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{name}")));
@@ -59,12 +62,14 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
                 actions.push(Action::Step(seconds));
             }
         }
-        ui.separator();
-        caption(ui, "Day of the year");
-        day_of_year(interface, ui, actions);
-        ui.separator();
-        caption(ui, "Event");
+        let shown = &mut interface.settings.panels.timeline_shown;
+        ui.toggle_value(shown, "Timeline").on_hover_text("Show the dates around the shown time, with their events (i)");
+    });
+    ui.horizontal(|ui| {
         neighbours(interface, ui, worker, actions);
+        if interface.settings.panels.timeline_shown {
+            timeline::strip(interface, ui, worker, actions);
+        }
     });
 }
 
@@ -117,7 +122,8 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     let clock = interface.settings.clock;
     let Some(civil) = clock.shown(interface.viewer.view.time()) else { return };
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
-    let (button, content) = MenuButton::new("Calendar").config(stays).ui(ui, |ui| calendar(&mut interface.clock, ui, civil));
+    let button = icons::button(ui, Icon::Calendar, "Calendar");
+    let (button, content) = MenuButton::from_button(button).config(stays).ui(ui, |ui| calendar(&mut interface.clock, ui, civil));
     button.on_hover_text("Choose a day from a calendar, and the time of day");
     let Some(content) = content else {
         interface.clock.month = None;
@@ -134,15 +140,15 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
     let month = bar.month.unwrap_or(of_view);
     let mut chosen = None;
     ui.horizontal(|ui| {
-        let step = |ui: &mut egui::Ui, sign: &str, name: &str, to: Option<NaiveDate>| {
-            if ui.button(sign).on_hover_text(name).accessible_name(name).clicked() { to } else { None }
+        let step = |ui: &mut egui::Ui, icon: Icon, name: &str, to: Option<NaiveDate>| {
+            if icons::bare(ui, icon, name).on_hover_text(name).clicked() { to } else { None }
         };
-        let earlier = step(ui, "<", "Previous month", month.checked_sub_months(Months::new(1)));
+        let earlier = step(ui, Icon::Previous, "Previous month", month.checked_sub_months(Months::new(1)));
         ui.strong(month.format("%B").to_string());
         let mut year = month.year();
         let field = DragValue::new(&mut year).range(-9999..=9999).speed(0.2).custom_formatter(|year, _| format!("{year:.0}"));
         accessible::number(ui, field, "Year");
-        let later = step(ui, ">", "Next month", month.checked_add_months(Months::new(1)));
+        let later = step(ui, Icon::Next, "Next month", month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
     let first = month.checked_sub_days(Days::new(month.weekday().num_days_from_monday().into()))?;
@@ -155,7 +161,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             let is_shown = day == civil.date();
             let text = egui::RichText::new(format!("{:>2}", day.day()));
             let text = if day.month() == month.month() { text } else { text.weak() };
-            if ui.add(Button::selectable(is_shown, text)).accessible_name(day.format("%-d %B %Y").to_string()).clicked() {
+            if ui.add(Button::selectable(is_shown, text)).on_hover_text("Go to this day").accessible_name(day.format("%-d %B %Y").to_string()).clicked() {
                 chosen = Some(day.and_time(civil.time()));
             }
             if day.weekday() == chrono::Weekday::Sun {
@@ -180,12 +186,12 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time_rate = &interface.viewer.time_rate;
     let paused = time_rate.is_paused();
     let backward = time_rate.rate() < 0.0;
-    for (name, tip, on, action) in [
-        ("Reverse", "Run time backward (j)", backward, Action::Backward),
-        ("Pause", "Pause (Space)", paused, Action::TogglePause),
-        ("Play", "Run time forward (l)", !paused && !backward, Action::Forward),
+    for (icon, name, tip, on, action) in [
+        (Icon::Reverse, "Reverse", "Run time backward (j)", backward, Action::Backward),
+        (Icon::Pause, "Pause", "Pause (Space)", paused, Action::TogglePause),
+        (Icon::Play, "Play", "Run time forward (l)", !paused && !backward, Action::Forward),
     ] {
-        if ui.selectable_label(on, name).on_hover_text(tip).clicked() {
+        if icons::selectable(ui, icon, on, name).on_hover_text(tip).clicked() {
             actions.push(action);
         }
     }
@@ -198,7 +204,7 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     }
     // As wide as its widest, so that nothing beside it moves.
     let text = if paused { format!("paused ({})", pace_text(pace)) } else { time_rate.label() };
-    let size = [110.0, ui.spacing().interact_size.y];
+    let size = [100.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }
 
@@ -207,26 +213,27 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
     if let Some(found) = interface.clock.coming.as_ref().and_then(Pending::take) {
         interface.clock.coming = None;
         match found {
-            Ok(Some(event)) => events::show(interface, worker, event, actions),
+            Ok(Some(event)) => events::show(interface, worker, Arc::new(event), actions),
             Ok(None) => interface.message = format!("{}: none within 130 years", interface.clock.kind.name()),
             Err(why) => interface.message = why,
         }
     }
     let kind = interface.clock.kind;
     let mut backward = None;
-    let look = |ui: &mut egui::Ui, sign: &str, name: &str| {
-        ui.button(sign).on_hover_text(format!("{name}: {}", kind.name())).accessible_name(name).clicked()
+    let look = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
+        icons::bare(ui, icon, name).on_hover_text(format!("{name}: {} ({key})", kind.name())).clicked()
     };
-    if look(ui, "<", "Previous event") {
+    let [before, after] = std::mem::take(&mut interface.clock.wants);
+    if look(ui, Icon::Previous, "Previous event", "p") || before {
         backward = Some(true);
     }
-    let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(120.0).show_ui(ui, |ui| {
+    let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(100.0).show_ui(ui, |ui| {
         for kind in EventKind::ALL {
             ui.selectable_value(&mut interface.clock.kind, kind, kind.name());
         }
     });
     list.response.on_hover_text("Which events the buttons beside go to").accessible_name("Kind of event");
-    if look(ui, ">", "Next event") {
+    if look(ui, Icon::Next, "Next event", "e") || after {
         backward = Some(false);
     }
     if let Some(backward) = backward {
@@ -239,26 +246,6 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
     if interface.clock.coming.is_some() {
         accessible::coming(ui, "looking for the event");
     }
-}
-
-/// A slider over the days of the year that is shown.
-fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let now = interface.viewer.view.time();
-    let iso = now.to_utc_iso();
-    // The sign of a year before 0 is not a separator.
-    let year_end = iso.get(1..).and_then(|rest| rest.find('-')).map_or(0, |at| at + 1);
-    let Ok(start) = Instant::parse(&format!("{}-01-01T00:00:00Z", &iso[..year_end])) else { return };
-    // In whole minutes: a screen reader is told of each change, and time runs in seconds.
-    let minutes = ((now.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000()) / 60.0).round();
-    let mut day = minutes * 60.0 / SECONDS_PER_DAY;
-    let before = day;
-    ui.scope(|ui| {
-        ui.spacing_mut().slider_width = YEAR_WIDTH;
-        let slider = Slider::new(&mut day, 0.0..=365.99).show_value(false);
-        if ui.add(slider).on_hover_text("Day of the year").changed() {
-            actions.push(Action::Step((day - before) * SECONDS_PER_DAY));
-        }
-    });
 }
 
 #[cfg(test)]

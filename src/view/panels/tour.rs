@@ -4,6 +4,7 @@
 //! the view; quality and what the window shows beside the sky are the user's. Not here: ways and views ([`crate::view::app::tour`]).
 
 use super::Interface;
+use super::icons::{self, Icon};
 use crate::files::read_text;
 use crate::session::Session;
 use crate::view::app::tour::{MAX_BYTES, Tour};
@@ -12,6 +13,7 @@ use crate::view::app::viewer::Action;
 use crate::wording::echo;
 use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What plays, if anything.
@@ -23,7 +25,7 @@ pub struct TourPlayer {
 }
 
 struct Playing {
-    tour: Tour,
+    tour: Arc<Tour>,
     passed_s: f64,
     is_paused: bool,
 }
@@ -45,6 +47,11 @@ impl TourPlayer {
         }
     }
 
+    /// The tour that is open.
+    pub fn playing_tour(&self) -> Option<Arc<Tour>> {
+        self.playing.as_ref().map(|playing| Arc::clone(&playing.tour))
+    }
+
     /// Ends the tour; the view stays. Whether there was one.
     pub fn end(&mut self) -> bool {
         self.playing.take().is_some()
@@ -56,7 +63,7 @@ pub fn start(interface: &mut Interface, session: &Session, text: &str, actions: 
     match Tour::parse(text, session, interface.viewer.now()) {
         Ok(tour) => {
             actions.push(Action::Show(Box::new(of_user(tour.at(0.0).view, &interface.viewer.view, true))));
-            interface.tour.playing = Some(Playing { tour, passed_s: 0.0, is_paused: false });
+            interface.tour.playing = Some(Playing { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
         }
         Err(e) => interface.message = e.to_string(),
     }
@@ -92,7 +99,8 @@ pub fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
     let Some(playing) = &mut interface.tour.playing else { return };
     let stop = playing.tour.at(playing.passed_s).stop;
     let mut go_to = None;
-    let mut ended = false;
+    let (mut ended, mut records) = (false, false);
+    let is_busy = interface.share.is_busy();
     let place = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
     place.fixed_pos(sky.center_bottom() - Vec2::new(0.0, 16.0)).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
@@ -119,6 +127,9 @@ pub fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
                 if button(ui, stop + 1 < playing.tour.stops(), "Next", "On to the next stop") {
                     go_to = Some(stop + 1);
                 }
+                let record = icons::button(ui, Icon::Record, "Record tour");
+                let hover = "Save the whole tour as an animation, with the file, size and rate of the Share panel";
+                records = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
                 ended = button(ui, true, "End tour", "Close the tour and keep the view (Escape)");
                 let bar = ProgressBar::new(part.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
                 ui.add(bar.fill(Color32::from_gray(140)));
@@ -128,6 +139,10 @@ pub fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
     if let Some(stop) = go_to {
         playing.passed_s = playing.tour.arrival_s(stop);
         playing.is_paused = false;
+    }
+    if records {
+        playing.is_paused = true;
+        interface.share.record_tour();
     }
     if ended {
         interface.tour.end();

@@ -1,6 +1,9 @@
 //! The image, its labels, and the mouse on it.
 
-use super::{Interface, tour};
+use super::angle::SeenBody;
+use super::icons::{self, Icon};
+use super::{Interface, now, tour};
+use crate::catalog::NaifId;
 use crate::scene::marks::{
     self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
 };
@@ -58,6 +61,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     }
     menu(interface, &response, &place, actions);
     say(interface, ui, rect);
+    now::over_sky(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() {
         hints(interface, ui, rect);
     }
@@ -118,8 +122,8 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     if all.iter().all(|(used, _)| *used) || !interface.said().is_empty() || rect.width() < HINTS_WIDTH {
         return;
     }
-    let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    place.fixed_pos(rect.center_bottom() - Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+    let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
+    place.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
@@ -143,28 +147,44 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
         });
         let found = at.zip(interface.drawing()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
         interface.viewport.menu_of = found;
+        interface.viewport.menu_px = at;
         actions.extend(found.map(Action::Select));
     }
     response.context_menu(|ui| {
         if let Some(body) = interface.viewport.menu_of {
             ui.strong(interface.viewer.name(body));
-            for (name, action) in [("Fly there", Action::FlyTo(body)), ("Look at it from here", Action::LookAt(body))] {
-                if ui.button(name).clicked() {
+            for (name, hover, action) in [
+                ("Fly there", "Fly to its lit side (double-click, g)", Action::FlyTo(body)),
+                ("Look at it from here", "Turn the camera towards it", Action::LookAt(body)),
+            ] {
+                if ui.button(name).on_hover_text(hover).clicked() {
                     actions.push(action);
                 }
             }
-            for (name, tab) in [("Information about it", super::Tab::Information), ("Its shader", super::Tab::Shader)] {
-                if ui.button(name).clicked() {
+            for (name, tab) in [
+                ("Information about it", super::Tab::Information),
+                ("Its effects", super::Tab::Effects),
+                ("Its shader", super::Tab::Shader),
+            ] {
+                if ui.button(name).on_hover_text(tab.about()).clicked() {
                     interface.tab = Some(tab);
                 }
             }
             ui.separator();
         }
-        if ui.button("Copy link to this view").clicked() {
+        let measures = icons::button(ui, Icon::Measure, "Measure from here");
+        let hover = "Measure the angle to another place: Ctrl+click it, or choose this there (Ctrl+click)";
+        if ui.add(measures).on_hover_text(hover).clicked()
+            && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.drawing.as_ref())
+        {
+            let at_px = snapped_px(&interface.viewport.marks, &drawing.scene, at_px);
+            measure(interface, at_px, interface.viewport.menu_of);
+        }
+        if ui.button("Copy link to this view").on_hover_text("A link that restores it (Ctrl+C)").clicked() {
             ui.ctx().copy_text(interface.viewer.shared().to_link());
             interface.message = "Link copied".into();
         }
-        if ui.button("Save image").clicked() {
+        if ui.button("Save image").on_hover_text("As the Share panel says (Ctrl+S)").clicked() {
             interface.share.wants_picture = true;
         }
     });
@@ -211,8 +231,8 @@ fn vec2(v: DVec2) -> Vec2 {
 
 /// Measures from a place, or keeps what was clicked.
 fn take_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
-    if let Some((at_px, drawing)) = click.measured_px.zip(interface.viewport.drawing.as_ref()) {
-        interface.message = interface.angle.add(&drawing.scene.camera, at_px);
+    if let Some((at_px, body)) = click.measured {
+        measure(interface, at_px, body);
         return;
     }
     interface.viewport.picked_px = Some(click.pixel);
@@ -222,13 +242,21 @@ fn take_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click
     }
 }
 
+/// Adds a place to the measured angle.
+fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
+    let Some(drawing) = &interface.viewport.drawing else { return };
+    let found = body.and_then(|id| drawing.scene.body(id));
+    let seen = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
+    interface.message = interface.angle.add(&drawing.scene.camera, at_px, seen);
+}
+
 /// A click on the picture.
 struct Click {
     pixel: [u32; 2],
     /// The star that it means, where no body is there.
     star: Option<usize>,
-    /// It measures an angle from here, pixels of the picture.
-    measured_px: Option<DVec2>,
+    /// It measures an angle from here, pixels of the picture, and the body there.
+    measured: Option<(DVec2, Option<NaifId>)>,
 }
 
 fn mouse(
@@ -268,8 +296,8 @@ fn mouse(
     let meant = || hit(&interface.viewport.marks, &drawing.scene, at_px);
     // Two quick clicks measure too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        let measured_px = Some(snapped_px(&interface.viewport.marks, &drawing.scene, at_px));
-        return Some(Click { pixel: [0, 0], star: None, measured_px });
+        let measured = Some((snapped_px(&interface.viewport.marks, &drawing.scene, at_px), meant()));
+        return Some(Click { pixel: [0, 0], star: None, measured });
     }
     if response.double_clicked() {
         actions.extend(meant().map(Action::FlyTo));
@@ -278,7 +306,7 @@ fn mouse(
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
         let star = if body.is_none() { hit_star(&drawing.scene, at_px) } else { None };
-        return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star, measured_px: None });
+        return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star, measured: None });
     }
     None
 }

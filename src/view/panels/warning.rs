@@ -14,7 +14,7 @@ pub fn show(interface: &mut Interface, ctx: &Context) {
         let told = ui.add(Label::new(line).wrap());
         ui.ctx().accesskit_node_builder(told.id, |node| node.set_live(Live::Assertive));
         ui.weak("The default view is shown instead.");
-        let close = ui.button("Close");
+        let close = ui.button("Close").on_hover_text("Close the message (Enter, Escape)");
         if ui.memory(|memory| memory.focused().is_none()) {
             close.request_focus();
         }

@@ -4,6 +4,7 @@
 //! input, a finished picture or running time asks for it; a thread of its own draws the pictures; a window shrunk to nothing draws nothing.
 
 pub mod cpu_painter;
+pub mod file_dialog;
 pub mod placement;
 pub mod presenter;
 pub mod primitives;

@@ -66,6 +66,13 @@ impl<T> Default for Pending<T> {
 }
 
 impl<T> Pending<T> {
+    /// An answer that comes from elsewhere, and the way to give it.
+    pub fn promised() -> (Self, impl FnOnce(T)) {
+        let slot = Arc::new(Mutex::new(None));
+        let answer = Arc::clone(&slot);
+        (Self(slot), move |given| *locked(&answer) = Some(given))
+    }
+
     /// The answer, once it is there.
     pub fn take(&self) -> Option<T> {
         locked(&self.0).take()

@@ -47,7 +47,7 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         ui.horizontal_wrapped(|ui| {
             ui.label(format!("{name} is pinned:"));
             ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(11.0)).wrap());
-            if ui.small_button(format!("Unpin {name}")).clicked() {
+            if ui.small_button(format!("Unpin {name}")).on_hover_text("Forget the key that was kept for comparison").clicked() {
                 *pin = None;
             }
         });

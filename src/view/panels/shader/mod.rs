@@ -116,6 +116,12 @@ impl ShaderPanel {
         self.found = Some(*key.features());
     }
 
+    /// Opens the source at the lines of a feature of the selected body's own draw.
+    pub fn ask_for_feature(&mut self, feature: &str) {
+        (self.page, self.wanted, self.asked) = (Page::Source, None, None);
+        self.source.ask_for(feature);
+    }
+
     /// Whether a click on the sky picks a pixel that is told about.
     pub fn probes(&self) -> bool {
         self.page == Page::Probe
@@ -217,7 +223,7 @@ impl ShaderPanel {
             }
             if seen.is_changed() {
                 ui.colored_label(ui.visuals().warn_fg_color, "changed by hand");
-                if ui.small_button("Back to the drawn key").clicked() {
+                if ui.small_button("Back to the drawn key").on_hover_text("Drop what was changed by hand").clicked() {
                     self.asked = None;
                 }
             }

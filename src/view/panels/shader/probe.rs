@@ -43,7 +43,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     }
     let Some(pixel) = interface.viewport.picked_px else {
         ui.label("Click the image to see every value computed for that pixel, in f32 and in f64.");
-        if ui.button("Centre of the image").clicked() {
+        if ui.button("Centre of the image").on_hover_text("Tell about the pixel in the middle").clicked() {
             page.typed_px = Some(interface.viewport.size_px.map(|side| side / 2));
         }
         return;

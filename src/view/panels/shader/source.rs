@@ -26,6 +26,8 @@ pub struct SourcePage {
     /// Which of the lines that hold it.
     at: usize,
     found: Option<(Arc<Text>, String, Vec<u32>)>,
+    /// A feature that someone asked for elsewhere, until a module has it.
+    asked: Option<String>,
     /// The line of the feature that was gone to last.
     at_line: Option<usize>,
     /// A line (from 0) to bring into sight.
@@ -62,6 +64,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
         Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => return drop(accessible::coming(ui, "Generating the source")),
     };
+    page.meet(&text);
     page.find(ui, &text);
     if !text.features.is_empty() {
         page.legend(ui, &text);
@@ -70,7 +73,27 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
     page.lines(ui, &text);
 }
 
+/// Whether a feature's name is a word, or begins with it: `eclipse.1` is of `eclipse`.
+fn is_of(name: &str, word: &str) -> bool {
+    name.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
 impl SourcePage {
+    /// Goes to the lines of a feature once a module that has it is shown.
+    pub fn ask_for(&mut self, feature: &str) {
+        (self.language, self.feature, self.only) = (None, None, false);
+        self.asked = Some(feature.to_owned());
+    }
+
+    /// To what was asked for, if this module has it.
+    fn meet(&mut self, text: &Text) {
+        let found = self.asked.as_ref().and_then(|asked| text.features.iter().position(|(name, lines)| is_of(name, asked) && *lines > 0));
+        if let Some(feature) = found {
+            self.asked = None;
+            self.go_to(text, feature, false);
+        }
+    }
+
     /// The field for finding, with where one is.
     fn find(&mut self, ui: &mut Ui, text: &Arc<Text>) {
         let mut step = 0;
@@ -91,10 +114,10 @@ impl SourcePage {
                 ui.weak(format!("{} lines", text.lines.len()));
                 return;
             }
-            if ui.small_button("Previous").clicked() {
+            if ui.small_button("Previous").on_hover_text("The match before").clicked() {
                 step = -1;
             }
-            if ui.small_button("Next").clicked() {
+            if ui.small_button("Next").on_hover_text("The next match (Enter)").clicked() {
                 step = 1;
             }
             let current = self.found.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
@@ -142,7 +165,7 @@ impl SourcePage {
         ui.horizontal(|ui| {
             // Another module may not have it.
             if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
-                ui.checkbox(&mut self.only, format!("Only lines for {feature}"));
+                ui.checkbox(&mut self.only, format!("Only lines for {feature}")).on_hover_text("Leave out all other lines");
                 if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
                     (self.feature, self.only) = (None, false);
                 }

@@ -54,11 +54,12 @@ fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, mod
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
-        ComboBox::from_label("draw").selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
+        let list = ComboBox::from_label("draw").selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
             for (k, draw) in draws.iter().enumerate() {
                 ui.selectable_value(chosen, k, draw.label.as_str());
             }
         });
+        list.response.on_hover_text("The draw whose values are shown");
     } else {
         ui.weak(draws[*chosen].label.as_str());
     }

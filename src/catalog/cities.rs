@@ -1,0 +1,79 @@
+//! Cities by name: where they are on the Earth.
+//!
+//! In: the embedded table cities.csv. Out: cities, those first whose name begins as the text does. Always: places are of the table's whole minutes of arc, two kilometres at the most. The table has the
+//! cities that name a time zone, and no others; a place may be given by its latitude and longitude everywhere else.
+
+use std::sync::LazyLock;
+
+/// A city.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct City {
+    pub name: &'static str,
+    pub country: &'static str,
+    /// Degrees north and east.
+    pub latitude_deg: f64,
+    pub longitude_deg: f64,
+}
+
+impl City {
+    fn of_line(line: &'static str) -> Option<Self> {
+        let mut parts = line.splitn(4, ',');
+        let (name, latitude, longitude, country) = (parts.next()?, parts.next()?, parts.next()?, parts.next()?);
+        Some(Self { name, country, latitude_deg: latitude.parse().ok()?, longitude_deg: longitude.parse().ok()? })
+    }
+}
+
+static CITIES: LazyLock<Vec<City>> = LazyLock::new(|| {
+    let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).skip(1);
+    lines.filter_map(City::of_line).collect()
+});
+
+/// All of them, by name.
+pub fn all() -> &'static [City] {
+    &CITIES
+}
+
+/// At most `most` whose name, or a word of it, begins with a text of at least two letters.
+pub fn named(text: &str, most: usize) -> Vec<&'static City> {
+    let wanted = text.trim().to_lowercase();
+    if wanted.chars().count() < 2 {
+        return Vec::new();
+    }
+    let begins = |c: &&City| c.name.to_lowercase().starts_with(&wanted);
+    let later = |c: &&City| !begins(c) && c.name.to_lowercase().split([' ', '-']).any(|word| word.starts_with(&wanted));
+    CITIES.iter().filter(begins).chain(CITIES.iter().filter(later)).take(most).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Observatories and airports stand within a tenth of a degree or two: coordinates from other tables.
+    #[test]
+    fn cities_are_where_they_are() {
+        for (name, country, latitude_deg, longitude_deg) in [
+            // Royal Observatory Greenwich; Paris and Sydney Observatory; Griffith Observatory.
+            ("London", "Britain (UK)", 51.477, 0.0),
+            ("Paris", "France", 48.836, 2.337),
+            ("Sydney", "Australia", -33.860, 151.204),
+            ("Los Angeles", "United States", 34.118, -118.300),
+            // Monument Circle; Hallgrimskirkja.
+            ("Indianapolis", "United States", 39.768, -86.158),
+            ("Reykjavik", "Iceland", 64.142, -21.927),
+        ] {
+            let found = named(&name.to_lowercase(), 1);
+            let [city] = found[..] else { panic!("{name}: {found:?}") };
+            assert_eq!((city.name, city.country), (name, country));
+            let off = (city.latitude_deg - latitude_deg).abs().max((city.longitude_deg - longitude_deg).abs());
+            assert!(off < 0.2, "{name} is off by {off} degrees");
+        }
+    }
+
+    #[test]
+    fn every_line_of_the_table_is_a_city() {
+        let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).count() - 1;
+        assert!(lines > 400 && all().len() == lines, "{} of {lines}", all().len());
+        assert!(all().iter().all(|c| c.latitude_deg.abs() <= 90.0 && c.longitude_deg.abs() <= 180.0 && !c.country.is_empty()));
+        assert!(named("a", 9).is_empty() && named("york", 9)[0].name == "New York" && named("xyzzy", 9).is_empty());
+    }
+}

@@ -1,0 +1,136 @@
+//! Events around a time that moves: what is known of them, and what is to be searched next.
+//!
+//! In: a span of time, found events. Out: the next short search; the known events by time. Always: what is searched is one stretch without gaps, and grows towards the side of the span that is
+//! nearer to its middle; a span elsewhere begins anew. Not here: the thread that searches, and what is painted.
+
+use super::event_search::{EventKind, EventSearch, SkyEvent};
+use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+use std::sync::Arc;
+
+/// An event with its title.
+#[derive(Clone, Debug)]
+pub struct KnownEvent {
+    pub tdb_s: f64,
+    pub title: String,
+    pub event: Arc<SkyEvent>,
+}
+
+/// Beyond these years no theory reaches, and nothing is searched.
+const YEARS: f64 = 3000.0;
+/// More are forgotten, with the stretch that they are of.
+const MOST: usize = 5000;
+
+/// Events of some kinds, as far as they are known.
+#[derive(Debug)]
+pub struct KnownEvents {
+    kinds: &'static [EventKind],
+    step_s: f64,
+    /// TDB seconds past J2000, from and to.
+    searched: Option<(f64, f64)>,
+    /// Nothing is found beyond: the theories end.
+    ends: [bool; 2],
+    events: Vec<KnownEvent>,
+}
+
+/// A short search, and the side that it is on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NextSearch {
+    pub search: EventSearch,
+    backward: bool,
+    from_s: f64,
+}
+
+impl KnownEvents {
+    /// `step_days`: of one search.
+    pub fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
+        Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, ends: [false; 2], events: Vec::new() }
+    }
+
+    /// What to search so that a span is known; `None`: it is.
+    pub fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
+        let middle_s = 0.5 * (from_s + to_s);
+        let apart = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
+        if self.searched.is_none_or(|s| apart(&s)) || self.events.len() > MOST {
+            (self.searched, self.ends) = (Some((middle_s, middle_s)), [false; 2]);
+            self.events.clear();
+        }
+        let (first_s, last_s) = self.searched?;
+        let reach_s = YEARS * 365.25 * SECONDS_PER_DAY;
+        let wants = [first_s > from_s && !self.ends[0] && first_s > -reach_s, last_s < to_s && !self.ends[1] && last_s < reach_s];
+        let backward = match wants {
+            [false, false] => return None,
+            [true, true] => middle_s - first_s < last_s - middle_s,
+            [before, _] => before,
+        };
+        let start_s = if backward { first_s } else { last_s };
+        let start = Instant::from_tdb_seconds_past_j2000(start_s);
+        Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, self.step_s, backward), backward, from_s: start_s })
+    }
+
+    /// What a search found; `None`: the theories do not reach there. Answers of a stretch that was left meanwhile are dropped.
+    pub fn take(&mut self, of: &NextSearch, found: Option<Vec<KnownEvent>>) {
+        let Some((first_s, last_s)) = &mut self.searched else { return };
+        let end_s = if of.backward { first_s } else { last_s };
+        if *end_s != of.from_s {
+            return;
+        }
+        let Some(found) = found else {
+            self.ends[usize::from(!of.backward)] = true;
+            return;
+        };
+        *end_s += if of.backward { -self.step_s } else { self.step_s };
+        self.events.extend(found);
+        self.events.sort_by(|a, b| a.tdb_s.total_cmp(&b.tdb_s));
+    }
+
+    /// Known events of a span, by time.
+    pub fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
+        let at = |s: f64| self.events.partition_point(|e| e.tdb_s < s);
+        self.events.get(at(from_s)..at(to_s)).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DAY: f64 = SECONDS_PER_DAY;
+
+    fn searched(known: &mut KnownEvents, from_s: f64, to_s: f64) -> usize {
+        let mut steps = 0;
+        while let Some(next) = known.next(from_s, to_s) {
+            known.take(&next, Some(Vec::new()));
+            steps += 1;
+            assert!(steps < 1000, "no end");
+        }
+        steps
+    }
+
+    #[test]
+    fn a_span_is_searched_once_and_grown_where_it_moves() {
+        let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
+        assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 10);
+        assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 0);
+        assert_eq!(searched(&mut known, 30.0 * DAY, 120.0 * DAY), 2, "what is new at its end");
+        assert_eq!(searched(&mut known, -10.0 * DAY, 50.0 * DAY), 1, "what is new before it");
+        assert_eq!(searched(&mut known, 9000.0 * DAY, 9100.0 * DAY), 10, "elsewhere it begins anew");
+        assert_eq!(known.searched, Some((9000.0 * DAY, 9100.0 * DAY)));
+    }
+
+    #[test]
+    fn the_end_of_the_theories_is_not_asked_twice_and_late_answers_are_dropped() {
+        let mut known = KnownEvents::new(&[EventKind::Lunar], 10.0);
+        let first = known.next(0.0, 20.0 * DAY).expect("a search");
+        known.take(&first, None);
+        let other = known.next(0.0, 20.0 * DAY).expect("the other side");
+        assert!(other.backward != first.backward);
+        known.take(&other, None);
+        assert_eq!(known.next(0.0, 20.0 * DAY), None);
+        let elsewhere = known.next(900.0 * DAY, 920.0 * DAY).expect("a search");
+        known.take(&first, Some(Vec::new()));
+        assert_eq!(known.searched, Some((910.0 * DAY, 910.0 * DAY)));
+        known.take(&elsewhere, Some(Vec::new()));
+        assert_ne!(known.searched, Some((910.0 * DAY, 910.0 * DAY)));
+    }
+}

@@ -1,0 +1,249 @@
+//! The axis of a timeline: which time is where, and the dates along it.
+//!
+//! In: a time in the middle, a span, a width. Out: places of times, times of places, ticks on a calendar. Always: linear in TDB; ticks stand at whole hours, days, months or years of the clock that is
+//! shown, far enough apart for their labels. Not here: events (`known_events`), paint.
+
+use super::civil_time::Clock;
+use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, TimeDelta, Timelike};
+use std::ops::RangeInclusive;
+
+const HOUR_S: f64 = 3600.0;
+const YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
+/// Spans that can be shown: a quarter of a day to four centuries.
+pub const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
+/// Points between ticks, so that their labels do not touch.
+const TICK_POINTS: f64 = 72.0;
+/// Ticks of a timeline at most: a window of 4000 points has fewer.
+const MAX_TICKS: usize = 100;
+/// A notch of the wheel.
+const NOTCH: f64 = 1.3;
+
+/// From what to what a timeline goes, and how wide it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeAxis {
+    /// TDB seconds past J2000 of its middle.
+    pub middle_s: f64,
+    pub span_s: f64,
+    /// Points.
+    pub width: f64,
+}
+
+/// A date along the axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tick {
+    pub tdb_s: f64,
+    pub label: String,
+}
+
+/// Steps of a calendar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Step {
+    Hours(u32),
+    Days(u32),
+    Months(u32),
+    Years(i32),
+}
+
+const STEPS: [Step; 18] = [
+    Step::Hours(1),
+    Step::Hours(3),
+    Step::Hours(6),
+    Step::Hours(12),
+    Step::Days(1),
+    Step::Days(5),
+    Step::Days(10),
+    Step::Months(1),
+    Step::Months(3),
+    Step::Months(6),
+    Step::Years(1),
+    Step::Years(2),
+    Step::Years(5),
+    Step::Years(10),
+    Step::Years(20),
+    Step::Years(50),
+    Step::Years(100),
+    Step::Years(200),
+];
+
+/// A span that can be shown.
+pub fn usable_span_s(told: f64) -> f64 {
+    if told.is_finite() { told.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
+}
+
+/// The span after notches of the wheel; positive ones shorten it.
+pub fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
+    usable_span_s(span_s * NOTCH.powf(-notches))
+}
+
+/// `36 hours`, `20 days`, `8 months`, `120 years`.
+pub fn span_text(span_s: f64) -> String {
+    let days = span_s / SECONDS_PER_DAY;
+    match days {
+        d if d < 3.0 => format!("{:.0} hours", d * 24.0),
+        d if d < 90.0 => format!("{d:.0} days"),
+        d if d < 730.0 => format!("{:.0} months", d / 30.44),
+        d => format!("{:.0} years", d / 365.25),
+    }
+}
+
+impl TimeAxis {
+    pub fn from_s(&self) -> f64 {
+        self.middle_s - 0.5 * self.span_s
+    }
+
+    pub fn to_s(&self) -> f64 {
+        self.middle_s + 0.5 * self.span_s
+    }
+
+    /// Points from the left end; outside of it below 0 or above the width.
+    pub fn place(&self, tdb_s: f64) -> f64 {
+        (tdb_s - self.from_s()) / self.span_s * self.width
+    }
+
+    /// What lies so many points from the left end.
+    pub fn time_s(&self, points: f64) -> f64 {
+        self.from_s() + points / self.width * self.span_s
+    }
+
+    /// Seconds that so many points are long.
+    pub fn seconds(&self, points: f64) -> f64 {
+        points / self.width * self.span_s
+    }
+
+    /// Dates along it, on a clock; none beyond the calendar.
+    pub fn ticks(&self, clock: Clock) -> Vec<Tick> {
+        let room = |step: &&Step| step.seconds() / self.span_s * self.width >= TICK_POINTS;
+        let step = STEPS.iter().find(room).copied().unwrap_or(Step::Years(200));
+        let Some(first) = clock.shown(Instant::from_tdb_seconds_past_j2000(self.from_s())).and_then(|civil| step.floor(civil)) else {
+            return Vec::new();
+        };
+        std::iter::successors(Some(first), |civil| step.after(*civil))
+            .take(MAX_TICKS)
+            .filter_map(|civil| Some(Tick { tdb_s: clock.instant(civil)?.tdb_seconds_past_j2000(), label: step.label(civil) }))
+            .skip_while(|tick| tick.tdb_s < self.from_s())
+            .take_while(|tick| tick.tdb_s <= self.to_s())
+            .collect()
+    }
+}
+
+impl Step {
+    fn seconds(self) -> f64 {
+        match self {
+            Self::Hours(n) => f64::from(n) * HOUR_S,
+            Self::Days(n) => f64::from(n) * SECONDS_PER_DAY,
+            Self::Months(n) => f64::from(n) * YEAR_S / 12.0,
+            Self::Years(n) => f64::from(n) * YEAR_S,
+        }
+    }
+
+    /// The last step at or before a date.
+    fn floor(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
+        let date = civil.date();
+        match self {
+            Self::Hours(n) => date.and_hms_opt(civil.hour() / n * n, 0, 0),
+            Self::Days(1) => Some(midnight(date)),
+            // A thirty-first is no step: the next one is the first of a month.
+            Self::Days(n) => date.with_day(1 + date.day0().min(29) / n * n).map(midnight),
+            Self::Months(n) => date.with_day(1)?.with_month(1 + date.month0() / n * n).map(midnight),
+            Self::Years(n) => NaiveDate::from_ymd_opt(date.year().div_euclid(n) * n, 1, 1).map(midnight),
+        }
+    }
+
+    /// The step after one.
+    fn after(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
+        let date = civil.date();
+        match self {
+            Self::Hours(n) => civil.checked_add_signed(TimeDelta::hours(n.into())),
+            Self::Days(1) => civil.checked_add_days(Days::new(1)),
+            Self::Days(n) if date.day() + n > 30 => date.with_day(1)?.checked_add_months(Months::new(1)).map(midnight),
+            Self::Days(n) => civil.checked_add_days(Days::new(n.into())),
+            Self::Months(n) => civil.checked_add_months(Months::new(n)),
+            Self::Years(n) => NaiveDate::from_ymd_opt(date.year().checked_add(n)?, 1, 1).map(midnight),
+        }
+    }
+
+    fn label(self, civil: NaiveDateTime) -> String {
+        let year = match civil.year() {
+            year if year > 0 => year.to_string(),
+            year => format!("{} BC", 1 - year),
+        };
+        match self {
+            Self::Hours(_) if civil.hour() > 0 => civil.format("%H:%M").to_string(),
+            Self::Hours(_) | Self::Days(_) if civil.ordinal0() > 0 => civil.format("%-d %b").to_string(),
+            Self::Months(_) if civil.month0() > 0 => civil.format("%b").to_string(),
+            _ => year,
+        }
+    }
+}
+
+fn midnight(date: NaiveDate) -> NaiveDateTime {
+    date.and_time(chrono::NaiveTime::MIN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(middle: &str, span_s: f64, width: f64) -> TimeAxis {
+        TimeAxis { middle_s: Instant::parse(middle).expect("a time").tdb_seconds_past_j2000(), span_s, width }
+    }
+
+    #[test]
+    fn a_place_and_its_time_are_one() {
+        let axis = axis("2024-04-08T18:17:00Z", 30.0 * SECONDS_PER_DAY, 900.0);
+        assert!((axis.place(axis.middle_s) - 450.0).abs() < 1e-9);
+        for points in [0.0, 17.0, 450.0, 900.0] {
+            assert!((axis.place(axis.time_s(points)) - points).abs() < 1e-6);
+        }
+        assert!((axis.seconds(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
+    }
+
+    /// At every span ticks are in order, inside, apart, and at midnight or a whole hour of the calendar.
+    #[test]
+    fn ticks_stand_at_whole_dates_and_have_room() {
+        for middle in ["2024-02-29T18:17:00Z", "1582-10-10T00:00:00Z", "-0043-03-15T12:00:00Z", "2100-12-31T23:59:00Z"] {
+            let mut span_s = SECONDS_PER_DAY;
+            while span_s < *SPANS_S.end() {
+                for width in [300.0, 900.0, 2500.0] {
+                    let axis = axis(middle, span_s, width);
+                    let ticks = axis.ticks(Clock::Utc);
+                    let places: Vec<f64> = ticks.iter().map(|t| axis.place(t.tdb_s)).collect();
+                    let case = format!("{middle}, {}, {width}: {ticks:?}", span_text(span_s));
+                    assert!(places.iter().all(|p| (0.0..=width).contains(p)), "{case}");
+                    // From 26 February to 1 March are three days of five.
+                    assert!(places.windows(2).all(|p| p[1] - p[0] > 0.55 * TICK_POINTS), "{case}");
+                    assert!(places.windows(2).all(|p| p[1] - p[0] < 5.0 * TICK_POINTS), "{case}");
+                    let spans = width / TICK_POINTS;
+                    assert!(ticks.len() as f64 <= spans * 1.2 + 1.0 && ticks.len() as f64 >= (spans / 5.0).floor(), "{case}");
+                    for tick in &ticks {
+                        let iso = Instant::from_tdb_seconds_past_j2000(tick.tdb_s + 1e-3).to_utc_iso();
+                        assert!(iso.contains(":00:00"), "{iso}: {case}");
+                    }
+                }
+                span_s *= 1.37;
+            }
+        }
+    }
+
+    #[test]
+    fn labels_are_of_the_step() {
+        let labels = |middle, span_s| axis(middle, span_s, 400.0).ticks(Clock::Utc).into_iter().map(|t| t.label).collect::<Vec<_>>();
+        assert_eq!(labels("2024-04-08T12:30:00Z", 1.2 * SECONDS_PER_DAY), ["8 Apr", "06:00", "12:00", "18:00", "9 Apr"]);
+        assert_eq!(labels("2024-03-05T00:00:00Z", 20.0 * SECONDS_PER_DAY), ["26 Feb", "1 Mar", "6 Mar", "11 Mar"]);
+        assert_eq!(labels("2024-01-05T00:00:00Z", 150.0 * SECONDS_PER_DAY), ["Nov", "Dec", "2024", "Feb", "Mar"]);
+        assert_eq!(labels("0001-06-01T00:00:00Z", 40.0 * YEAR_S), ["11 BC", "1 BC", "10", "20"]);
+    }
+
+    #[test]
+    fn spans_stay_within_what_can_be_shown() {
+        assert_eq!(zoomed_span_s(*SPANS_S.start(), 99.0), *SPANS_S.start());
+        assert_eq!(zoomed_span_s(*SPANS_S.end(), -99.0), *SPANS_S.end());
+        assert!((zoomed_span_s(zoomed_span_s(YEAR_S, 3.0), -3.0) / YEAR_S - 1.0).abs() < 1e-12);
+        assert!(SPANS_S.contains(&usable_span_s(f64::NAN)) && SPANS_S.contains(&usable_span_s(-1.0)));
+        for (days, text) in [(0.25, "6 hours"), (20.0, "20 days"), (365.25, "12 months"), (36_525.0, "100 years")] {
+            assert_eq!(span_text(days * SECONDS_PER_DAY), text);
+        }
+    }
+}

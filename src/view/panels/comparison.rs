@@ -1,0 +1,204 @@
+//! Sizes and distances to scale, in the Information panel: the selected body beside another, and the planets along a line from the Sun.
+//!
+//! In: radii, distances at the shown time. Out: two drawings, each with a sentence that says the same. Always: one scale for all that a drawing holds.
+
+use super::Interface;
+use super::fact::grouped;
+use crate::catalog::{BodyKind, Catalog, NaifId};
+use crate::units::KM_PER_AU;
+use crate::view::app::places::{BodyPositions, SessionPlaces};
+use crate::view::app::viewer::Subject;
+use crate::view::worker::render_worker::RenderWorker;
+use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
+use glam::DVec3;
+
+const SIZES_HEIGHT: f32 = 110.0;
+const DISTANCES_HEIGHT: f32 = 44.0;
+/// Of a body that is too small for its scale, points.
+const LEAST: f32 = 1.0;
+/// Corners of an ellipse.
+const CORNERS: usize = 96;
+const MARK: Color32 = Color32::from_rgb(255, 206, 110);
+const GREY: Color32 = Color32::from_gray(190);
+
+/// With what the selected body is compared; `None`: with the Earth, the Earth with the Moon.
+#[derive(Default)]
+pub struct Comparison {
+    with: Option<NaifId>,
+}
+
+impl Comparison {
+    fn other(&self, selected: NaifId) -> NaifId {
+        let usual = if selected == NaifId::EARTH { NaifId::MOON } else { NaifId::EARTH };
+        self.with.filter(|with| *with != selected).unwrap_or(usual)
+    }
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) {
+    let selected = interface.viewer.selected;
+    let other = interface.information.comparison.other(selected);
+    ui.strong("Sizes to scale");
+    let viewer = &interface.viewer;
+    let comparison = &mut interface.information.comparison;
+    let list = ComboBox::from_id_salt("compare sizes").selected_text(viewer.name(other)).width(120.0).show_ui(ui, |ui| {
+        for body in viewer.subjects().iter().filter(|b| b.id != selected) {
+            ui.selectable_value(&mut comparison.with, Some(body.id), &body.name);
+        }
+    });
+    list.response.on_hover_text("The body beside the selected one").accessible_name("Compare with");
+    let catalog = worker.session().catalog();
+    if let (Some(a), Some(b)) = (viewer.subject(selected), viewer.subject(other)) {
+        sizes(ui, catalog, a, b);
+        ui.label(size_text(a, b));
+    }
+    ui.separator();
+    ui.strong("Distances from the Sun to scale");
+    let time = viewer.view.time();
+    let places = SessionPlaces(worker.session());
+    let distance_km = |id: NaifId| places.between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
+    // A moon is where its planet is.
+    let carrier = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
+    let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == carrier && s.id != NaifId::SUN);
+    let along: Vec<(&str, f64, bool)> = planets.map(|s| (s.name.as_str(), distance_km(s.id) / KM_PER_AU, s.id == carrier)).collect();
+    distances(ui, &along);
+    ui.label(distance_text(viewer.name(carrier), distance_km(carrier) / KM_PER_AU));
+}
+
+/// `Saturn is 9.45 times as wide as Earth and has 764 times its volume.`
+fn size_text(a: &Subject, b: &Subject) -> String {
+    let ratio = |value: f64| if value >= 10.0 { grouped(value, 0) } else { format!("{value:.3}") };
+    let width = a.radii_km.x / b.radii_km.x;
+    let volume = a.radii_km.element_product() / b.radii_km.element_product();
+    if width >= 1.0 {
+        format!("{} is {} times as wide as {} and has {} times its volume.", a.name, ratio(width), b.name, ratio(volume))
+    } else {
+        format!("{} is {} times as wide as {} and has {} times its volume.", b.name, ratio(1.0 / width), a.name, ratio(1.0 / volume))
+    }
+}
+
+fn distance_text(name: &str, au: f64) -> String {
+    match au {
+        0.0 => "The planets, from Mercury to Neptune.".into(),
+        au => format!("{name} is {au:.3} au from the Sun; sunlight takes {:.1} minutes.", au * MINUTES_PER_AU),
+    }
+}
+
+/// That light takes (IAU 2012 au, speed of light).
+const MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
+
+/// A drawing's ground; `said` for those who do not see it.
+fn ground(ui: &mut Ui, height: f32, said: &str) -> Rect {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, said));
+    ui.painter().rect_filled(rect, 4.0, Color32::BLACK);
+    rect
+}
+
+/// Points per kilometre at which two discs fit beside each other.
+fn scale(room: [f64; 2], a: DVec3, b: DVec3) -> f64 {
+    let across = 2.0 * (a.x + b.x);
+    let down = 2.0 * a.z.max(b.z);
+    (room[0] / across).min(room[1] / down)
+}
+
+fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
+    let rect = ground(ui, SIZES_HEIGHT, &format!("Discs of {} and {} to one scale", a.name, b.name));
+    let inner = rect.shrink2(vec2(12.0, 16.0));
+    let points = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
+    let font = TextStyle::Small.resolve(ui.style());
+    let mut left = inner.left();
+    for (body, colour) in [(a, MARK), (b, GREY)] {
+        let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points) as f32).max(0.5 * LEAST));
+        let centre = pos2(left + half_width, inner.center().y);
+        ui.painter().add(ellipse(centre, half_width, half_height, disc_colour(catalog, body.id)));
+        let at = pos2(centre.x.clamp(rect.left() + 24.0, rect.right() - 24.0), rect.bottom() - 2.0);
+        ui.painter().text(at, Align2::CENTER_BOTTOM, &body.name, font.clone(), colour);
+        left += 2.0 * half_width + 10.0;
+    }
+}
+
+fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Shape {
+    let corner = |k: usize| {
+        let (sin, cos) = (k as f32 / CORNERS as f32 * std::f32::consts::TAU).sin_cos();
+        centre + vec2(half_width * cos, half_height * sin)
+    };
+    Shape::convex_polygon((0..CORNERS).map(corner).collect(), fill, Stroke::NONE)
+}
+
+/// The colour of the mean disc, as bright as a screen shows it well.
+fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
+    let Some(body) = catalog.body(id) else { return GREY };
+    let peak = body.colour.max_element().max(1e-6);
+    let [r, g, b] = (body.colour / peak).to_array().map(|c| (255.0 * c.clamp(0.0, 1.0).powf(1.0 / 2.2)) as u8);
+    Color32::from_rgb(r, g, b)
+}
+
+fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
+    let farthest = along.iter().map(|p| p.1).fold(1.0, f64::max);
+    let said: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {au:.2}")).collect();
+    let rect = ground(ui, DISTANCES_HEIGHT, &format!("Distances from the Sun, au: {}", said.join(", ")));
+    let line = rect.top() + 14.0;
+    let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
+    let at = |au: f64| from + (to - from) * (au / farthest) as f32;
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.hline(from..=to, line, Stroke::new(1.0, Color32::from_gray(90)));
+    painter.circle_filled(pos2(from, line), 4.0, Color32::from_rgb(255, 235, 170));
+    let font: FontId = TextStyle::Small.resolve(ui.style());
+    let mut free = from + 6.0;
+    // The selected one is named first: no other name takes its place.
+    let mut order: Vec<&(&str, f64, bool)> = along.iter().collect();
+    order.sort_by(|a, b| b.2.cmp(&a.2).then(a.1.total_cmp(&b.1)));
+    let mut taken: Option<(f32, f32)> = None;
+    for (name, au, is_selected) in order {
+        let x = at(*au);
+        painter.circle_filled(pos2(x, line), 2.5, if *is_selected { MARK } else { GREY });
+        let width = painter.layout_no_wrap((*name).to_owned(), font.clone(), GREY).size().x;
+        let (left, right) = (x - 0.5 * width, x + 0.5 * width);
+        let collides = left < free || taken.is_some_and(|(a, b)| left < b + 4.0 && right > a - 4.0);
+        if *is_selected || !collides {
+            let colour = if *is_selected { MARK } else { GREY };
+            let middle = x.clamp(rect.left() + 0.5 * width + 2.0, rect.right() - 0.5 * width - 2.0);
+            painter.text(pos2(middle, rect.bottom() - 4.0), Align2::CENTER_BOTTOM, *name, font.clone(), colour);
+            if *is_selected {
+                taken = Some((left, right));
+            } else {
+                free = right + 4.0;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn body(name: &str, x: f64, z: f64) -> Subject {
+        Subject {
+            id: NaifId(1),
+            name: name.into(),
+            aliases: Vec::new(),
+            kind: BodyKind::Planet,
+            parent: None,
+            radii_km: DVec3::new(x, x, z),
+        }
+    }
+
+    /// Volumes by NASA's planetary fact sheets: Saturn 8.2713e14, the Earth 1.08321e12 km³.
+    #[test]
+    fn sizes_are_told_as_the_fact_sheets_have_them() {
+        let (saturn, earth) = (body("Saturn", 60_268.0, 54_364.0), body("Earth", 6378.137, 6356.752));
+        let said = size_text(&saturn, &earth);
+        assert_eq!(said, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
+        assert_eq!(size_text(&earth, &saturn), said, "the larger one is told of");
+        assert!((82_713.0 / 108.321_f64 - 764.0).abs() < 1.0);
+        assert!(distance_text("Earth", 1.0).contains("8.3 minutes"));
+    }
+
+    #[test]
+    fn both_discs_have_room() {
+        for (a, b) in [(1.0, 1.0), (700_000.0, 1.0), (1.0, 9.4)] {
+            let points = scale([300.0, 80.0], DVec3::splat(a), DVec3::splat(b));
+            assert!(2.0 * (a + b) * points <= 300.0 + 1e-9 && 2.0 * a.max(b) * points <= 80.0 + 1e-9);
+        }
+    }
+}

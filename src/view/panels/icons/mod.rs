@@ -1,0 +1,215 @@
+//! Icons before the words of buttons.
+//!
+//! In: a control's word. Out: the control with a glyph of the Phosphor font before it. Always: a screen reader hears the word alone, because a glyph is painted and is no text; it has the word's
+//! colour. The font holds the glyphs that are named here and no others. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), cut down by fonttools:
+//! `pyftsubset Phosphor.ttf --unicodes=... --layout-features='' --no-hinting`.
+
+use egui::{Align2, Atom, Button, FontData, FontDefinitions, FontFamily, FontId, Response, TextStyle, Ui, Vec2};
+use std::sync::Arc;
+
+/// Name of the font's family.
+const FAMILY: &str = "icons";
+/// Of a glyph, in sizes of the text beside it.
+const SIZE: f32 = 1.2;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Icon {
+    Bodies,
+    Search,
+    Back,
+    Forward,
+    Moments,
+    Events,
+    Effects,
+    Layers,
+    Information,
+    Shader,
+    Compare,
+    Performance,
+    Share,
+    Help,
+    Calendar,
+    Now,
+    Reverse,
+    Pause,
+    Play,
+    Previous,
+    Next,
+    Plus,
+    Minus,
+    Close,
+    Fly,
+    LookAt,
+    Level,
+    Stand,
+    Bookmark,
+    Link,
+    Save,
+    Open,
+    Picture,
+    Film,
+    Record,
+    Stop,
+    Measure,
+    Watch,
+}
+
+impl Icon {
+    fn glyph(self) -> char {
+        match self {
+            Self::Bodies => '\u{e652}',
+            Self::Search => '\u{e30c}',
+            Self::Back => '\u{e058}',
+            Self::Forward => '\u{e06c}',
+            Self::Moments => '\u{e6a2}',
+            Self::Events => '\u{e8b2}',
+            Self::Effects => '\u{e434}',
+            Self::Layers => '\u{e466}',
+            Self::Information => '\u{e2ce}',
+            Self::Shader => '\u{e1bc}',
+            Self::Compare => '\u{e546}',
+            Self::Performance => '\u{e628}',
+            Self::Share => '\u{e408}',
+            Self::Help => '\u{e3e8}',
+            Self::Calendar => '\u{e7b4}',
+            Self::Now => '\u{e19a}',
+            Self::Reverse => '\u{e6a8}',
+            Self::Pause => '\u{e39e}',
+            Self::Play => '\u{e3d0}',
+            Self::Previous => '\u{e138}',
+            Self::Next => '\u{e13a}',
+            Self::Plus => '\u{e3d4}',
+            Self::Minus => '\u{e32a}',
+            Self::Close => '\u{e4f6}',
+            Self::Fly => '\u{e3fe}',
+            Self::LookAt => '\u{e220}',
+            Self::Level => '\u{e1c8}',
+            Self::Stand => '\u{e316}',
+            Self::Bookmark => '\u{e0ea}',
+            Self::Link => '\u{e2e2}',
+            Self::Save => '\u{e248}',
+            Self::Open => '\u{e256}',
+            Self::Picture => '\u{e10e}',
+            Self::Film => '\u{e792}',
+            Self::Record => '\u{e3ee}',
+            Self::Stop => '\u{e46c}',
+            Self::Measure => '\u{e6b8}',
+            Self::Watch => '\u{ea64}',
+        }
+    }
+}
+
+fn family() -> FontFamily {
+    FontFamily::Name(FAMILY.into())
+}
+
+/// The usual fonts and that of the icons.
+pub fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::default();
+    fonts.font_data.insert(FAMILY.into(), Arc::new(FontData::from_static(include_bytes!("phosphor.ttf"))));
+    fonts.families.insert(family(), vec![FAMILY.into()]);
+    fonts
+}
+
+/// The glyph, in the colour of the words beside it; its room alone before the font is there, which takes a turn.
+fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
+    let side = (TextStyle::Button.resolve(ui.style()).size * SIZE).round();
+    Atom::paint(Vec2::splat(side), move |ui, place| {
+        if ui.fonts(|fonts| fonts.definitions().families.contains_key(&family())) {
+            let font = FontId::new(side, family());
+            ui.painter().text(place.rect.center(), Align2::CENTER_CENTER, icon.glyph(), font, place.fallback_text_color);
+        }
+    })
+}
+
+/// A button with an icon and a word.
+pub fn button<'a>(ui: &Ui, icon: Icon, word: &'a str) -> Button<'a> {
+    Button::new((atom(ui, icon), word))
+}
+
+/// A button with an icon alone; `name` is for those who do not see it.
+pub fn bare(ui: &mut Ui, icon: Icon, name: &str) -> Response {
+    let button = Button::new(atom(ui, icon));
+    ui.add(button).accessible_name(name)
+}
+
+/// A button that stays pressed while `on`.
+pub fn selectable(ui: &mut Ui, icon: Icon, on: bool, word: &str) -> Response {
+    let button = Button::selectable(on, (atom(ui, icon), word));
+    ui.add(button)
+}
+
+/// A switch.
+pub fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, word: &str) -> Response {
+    let response = selectable(ui, icon, *on, word);
+    if response.clicked() {
+        *on = !*on;
+    }
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Icon; 38] = {
+        use Icon as I;
+        [
+            I::Bodies,
+            I::Search,
+            I::Back,
+            I::Forward,
+            I::Moments,
+            I::Events,
+            I::Effects,
+            I::Layers,
+            I::Information,
+            I::Shader,
+            I::Compare,
+            I::Performance,
+            I::Share,
+            I::Help,
+            I::Calendar,
+            I::Now,
+            I::Reverse,
+            I::Pause,
+            I::Play,
+            I::Previous,
+            I::Next,
+            I::Plus,
+            I::Minus,
+            I::Close,
+            I::Fly,
+            I::LookAt,
+            I::Level,
+            I::Stand,
+            I::Bookmark,
+            I::Link,
+            I::Save,
+            I::Open,
+            I::Picture,
+            I::Film,
+            I::Record,
+            I::Stop,
+            I::Measure,
+            I::Watch,
+        ]
+    };
+
+    /// The font has each glyph, no two controls have the same, and what is no icon is not in it.
+    #[test]
+    fn every_icon_is_a_glyph_of_its_own() {
+        let ctx = egui::Context::default();
+        ctx.set_fonts(fonts());
+        let _ = ctx.run_ui(Default::default(), |ui| {
+            ui.fonts_mut(|fonts| {
+                let font = FontId::new(16.0, family());
+                for (k, icon) in ALL.into_iter().enumerate() {
+                    assert!(fonts.has_glyph(&font, icon.glyph()), "{icon:?}");
+                    assert!(ALL[..k].iter().all(|other| other.glyph() != icon.glyph()), "{icon:?}");
+                }
+                assert!(!fonts.has_glyph(&font, 'a'));
+            });
+        });
+    }
+}

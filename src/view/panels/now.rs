@@ -1,0 +1,187 @@
+//! *What to see now*: a row of small pictures over the sky's lower edge, and the same in the Moments panel.
+//!
+//! In: clicks. Out: views, an event that is chosen, a panel that opens. Always: the pictures are drawn in the background, one after the other, once the sky's own is there; what cannot be shown has
+//! no picture. The row goes when one of them or its cross is clicked, and does not come back by itself; the panel always has it.
+
+use super::icons::{self, Icon};
+use super::render_loop::colour_image;
+use super::{Interface, Tab, events};
+use crate::render::plan::SamplingQuality;
+use crate::scene::draw::PixelView;
+use crate::scene::request::Quality;
+use crate::view::app::now_showing::{NowItem, NowView};
+use crate::view::app::view_state::ViewState;
+use crate::view::app::viewer::Action;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use egui::{Align2, Color32, Rect, RichText, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
+
+/// Points of a picture.
+const SIZE: [f32; 2] = [136.0, 84.0];
+/// Pixels for each point: sharp on dense screens, too.
+const DENSITY: f32 = 1.5;
+/// A narrower or lower sky has no room for the row.
+const MIN_SKY: [f32; 2] = [760.0, 300.0];
+
+/// A view and its picture, rows top first.
+struct Drawn {
+    now: NowView,
+    picture: Option<([u32; 2], Vec<[u8; 4]>)>,
+}
+
+struct Tile {
+    now: NowView,
+    texture: Option<TextureHandle>,
+}
+
+#[derive(Default)]
+enum Place {
+    #[default]
+    Unasked,
+    Coming(Pending<Option<Drawn>>),
+    Here(Box<Tile>),
+    /// There is no such view.
+    Nothing,
+}
+
+#[derive(Default)]
+pub struct NowShowing {
+    places: [Place; NowItem::ALL.len()],
+}
+
+/// Draws what is missing while the row is in sight.
+fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+    if interface.drawing().is_none() {
+        return;
+    }
+    let habits = ViewState { quality: Quality::Standard, ..interface.viewer.settled().clone() };
+    let now = interface.viewer.now();
+    let mut is_busy = false;
+    for (item, place) in NowItem::ALL.into_iter().zip(&mut interface.now.places) {
+        if let Place::Coming(coming) = place {
+            match coming.take() {
+                None => is_busy = true,
+                Some(drawn) => *place = drawn.map_or(Place::Nothing, |drawn| Place::Here(Box::new(tile(ctx, drawn)))),
+            }
+        }
+        if !is_busy && matches!(place, Place::Unasked) {
+            let habits = habits.clone();
+            *place = Place::Coming(ask(worker, move |session| drawn(session, item, now, &habits)));
+            is_busy = true;
+        }
+    }
+}
+
+fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, habits: &ViewState) -> Option<Drawn> {
+    let now = item.view(session, now, habits)?;
+    let [width, height] = SIZE.map(|points| (points * DENSITY) as u32);
+    // The shader's own picture: what it computes for an eclipse.
+    let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
+    let view = ViewState { pixels, ..now.view.clone() };
+    let picture = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
+        let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
+        Some(([frame.width, frame.height], frame.display))
+    });
+    Some(Drawn { now, picture })
+}
+
+fn tile(ctx: &egui::Context, drawn: Drawn) -> Tile {
+    let texture = drawn.picture.map(|([width, height], rows)| {
+        let name = format!("now: {}", drawn.now.title);
+        ctx.load_texture(name, colour_image(width, height, rows), TextureOptions::LINEAR)
+    });
+    Tile { now: drawn.now, texture }
+}
+
+/// The row over the sky, for someone who has just come.
+pub fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, sky: Rect, actions: &mut Vec<Action>) {
+    let is_wanted = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
+    if !is_wanted || sky.width() < MIN_SKY[0] || sky.height() < MIN_SKY[1] {
+        return;
+    }
+    let area = egui::Area::new(ui.scope_id().with("what to see now")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
+    let mut is_over = false;
+    area.fixed_pos(sky.center_bottom() - vec2(0.0, 10.0)).show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.strong("What to see now");
+                ui.weak("also under Moments");
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    let hover = "Close; the Moments panel has them, too";
+                    is_over = icons::bare(ui, Icon::Close, "Close what to see now").on_hover_text(hover).clicked();
+                });
+            });
+            ui.horizontal(|ui| is_over |= row(interface, ui, worker, actions));
+        });
+    });
+    if is_over {
+        interface.settings.panels.now_shown = false;
+    }
+}
+
+/// The pictures, each a button; whether one was clicked.
+pub fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
+    work(interface, ui.ctx(), worker);
+    let mut clicked = None;
+    for (item, place) in NowItem::ALL.into_iter().zip(&interface.now.places) {
+        if matches!(place, Place::Nothing) {
+            continue;
+        }
+        let tile = if let Place::Here(tile) = place { Some(tile) } else { None };
+        if button(ui, item, tile.map(|t| &**t)) {
+            clicked = tile.map(|t| (item, t.now.clone()));
+        }
+    }
+    let Some((item, chosen)) = clicked else { return false };
+    match chosen.event {
+        Some(event) => {
+            interface.tab = Some(Tab::Events);
+            events::show(interface, worker, event, actions);
+        }
+        None => {
+            let tdb_s = if chosen.is_now { interface.viewer.now().tdb_seconds_past_j2000() } else { chosen.view.tdb_s };
+            actions.push(Action::Show(Box::new(ViewState { tdb_s, ..chosen.view })));
+        }
+    }
+    if item == NowItem::Shader {
+        interface.tab = Some(Tab::Shader);
+        interface.shader.ask_for_feature("eclipse");
+    }
+    true
+}
+
+fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
+    let small = ui.text_style_height(&TextStyle::Small);
+    let size = Vec2::from(SIZE) + vec2(0.0, 2.0 * small + 6.0);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    let title = tile.map_or(item.name(), |t| t.now.title.as_str());
+    let about = tile.map_or("", |t| t.now.about.as_str());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{title}: {about}")));
+    let response = response.on_hover_text(if about.is_empty() { title } else { about });
+    let picture = Rect::from_min_size(rect.min, SIZE.into());
+    let painter = ui.painter();
+    painter.rect_filled(picture, 4.0, Color32::BLACK);
+    match tile.and_then(|t| t.texture.as_ref()) {
+        Some(texture) => {
+            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            painter.image(texture.id(), picture, whole, Color32::WHITE);
+        }
+        None if tile.is_none() => egui::Spinner::new().paint_at(ui, Rect::from_center_size(picture.center(), Vec2::splat(16.0))),
+        None => {}
+    }
+    let visuals = ui.visuals();
+    if response.hovered() || response.has_focus() {
+        painter.rect_stroke(picture, 4.0, Stroke::new(2.0, visuals.selection.bg_fill), egui::StrokeKind::Outside);
+    }
+    let line = |at: f32, text: &str, colour| {
+        let galley = egui::WidgetText::from(RichText::new(text).small().color(colour)).into_galley(
+            ui,
+            Some(egui::TextWrapMode::Truncate),
+            SIZE[0],
+            TextStyle::Small,
+        );
+        painter.galley(pos2(rect.left(), at), galley, colour);
+    };
+    line(picture.bottom() + 3.0, title, visuals.strong_text_color());
+    line(picture.bottom() + 3.0 + small, about, visuals.text_color());
+    response.clicked()
+}

@@ -1,0 +1,94 @@
+//! Questions for the name of a file, answered by a dialog of the desktop where there is one.
+//!
+//! In: what the file is for. Out: its path, some time later. Always: the field beside the button takes a typed name, too; without dialogs there is no button. The window brings the dialogs, tests
+//! bring their own.
+
+use crate::view::panels::Interface;
+use crate::view::panels::icons::{self, Icon};
+use crate::view::worker::render_worker::Pending;
+use egui::Ui;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What a dialog is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileQuestion {
+    pub title: &'static str,
+    /// Endings without their point.
+    pub endings: &'static [&'static str],
+    /// The name in the field.
+    pub name: String,
+    /// A file that exists is opened; else a new one is named.
+    pub opens: bool,
+}
+
+/// Opens a dialog; the answer is `None` where nobody chose a file or no dialog opened.
+pub type FileDialog = fn(FileQuestion) -> Pending<Option<PathBuf>>;
+
+/// Which field gets the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileField {
+    View,
+    Picture,
+    Animation,
+    Tour,
+}
+
+/// A dialog that is open.
+pub struct OpenDialog {
+    field: FileField,
+    answer: Pending<Option<PathBuf>>,
+}
+
+/// Between looks at a dialog.
+const LOOK: Duration = Duration::from_millis(100);
+
+impl FileField {
+    fn question(self, name: &str) -> FileQuestion {
+        let (title, endings, opens): (_, &'static [&'static str], _) = match self {
+            Self::View => ("View file", &["json"], false),
+            Self::Picture => ("Image file", &["png", "exr"], false),
+            Self::Animation => ("Animation file", &["gif", "apng"], false),
+            Self::Tour => ("Tour file", &["json"], true),
+        };
+        FileQuestion { title, endings, name: name.to_owned(), opens }
+    }
+}
+
+/// The text of a field.
+fn text(interface: &mut Interface, field: FileField) -> &mut String {
+    match field {
+        FileField::View => &mut interface.share.file,
+        FileField::Picture => &mut interface.share.picture,
+        FileField::Animation => &mut interface.share.animation.file,
+        FileField::Tour => &mut interface.tour.file,
+    }
+}
+
+/// The button that opens a dialog for a field, where there are dialogs.
+pub fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
+    let Some(open) = interface.file_dialog else { return };
+    let question = field.question(text(interface, field));
+    let name = format!("Choose: {}", question.title.to_lowercase());
+    let is_free = interface.share.dialog.is_none();
+    let pressed = ui.add_enabled_ui(is_free, |ui| icons::bare(ui, Icon::Open, &name)).inner;
+    if pressed.on_hover_text("Choose a file in a dialog").clicked() {
+        interface.share.dialog = Some(OpenDialog { field, answer: open(question) });
+    }
+}
+
+/// Takes the answer of a dialog.
+pub fn work(interface: &mut Interface, ctx: &egui::Context) {
+    let Some(dialog) = &interface.share.dialog else { return };
+    let field = dialog.field;
+    match dialog.answer.take() {
+        None => ctx.request_repaint_after(LOOK),
+        Some(answer) => {
+            interface.share.dialog = None;
+            match answer {
+                Some(path) => *text(interface, field) = path.display().to_string(),
+                None => interface.message = "No file was chosen. Where no dialog opens, type the name into the field".into(),
+            }
+        }
+    }
+}

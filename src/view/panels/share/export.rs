@@ -1,0 +1,230 @@
+//! Pictures, sequences and moving pictures on their way to files.
+//!
+//! In: a view or a tour, names, sizes. Out: files. Always: no file that exists is written over; one frame after the other is drawn in the background, so that all of it can be stopped, and what was
+//! begun goes on when the panel is closed; a moving picture is written whole at its end.
+
+use crate::files::{FileAccess, write_new};
+use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, animation_format};
+use crate::render::frame::Frame;
+use crate::render::plan::SamplingQuality;
+use crate::scene::legend::legend_of;
+use crate::scene::request::{Purpose, ViewRequest};
+use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_picture};
+use crate::view::app::file_names::{NumberedName, free_names};
+use crate::view::app::tour::Tour;
+use crate::view::app::view_state::ViewState;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// How a picture is drawn into a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Format {
+    pub size: [u32; 2],
+    /// Names of bodies are drawn into it.
+    pub names: bool,
+}
+
+/// What the frames show.
+pub enum Frames {
+    /// A view at times that are so far apart.
+    Steps { view: Box<ViewState>, step_s: f64 },
+    /// A tour at so many frames a second, with the quality of the window.
+    Tour { tour: Arc<Tour>, rate: u32, habits: Box<ViewState> },
+}
+
+impl Frames {
+    fn view(&self, frame: u32) -> ViewState {
+        match self {
+            Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
+            Self::Tour { tour, rate, habits } => ViewState { quality: habits.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view },
+        }
+    }
+}
+
+struct MovingPicture {
+    writer: AnimationWriter<SharedBytes>,
+    bytes: SharedBytes,
+    name: String,
+}
+
+enum Output {
+    /// A file a frame.
+    Files(NumberedName),
+    /// One for all; `None` while a frame is being added.
+    Moving(Option<Box<MovingPicture>>),
+}
+
+/// The file of a frame, if it has one by now; the moving picture, if it is not finished.
+type FrameAnswer = Result<(Option<PathBuf>, Option<Box<MovingPicture>>), String>;
+
+/// Frames on their way.
+pub struct Export {
+    frames: Arc<Frames>,
+    output: Output,
+    format: Format,
+    done: u32,
+    count: u32,
+    began_s: f64,
+    frame: Pending<FrameAnswer>,
+}
+
+impl Export {
+    /// Frames as files of their own.
+    ///
+    /// # Errors
+    /// How to write a frame's number into a name.
+    pub fn of_files(frames: Frames, name: &str, count: u32, format: Format) -> Result<Self, String> {
+        let files = NumberedName::of_sequence(name, count).map_err(|e| e.to_string())?;
+        Ok(Self::of(frames, Output::Files(files), count, format))
+    }
+
+    /// Frames as one moving picture, `rate` a second.
+    ///
+    /// # Errors
+    /// An ending that is no moving picture's, or what its form does not know.
+    pub fn of_moving(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
+        let form = animation_format(Path::new(name)).ok_or_else(|| format!("{name}: an animation's file ends in .gif or .apng"))?;
+        let [width, height] = format.size;
+        if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
+            return Err(format!("more than {:.0} million pixels in all: choose fewer or smaller frames", MAX_PIXELS / 1e6));
+        }
+        let bytes = SharedBytes::default();
+        let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| e.to_string())?;
+        let moving = MovingPicture { writer, bytes, name: name.to_owned() };
+        Ok(Self::of(frames, Output::Moving(Some(Box::new(moving))), count, format))
+    }
+
+    fn of(frames: Frames, output: Output, count: u32, format: Format) -> Self {
+        Self { frames: Arc::new(frames), output, format, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
+    }
+
+    /// Begins.
+    pub fn begin(mut self, worker: &dyn RenderWorker, now_s: f64) -> Self {
+        self.began_s = now_s;
+        self.next(worker);
+        self
+    }
+
+    /// Part that is done, 0 to 1.
+    pub fn part(&self) -> f32 {
+        self.done as f32 / self.count.max(1) as f32
+    }
+
+    /// `12 of 60, about 20 s left`.
+    pub fn told(&self, now_s: f64) -> String {
+        let left = match (self.done, now_s - self.began_s) {
+            (0, _) => String::new(),
+            (done, passed_s) => format!(", {}", left_text(passed_s / f64::from(done) * f64::from(self.count - done))),
+        };
+        format!("{} of {}{left}", self.done, self.count)
+    }
+
+    /// Takes a finished frame and draws the next one. `Some`: what to say; the export is over where it says so.
+    pub fn go_on(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
+        let (path, moving) = match self.frame.take()? {
+            Ok(answer) => answer,
+            Err(why) => return Some((why, true)),
+        };
+        self.done += 1;
+        let is_over = self.done >= self.count;
+        if let Output::Moving(place) = &mut self.output {
+            *place = moving;
+        }
+        if !is_over {
+            self.next(worker);
+        }
+        let said = match (&self.output, path) {
+            (Output::Files(_), Some(path)) => format!("{} of {}: {}", self.done, self.count, saved(&path)),
+            (_, Some(path)) => saved(&path),
+            (_, None) => format!("Recording: {} of {} frames", self.done, self.count),
+        };
+        Some((said, is_over))
+    }
+
+    fn next(&mut self, worker: &dyn RenderWorker) {
+        let (frames, at, format) = (Arc::clone(&self.frames), self.done, self.format);
+        let is_last = at + 1 == self.count;
+        self.frame = match &mut self.output {
+            Output::Files(files) => {
+                let file = files.path(at);
+                ask(worker, move |session| Ok((Some(save(session, &frames.view(at), format, std::iter::once(file))?), None)))
+            }
+            Output::Moving(moving) => {
+                let Some(moving) = moving.take() else { return };
+                ask(worker, move |session| added(session, moving, &frames.view(at), format, is_last))
+            }
+        };
+    }
+}
+
+/// `about 2 min left`.
+fn left_text(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a moment left".into(),
+        s if s < 90.0 => format!("about {s:.0} s left"),
+        s if s < 5400.0 => format!("about {:.0} min left", s / 60.0),
+        s => format!("about {:.1} h left", s / 3600.0),
+    }
+}
+
+/// Draws a frame into a moving picture, and writes that once it is whole.
+fn added(session: &Session, mut moving: Box<MovingPicture>, view: &ViewState, format: Format, is_last: bool) -> FrameAnswer {
+    let (_, drawn) = drawn(session, view, format, false)?;
+    moving.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
+    if !is_last {
+        return Ok((None, Some(moving)));
+    }
+    let MovingPicture { writer, bytes, name } = *moving;
+    writer.finish().map_err(|e| e.to_string())?;
+    let bytes = bytes.0.lock();
+    let names = free_names(&name).map_err(|e| e.to_string())?.map(|file| std::path::absolute(&file).unwrap_or(file));
+    let path = write_new(names, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| e.to_string())?;
+    Ok((Some(path), None))
+}
+
+fn drawn(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+    let [width, height] = format.size;
+    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| e.to_string())?;
+    request.layers.labels = format.names;
+    request.purpose = Purpose::of_file(is_exr);
+    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr).map_err(|e| e.to_string())?;
+    Ok((request, drawn))
+}
+
+/// Draws a view and writes it under the first of the names that is free; answers which.
+pub fn save(session: &Session, view: &ViewState, format: Format, files: impl Iterator<Item = PathBuf>) -> Result<PathBuf, String> {
+    let mut files = files.peekable();
+    let path = files.peek().cloned().unwrap_or_default();
+    let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);
+    if !known {
+        return Err(format!("{}: an image file ends in .png or .exr", path.display()));
+    }
+    let (request, drawn) = drawn(session, view, format, is_exr(&path))?;
+    let text = vec![
+        ("Title", session.catalog().body(view.target).map_or("Orrery".into(), |b| b.name.clone())),
+        ("Creation Time", request.time.to_utc_iso()),
+        ("Description", view.to_link()),
+        ("Legend", legend_of(&drawn.scene)),
+        ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
+        (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
+    ];
+    let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
+    let frame: &Frame = &drawn.frame;
+    write_new_picture(files, is_exr(&path), frame, &text).map_err(|e| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_is_told_in_the_unit_that_people_wait_in() {
+        for (seconds, text) in
+            [(0.2, "a moment left"), (20.4, "about 20 s left"), (600.0, "about 10 min left"), (9000.0, "about 2.5 h left")]
+        {
+            assert_eq!(left_text(seconds), text);
+        }
+    }
+}

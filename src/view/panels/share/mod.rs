@@ -1,0 +1,277 @@
+//! Keeping and sharing: links, files, bookmarks, pictures, sequences of frames, moving pictures.
+//!
+//! In: the view, names of files. Out: files, and where they are. Always: no file that exists is written over; what was begun goes on when the panel is closed. Not here: how
+//! frames become files (`export`).
+
+pub mod dialog;
+mod export;
+mod pictures;
+
+use self::dialog::FileField;
+use self::export::{Export, Format, Frames};
+use super::Interface;
+use super::icons::{self, Icon};
+use crate::files::{FileAccess, read_text, write_new};
+use crate::session::Session;
+use crate::view::app::file_names::{free_names, whole};
+use crate::view::app::settings::{Bookmark, ZOOMS};
+use crate::view::app::view_state::ViewState;
+use crate::view::app::viewer::Action;
+use crate::view::link::{MAX_BYTES, SCHEME, restored};
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use egui::{ScrollArea, TextEdit};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+pub struct SharePanel {
+    link: String,
+    file: String,
+    bookmark: String,
+    picture: String,
+    picture_format: Format,
+    frames: u32,
+    step_s: f64,
+    animation: Animation,
+    shot: Option<Pending<Result<PathBuf, String>>>,
+    export: Option<Export>,
+    dialog: Option<dialog::OpenDialog>,
+    /// A picture was asked for.
+    pub wants_picture: bool,
+    wants: Option<Wanted>,
+}
+
+/// A moving picture that is being planned.
+struct Animation {
+    file: String,
+    format: Format,
+    /// Frames a second.
+    rate: u32,
+    /// Half of the frames come before the shown time.
+    is_centred: bool,
+}
+
+/// Frames that were asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    Sequence,
+    Animation,
+    Tour,
+}
+
+impl Default for SharePanel {
+    fn default() -> Self {
+        Self {
+            link: String::new(),
+            file: "view.json".into(),
+            bookmark: String::new(),
+            picture: "orrery.png".into(),
+            picture_format: Format { size: [1920, 1080], names: false },
+            frames: 60,
+            step_s: 60.0,
+            animation: Animation {
+                file: "orrery.gif".into(),
+                format: Format { size: [640, 360], names: false },
+                rate: 25,
+                is_centred: true,
+            },
+            shot: None,
+            export: None,
+            dialog: None,
+            wants_picture: false,
+            wants: None,
+        }
+    }
+}
+
+impl SharePanel {
+    /// A picture or a run of frames is being made.
+    pub fn is_busy(&self) -> bool {
+        self.shot.is_some() || self.export.is_some()
+    }
+
+    /// Asks for the tour that plays as a moving picture.
+    pub fn record_tour(&mut self) {
+        self.wants = Some(Wanted::Tour);
+    }
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        links(interface, ui, worker.session(), actions);
+        ui.separator();
+        pictures::images(interface, ui);
+        ui.separator();
+        pictures::frames(interface, ui);
+        pictures::animation(interface, ui);
+        pictures::progress(interface, ui);
+        ui.separator();
+        bookmarks(interface, ui, actions);
+        ui.separator();
+        appearance(interface, ui);
+    });
+}
+
+fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, actions: &mut Vec<Action>) {
+    ui.strong("This view");
+    let link = interface.viewer.shared().to_link();
+    ui.horizontal(|ui| {
+        let copy = icons::button(ui, Icon::Link, "Copy link");
+        if ui.add(copy).on_hover_text("Copy a link that restores this view").clicked() {
+            ui.ctx().copy_text(link.clone());
+            interface.message = "Link copied".into();
+        }
+        ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
+    });
+    ui.horizontal(|ui| {
+        ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0)).on_hover_text("A link to open");
+        if ui.button("Open link").on_hover_text("Show the view of the link in the field").clicked() {
+            let read = restored(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
+            opened(interface, read, actions);
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text("View file");
+        dialog::button(interface, ui, FileField::View);
+        let path = PathBuf::from(&interface.share.file);
+        if ui.button("Save view").on_hover_text("Write this view to the file; the next free number is added to its name").clicked() {
+            let text = interface.viewer.shared().to_json();
+            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| e.to_string());
+            let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
+            if let Ok(path) = &written {
+                // What was saved is what *Open view* opens.
+                interface.share.file = path.display().to_string();
+            }
+            interface.message = written.map_or_else(|why| why, |path| saved(&path));
+        }
+        if ui.button("Open view").on_hover_text("Show the view of the file").clicked() {
+            let text = read_text(&path, MAX_BYTES).map_err(|e| e.to_string());
+            let read = text.and_then(|text| restored(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
+            opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
+        }
+    });
+}
+
+fn opened(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
+    match read {
+        Ok(view) => actions.push(Action::Show(Box::new(view))),
+        Err(why) => interface.message = why,
+    }
+}
+
+fn saved(path: &Path) -> String {
+    format!("Saved {}", whole(path))
+}
+
+/// Begins what was asked for and takes what is done, whether the panel is open or not.
+pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+    dialog::work(interface, ctx);
+    let panel = &mut interface.share;
+    let (picture, wanted) = (std::mem::take(&mut panel.wants_picture), panel.wants.take());
+    if (picture || wanted.is_some()) && panel.is_busy() {
+        interface.message = "An image or an animation is already being saved".into();
+    } else if picture {
+        match free_names(&panel.picture) {
+            Ok(files) => {
+                let (view, format) = (interface.viewer.shared(), panel.picture_format);
+                panel.shot = Some(ask(worker, move |session| export::save(session, &view, format, files)));
+                interface.message = format!("Saving an image of {}×{} pixels", format.size[0], format.size[1]);
+            }
+            Err(e) => interface.message = e.to_string(),
+        }
+    } else if let Some(wanted) = wanted {
+        match planned(interface, wanted) {
+            Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.last_s)),
+            Err(why) => interface.message = why,
+        }
+    }
+    if let Some(written) = interface.share.shot.as_ref().and_then(Pending::take) {
+        interface.share.shot = None;
+        interface.message = written.map_or_else(|why| why, |path| saved(&path));
+    }
+    if let Some((said, is_over)) = interface.share.export.as_mut().and_then(|export| export.go_on(worker, saved)) {
+        interface.message = said;
+        if is_over {
+            interface.share.export = None;
+        }
+    }
+}
+
+/// The frames that are wanted, and where they go.
+fn planned(interface: &Interface, wanted: Wanted) -> Result<Export, String> {
+    let panel = &interface.share;
+    let Animation { file, format, rate, is_centred } = &panel.animation;
+    let view = interface.viewer.shared();
+    let steps = |view: ViewState| Frames::Steps { view: Box::new(view), step_s: panel.step_s };
+    match wanted {
+        Wanted::Sequence => Export::of_files(steps(view), &panel.picture, panel.frames, panel.picture_format),
+        Wanted::Animation => {
+            let before_s = if *is_centred { 0.5 * f64::from(panel.frames - 1) * panel.step_s } else { 0.0 };
+            let first = ViewState { tdb_s: view.tdb_s - before_s, ..view };
+            Export::of_moving(steps(first), file, panel.frames, *rate, *format)
+        }
+        Wanted::Tour => {
+            let tour = interface.tour.playing_tour().ok_or("No tour is open")?;
+            let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
+            Export::of_moving(Frames::Tour { tour, rate: *rate, habits: Box::new(view) }, file, count, *rate, *format)
+        }
+    }
+}
+
+fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    ui.strong("Bookmarks");
+    let name_now = || {
+        let view = interface.viewer.settled();
+        format!("{} {}", interface.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default())
+    };
+    let usual = name_now();
+    ui.horizontal(|ui| {
+        ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&usual).desired_width(180.0))
+            .on_hover_text("Name of the bookmark");
+        let add = icons::button(ui, Icon::Bookmark, "Add bookmark");
+        if ui.add(add).on_hover_text("Add this view to the bookmarks").clicked() {
+            let typed = std::mem::take(&mut interface.share.bookmark);
+            let name = if typed.trim().is_empty() { usual.clone() } else { typed.trim().to_owned() };
+            interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shared() });
+        }
+    });
+    let mut removed = None;
+    for (i, kept) in interface.settings.bookmarks.iter().enumerate() {
+        ui.horizontal(|ui| {
+            if ui.button(&kept.name).on_hover_text("Show this view").clicked() {
+                actions.push(Action::Show(Box::new(kept.view.clone())));
+            }
+            let name = format!("Remove the bookmark {}", kept.name);
+            if icons::bare(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
+                removed = Some(i);
+            }
+        });
+    }
+    if let Some(i) = removed {
+        interface.settings.bookmarks.remove(i);
+    }
+    ui.collapsing("Recent views", |ui| {
+        for kept in &interface.settings.recent {
+            if ui.button(&kept.name).on_hover_text("Show this view").clicked() {
+                actions.push(Action::Show(Box::new(kept.view.clone())));
+            }
+        }
+    });
+}
+
+fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
+    ui.strong("Appearance");
+    ui.horizontal(|ui| {
+        for (name, dark) in [("Dark", Some(true)), ("Light", Some(false)), ("Follow system", None)] {
+            ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text("Colours of the panels");
+        }
+    });
+    ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("Text size"))
+        .on_hover_text("Size of text and controls (Ctrl and + or -)");
+    ui.horizontal(|ui| {
+        ui.label("Panels");
+        for (name, on_left) in [("at the left", true), ("at the right", false)] {
+            ui.selectable_value(&mut interface.settings.panels.on_left, on_left, name)
+                .on_hover_text("Side of the sky on which panels open");
+        }
+    });
+}

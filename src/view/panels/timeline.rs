@@ -1,0 +1,238 @@
+//! The timeline below the sky: dates around the shown time, with the events among them.
+//!
+//! In: drags, clicks, the wheel, keys. Out: actions that move time or show an event; a span in the settings. Always: the shown time is in its middle, so that a drag moves time as it moves the
+//! dates; events are searched in the background and appear as they are found; moons' events, of which there are dozens a week, while the span is short. Not here: where a date is (`app::timeline`).
+
+use super::icons::{self, Icon};
+use super::{Interface, events};
+use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+use crate::view::app::event_search::{EventKind, SkyEvent};
+use crate::view::app::known_events::{KnownEvent, KnownEvents, NextSearch};
+use crate::view::app::time_text::utc_minute;
+use crate::view::app::timeline::{TimeAxis, span_text, usable_span_s, zoomed_span_s};
+use crate::view::app::viewer::Action;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use egui::{Align2, Color32, EventFilter, Key, Rect, Response, Sense, Stroke, TextStyle, Ui, pos2, vec2};
+use std::sync::Arc;
+
+const HEIGHT: f32 = 34.0;
+/// Of the lower part, which has the dates.
+const DATES_HEIGHT: f32 = 15.0;
+/// So far from an event's mark a click means it, points.
+const REACH: f64 = 5.0;
+/// Radii of marks: of what is total or annular, and of the rest.
+const RADII: [f32; 2] = [4.0, 2.5];
+/// Longer spans have the great events alone, seconds.
+const ALL_EVENTS_S: f64 = 40.0 * 365.25 * SECONDS_PER_DAY;
+/// Longer spans have no moons' events, seconds.
+const MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
+/// Part of the span that an arrow key moves time by.
+const KEY_PART: f64 = 0.02;
+
+const FAR: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
+const NEAR: &[EventKind] = &[EventKind::Moons];
+
+/// Events of some kinds as far as they are found.
+struct Strip {
+    known: KnownEvents,
+    running: Option<(NextSearch, Pending<Option<Vec<KnownEvent>>>)>,
+}
+
+pub struct Timeline {
+    far: Strip,
+    near: Strip,
+}
+
+impl Default for Timeline {
+    fn default() -> Self {
+        let strip = |kinds, step_days| Strip { known: KnownEvents::new(kinds, step_days), running: None };
+        Self { far: strip(FAR, 500.0), near: strip(NEAR, 3.0) }
+    }
+}
+
+impl Strip {
+    /// Takes what was found and asks on.
+    fn work(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
+        if let Some((of, found)) = self.running.take() {
+            match found.take() {
+                Some(found) => self.known.take(&of, found),
+                None => {
+                    self.running = Some((of, found));
+                    return;
+                }
+            }
+        }
+        let Some(next) = self.known.next(axis.from_s(), axis.to_s()) else { return };
+        let mut search = next.search.clone();
+        let question = move |session: &crate::session::Session| {
+            let catalog = session.catalog();
+            let known = |event: SkyEvent| KnownEvent {
+                tdb_s: event.greatest().tdb_seconds_past_j2000(),
+                title: event.title(catalog),
+                event: Arc::new(event),
+            };
+            search.step(catalog, session.ephemeris()).ok().map(|found| found.into_iter().map(known).collect())
+        };
+        self.running = Some((next, ask(worker, question)));
+    }
+}
+
+/// The timeline with the buttons that shorten and lengthen it.
+pub fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
+    let mut notches = 0.0;
+    if icons::bare(ui, Icon::Minus, "Longer timeline").on_hover_text("Show a longer time (wheel, arrow down)").clicked() {
+        notches = -2.0;
+    }
+    if icons::bare(ui, Icon::Plus, "Shorter timeline").on_hover_text("Show a shorter time (wheel, arrow up)").clicked() {
+        notches = 2.0;
+    }
+    let size = [64.0, ui.spacing().interact_size.y];
+    ui.add_sized(size, egui::Label::new(span_text(span_s)).truncate());
+    let width = ui.available_width().max(60.0);
+    let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());
+    let axis = TimeAxis { middle_s: interface.viewer.view.tdb_s, span_s, width: f64::from(rect.width()) };
+    if interface.drawing().is_some() {
+        interface.timeline.far.work(&axis, worker);
+        if span_s <= MOONS_S {
+            interface.timeline.near.work(&axis, worker);
+        }
+    }
+    notches += wheel(ui, &response) + keys(ui, &response, &axis, actions);
+    paint(interface, ui, rect, &axis, response.has_focus());
+    told(interface, &response);
+    let response = hover(interface, response, rect, &axis);
+    hands(interface, ui, &response, rect, &axis, worker, actions);
+    interface.settings.panels.timeline_span_s = zoomed_span_s(span_s, notches);
+}
+
+/// Marks of the events that show, with their places.
+fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
+    let Timeline { far, near } = &interface.timeline;
+    let (from_s, to_s, span_s) = (axis.from_s(), axis.to_s(), axis.span_s);
+    let axis = *axis;
+    let near = if span_s <= MOONS_S { near.known.between(from_s, to_s) } else { &[] };
+    let far = far.known.between(from_s, to_s).iter().filter(move |e| span_s <= ALL_EVENTS_S || e.event.is_great());
+    near.iter().chain(far).map(move |e| (axis.place(e.tdb_s), e))
+}
+
+/// The event whose mark is nearest to a place, if one is near.
+fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, points: f64) -> Option<&'t KnownEvent> {
+    let away = |place: f64| (place - points).abs();
+    let near = marks(interface, axis).filter(|(place, _)| away(*place) <= REACH);
+    near.min_by(|a, b| away(a.0).total_cmp(&away(b.0))).map(|(_, event)| event)
+}
+
+fn colour(ui: &Ui, kind: EventKind) -> Color32 {
+    let dark = ui.visuals().dark_mode;
+    let [r, g, b] = match (kind, dark) {
+        (EventKind::Solar, true) => [255, 190, 60],
+        (EventKind::Solar, false) => [170, 95, 0],
+        (EventKind::Lunar, true) => [240, 120, 100],
+        (EventKind::Lunar, false) => [175, 40, 25],
+        (EventKind::Transit, true) => [120, 190, 255],
+        (EventKind::Transit, false) => [0, 95, 175],
+        (EventKind::Moons, true) => [120, 215, 140],
+        (EventKind::Moons, false) => [10, 115, 45],
+    };
+    Color32::from_rgb(r, g, b)
+}
+
+fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused: bool) {
+    if !ui.is_rect_visible(rect) {
+        return;
+    }
+    let visuals = ui.visuals();
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    let outline = if is_focused { visuals.selection.stroke } else { visuals.widgets.noninteractive.bg_stroke };
+    painter.rect(rect, 3.0, visuals.extreme_bg_color, outline, egui::StrokeKind::Inside);
+    let x = |points: f64| rect.left() + points as f32;
+    let dates = rect.bottom() - DATES_HEIGHT;
+    let font = TextStyle::Small.resolve(ui.style());
+    for tick in axis.ticks(interface.settings.clock) {
+        let at = x(axis.place(tick.tdb_s));
+        painter.vline(at, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
+        painter.text(pos2(at + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
+    }
+    let middle = 0.5 * (rect.top() + dates);
+    for (place, event) in marks(interface, axis) {
+        let radius = RADII[usize::from(!event.event.is_great())];
+        painter.circle_filled(pos2(x(place), middle), radius, colour(ui, event.event.kind()));
+    }
+    let needle = Stroke::new(1.5, visuals.strong_text_color());
+    painter.vline(rect.center().x, rect.top()..=dates, needle);
+}
+
+/// For those who do not see it: a slider of time.
+fn told(interface: &Interface, response: &Response) {
+    // In whole minutes: a screen reader is told of each change.
+    let time = interface.viewer.view.time();
+    let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
+    response.widget_info(|| egui::WidgetInfo {
+        current_text_value: Some(utc_minute(time)),
+        ..egui::WidgetInfo::slider(true, minutes * 60.0 / SECONDS_PER_DAY, "Timeline")
+    });
+}
+
+/// Says what is under the mouse.
+fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis) -> Response {
+    let Some(at) = response.hover_pos() else {
+        return response.on_hover_text("Drag to move time, scroll to zoom, click an event to show it");
+    };
+    let points = f64::from(at.x - rect.left());
+    let said = match event_at(interface, axis, points) {
+        Some(event) => format!("{}\n{}", event.title, event.event.summary()),
+        None => utc_minute(Instant::from_tdb_seconds_past_j2000(axis.time_s(points))),
+    };
+    response.on_hover_text_at_pointer(said)
+}
+
+/// Drags and clicks.
+fn hands(
+    interface: &mut Interface,
+    ui: &Ui,
+    response: &Response,
+    rect: Rect,
+    axis: &TimeAxis,
+    worker: &dyn RenderWorker,
+    actions: &mut Vec<Action>,
+) {
+    let dragged = f64::from(response.drag_delta().x);
+    if response.dragged() && dragged != 0.0 {
+        ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
+        actions.push(Action::Step(-axis.seconds(dragged)));
+    }
+    let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) else { return };
+    let points = f64::from(at.x - rect.left());
+    match event_at(interface, axis, points).map(|known| Arc::clone(&known.event)) {
+        Some(event) => events::show(interface, worker, event, actions),
+        None => actions.push(Action::SetTime(Instant::from_tdb_seconds_past_j2000(axis.time_s(points)))),
+    }
+}
+
+/// Notches of the wheel over it.
+fn wheel(ui: &Ui, response: &Response) -> f64 {
+    if !response.hovered() {
+        return 0.0;
+    }
+    let (wheel, pinch) = ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() * 4.0));
+    if pinch == 0.0 { wheel } else { pinch }
+}
+
+/// Arrow keys while it has the keyboard; and what a screen reader asks for. The answer is notches.
+fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) -> f64 {
+    if !response.has_focus() {
+        return 0.0;
+    }
+    let arrows = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    ui.memory_mut(|m| m.set_focus_lock_filter(response.id, arrows));
+    let pressed = |key| ui.input(|i| i.num_presses(key)) as f64;
+    let asked = |action| ui.input(|i| i.num_accesskit_action_requests(response.id, action)) as f64;
+    let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft) + asked(egui::accesskit::Action::Increment)
+        - asked(egui::accesskit::Action::Decrement);
+    if steps != 0.0 {
+        actions.push(Action::Step(steps * KEY_PART * axis.span_s));
+    }
+    pressed(Key::ArrowUp) - pressed(Key::ArrowDown)
+}

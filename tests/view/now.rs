@@ -1,0 +1,104 @@
+//! What to see now: its pictures, where they lead, and when the row is over the sky.
+
+use crate::view::hands::Window;
+use crate::view::interface::{harness, interface, session, settle};
+use egui::accesskit::Role;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::time::Instant;
+use orrery::view::app::now_showing::NowItem;
+use orrery::view::app::places::{BodyPositions, SessionPlaces};
+use orrery::view::app::view_state::CameraPose;
+use orrery::view::panels::Tab;
+
+const MARS: NaifId = NaifId(499);
+const SATURN: NaifId = NaifId(699);
+
+/// A window of a first start.
+fn first() -> Window {
+    let mut shown = interface(MARS, "2017-05-17T00:00:00Z");
+    shown.settings.panels.now_shown = true;
+    let mut window = harness(shown);
+    settle(&mut window);
+    window
+}
+
+fn tiles(window: &Window) -> Vec<String> {
+    let all = window.query_all_by_role(Role::Button).filter_map(|n| n.accesskit_node().label());
+    all.filter(|label| NowItem::ALL.iter().any(|item| label.starts_with(item.name()))).collect()
+}
+
+fn press(window: &mut Window, item: NowItem) {
+    let name = tiles(window).into_iter().find(|label| label.starts_with(item.name())).expect("a tile");
+    window.get_by_role_and_label(Role::Button, &name).click();
+    settle(window);
+}
+
+#[test]
+fn each_picture_leads_where_it_says_and_the_row_goes() {
+    for item in NowItem::ALL {
+        let mut window = first();
+        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "{:?}", tiles(&window));
+        press(&mut window, item);
+        let state = window.state();
+        let view = state.viewer.settled();
+        let (target, tab) = match item {
+            NowItem::Moon => (NaifId::MOON, None),
+            // The test's clock stands at J2000: a total eclipse of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
+            NowItem::Eclipse => (NaifId::MOON, Some(Tab::Events)),
+            NowItem::Saturn => (SATURN, None),
+            NowItem::Shadows => (NaifId(599), None),
+            NowItem::Shader => (NaifId::EARTH, Some(Tab::Shader)),
+        };
+        assert_eq!((view.target, state.tab), (target, tab), "{item:?}");
+        if item == NowItem::Eclipse {
+            assert!(view.time().to_utc_iso().starts_with("2000-01-21T04:4"), "{}", view.time().to_utc_iso());
+            window.get_by_label("Watch it");
+        }
+        if matches!(item, NowItem::Moon | NowItem::Saturn) {
+            assert!(view.tdb_s.abs() < 10.0, "it is of now");
+        }
+        // Over the sky it is closed; the panel has it.
+        window.state_mut().tab = None;
+        settle(&mut window);
+        assert!(tiles(&window).is_empty() && !window.state().settings.panels.now_shown);
+        window.state_mut().tab = Some(Tab::Moments);
+        settle(&mut window);
+        assert_eq!(tiles(&window).len(), NowItem::ALL.len());
+    }
+}
+
+#[test]
+fn the_row_is_closed_by_its_cross_and_stays_closed() {
+    let mut window = first();
+    window.get_by_label("Close what to see now").click();
+    settle(&mut window);
+    assert!(tiles(&window).is_empty());
+    let text = serde_json::to_string(&window.state().settings).expect("text");
+    assert!(text.contains("\"now_shown\":false"), "the next start remembers it");
+}
+
+#[test]
+fn the_shader_of_the_eclipse_is_shown_at_its_lines() {
+    let mut window = first();
+    press(&mut window, NowItem::Shader);
+    // The longest stretch of the feature is in sight: a margin names it.
+    assert!(window.query_all_by_label_contains("needed by eclipse.1").count() > 0);
+    assert!(window.query_by_label("Only lines for eclipse.1").is_some(), "the feature is chosen");
+}
+
+/// At any time of its year the camera stands where the Sun lights the rings, and sees more of the day than of the night.
+#[test]
+fn saturn_is_seen_from_the_lit_side_of_its_rings() {
+    let places = SessionPlaces(session());
+    let habits = first().state().viewer.view.clone();
+    for year in (1990..2050).step_by(4) {
+        let time = Instant::parse(&format!("{year}-07-01")).expect("a time");
+        let view = NowItem::Saturn.view(session(), time, &habits).expect("a view").view;
+        let CameraPose::Orbit { elevation_deg, distance_radii, .. } = view.eye else { panic!("no orbit") };
+        let sunward = places.between_km(SATURN, NaifId::SUN, time).expect("a place");
+        let pole = places.body_from_icrf(SATURN, time).expect("an orientation").row(2);
+        assert!(sunward.dot(pole) * elevation_deg > 0.0, "{year}: the dark side of the rings");
+        assert!(elevation_deg.abs() > 10.0 && distance_radii > 4.0, "{year}");
+    }
+}

@@ -1,0 +1,103 @@
+//! The timeline: hands, wheel, keys and screen readers move time on it; the events on it are those that the search finds.
+
+use crate::view::hands::{Window, click};
+use crate::view::interface::{harness, interface, settle};
+use egui::accesskit::{Action, Role};
+use egui::{Event, Key, Modifiers, PointerButton, Rect};
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::time::Instant;
+
+const DAY_S: f64 = 86_400.0;
+const START: &str = "2024-05-01T00:00:00Z";
+
+fn window() -> Window {
+    let mut shown = interface(NaifId(499), START);
+    shown.settings.panels.timeline_shown = true;
+    shown.settings.panels.timeline_span_s = 200.0 * DAY_S;
+    let mut window = harness(shown);
+    settle(&mut window);
+    window
+}
+
+fn strip(window: &Window) -> Rect {
+    window.get_by_role_and_label(Role::Slider, "Timeline").rect()
+}
+
+/// Days since the start.
+fn days(window: &Window) -> f64 {
+    (window.state().viewer.view.tdb_s - Instant::parse(START).expect("a time").tdb_seconds_past_j2000()) / DAY_S
+}
+
+#[test]
+fn a_drag_moves_time_as_it_moves_the_dates() {
+    let mut window = window();
+    let rect = strip(&window);
+    let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+    let from = rect.center();
+    window.hover_at(from);
+    window.run_steps(1);
+    window.event(button(from, true));
+    window.run_steps(1);
+    let to = from - egui::vec2(0.25 * rect.width(), 0.0);
+    window.hover_at(to);
+    window.run_steps(2);
+    window.event(button(to, false));
+    window.run_steps(2);
+    // A quarter of two hundred days, to the left: later. Nothing moved before the mouse was known to drag.
+    assert!((days(&window) - 50.0).abs() < 3.0, "{} days", days(&window));
+}
+
+#[test]
+fn a_click_goes_to_a_date_or_to_the_event_that_is_there() {
+    let mut window = window();
+    let rect = strip(&window);
+    let at = |days: f64| rect.center() + egui::vec2((days / 200.0) as f32 * rect.width(), 0.0);
+    click(&mut window, at(40.0), false);
+    window.run_steps(2);
+    assert!((days(&window) - 40.0).abs() < 1.0, "{} days", days(&window));
+    // Time is in the middle again: the total eclipse of 2024-04-08 18:17:20 UT (NASA) lies 62.2 days before it.
+    click(&mut window, at(-22.24 - 40.0), false);
+    settle(&mut window);
+    let shown = window.state().viewer.view.time().to_utc_iso();
+    assert!(shown.starts_with("2024-04-08T18:17"), "{shown}");
+    assert_eq!(window.state().viewer.view.target, NaifId::SUN, "from its best standpoint");
+}
+
+#[test]
+fn keys_and_screen_readers_move_it_and_the_wheel_zooms() {
+    let mut window = window();
+    let span_days = |w: &Window| w.state().settings.panels.timeline_span_s / DAY_S;
+    window.get_by_role_and_label(Role::Slider, "Timeline").focus();
+    window.run_steps(2);
+    window.key_press(Key::ArrowRight);
+    window.run_steps(2);
+    let step = days(&window);
+    assert!(step > 0.5 && step < 20.0, "{step} days");
+    window.key_press(Key::ArrowLeft);
+    window.run_steps(2);
+    assert!(days(&window).abs() < 0.01);
+    window.key_press(Key::ArrowUp);
+    window.run_steps(2);
+    let shorter = span_days(&window);
+    assert!(shorter < 190.0, "{shorter}");
+    window.key_press(Key::ArrowDown);
+    window.run_steps(2);
+    assert!((span_days(&window) - 200.0).abs() < 0.01);
+    assert!(window.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().data().supports_action(Action::Focus));
+    window.hover_at(strip(&window).center());
+    window.run_steps(1);
+    window.event(Event::Zoom(1.5));
+    window.run_steps(2);
+    assert!(span_days(&window) < 190.0, "{}", span_days(&window));
+    let before = span_days(&window);
+    window.get_by_label("Longer timeline").click();
+    window.run_steps(2);
+    assert!(span_days(&window) > before);
+    // The sky's own zoom is another.
+    window.key_press(Key::Escape);
+    window.run_steps(1);
+    window.event(Event::Text("i".into()));
+    window.run_steps(3);
+    assert!(window.query_by_role_and_label(Role::Slider, "Timeline").is_none(), "i hides it");
+}
