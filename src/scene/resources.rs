@@ -15,7 +15,7 @@ use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;
 use crate::scene::sky::map::SkyMap;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
-use crate::scene::visibility::lunar_limb::LimbProfiles;
+use crate::scene::visibility::limb_profiles::LimbProfiles;
 use glam::{DVec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};

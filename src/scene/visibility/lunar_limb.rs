@@ -7,7 +7,6 @@
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::ephemeris::limb_profile::{LIMB_POINTS, LimbProfile};
-use crate::memo::Memo;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
@@ -16,25 +15,14 @@ use crate::scene::draw::{Draw, LimbTable, LimbUniforms, Part, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
+use crate::scene::visibility::limb_profiles::LimbProfiles;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
-/// Places whose directions from the Moon differ by less see one limb, radians: 50 m on its ground.
-const SAME_PLACE: f64 = 3e-5;
 /// The least that the limb's heights span for it to be drawn, pixels.
 const LEAST_PX: f64 = 0.25;
-
-/// The latest profiles, by the map and the place in the Moon's axes.
-#[derive(Debug)]
-pub(crate) struct LimbProfiles(Memo<(usize, DVec3), Arc<LimbProfile>>);
-
-impl Default for LimbProfiles {
-    fn default() -> Self {
-        Self(Memo::holding(4))
-    }
-}
 
 /// Keeps the limb that the camera sees on the Moon, where heights are given and it may touch the Sun's disc.
 pub(crate) fn see(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
@@ -52,12 +40,7 @@ pub(crate) fn see(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
     if apart > 0.0 || place_km.length() < 2.0 * map.sphere_km() || place_km.length() > sun_at.distance_km {
         return;
     }
-    let serves = |kept: &(usize, DVec3), wanted: &(usize, DVec3)| {
-        let lengths = kept.1.length() / wanted.1.length();
-        kept.0 == wanted.0 && angle_rad(kept.1, wanted.1) < SAME_PLACE && (lengths - 1.0).abs() < 1e-3
-    };
-    let key = (Arc::as_ptr(map) as usize, place_km);
-    placed[moon].limb_profile = Some(profiles.0.get_like(serves, key, || Arc::new(LimbProfile::seen_from(map, place_km))));
+    placed[moon].limb_profile = Some(profiles.seen_from(map, place_km));
 }
 
 /// The silhouette in the camera's view: axes across the direction to the Moon, ICRF, and the tangents of its points.

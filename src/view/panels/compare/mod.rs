@@ -145,7 +145,7 @@ impl ComparePanel {
                 if let Some(request) = self.asked.as_ref().filter(|_| self.view.shows_bound()).and_then(|asked| asked.request_of(0).ok()) {
                     self.bound.ask(worker, &request);
                 }
-                self.view.show(ui, pair, [&names[0], &names[1]], Some(&mut self.bound));
+                self.view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.bound.show(ui, name)));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => drop(ui.weak("The images are drawn once the view stops moving.")),

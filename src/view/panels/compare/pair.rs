@@ -2,7 +2,6 @@
 //!
 //! In: drawn pictures. Out: shapes. Always: what is shown belongs to one pair; differences are of display bytes, as `orrery compare` counts them.
 
-use super::bound::BoundView;
 use crate::image::{self, DisplayImage};
 use crate::view::panels::render_loop::colour_image;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
@@ -77,8 +76,8 @@ impl PairView {
         self.shows == Shows::Bound
     }
 
-    /// `names`: of the left and the right picture; `bound`: of the left one, where it can be shown.
-    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<&mut BoundView>) {
+    /// `names`: of the left and the right picture; `bound`: shows those of the left one by its name, where it can.
+    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<&mut dyn FnMut(&mut egui::Ui, &str)>) {
         self.take_in(ui.ctx(), pair);
         ui.horizontal(|ui| {
             for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
@@ -103,7 +102,7 @@ impl PairView {
                     }
                 });
             }
-            Shows::Bound => return bound.map_or((), |bound| bound.show(ui, left)),
+            Shows::Bound => return bound.map_or((), |show| show(ui, left)),
             Shows::Difference => picture(ui, d, size, &format!("Difference of {left} and {right}")),
         }
         figures(ui, pair);
