@@ -97,11 +97,15 @@ pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (
             }
             Event::Text(text) => {
                 let text = text.decode().map_err(|e| not_xml(&e))?;
-                path.iter_mut().last().into_iter().for_each(|e| e.text.push_str(&text));
+                if let Some(e) = path.last_mut() {
+                    e.text.push_str(&text);
+                }
             }
             Event::CData(text) => {
                 let text = text.decode().map_err(|e| not_xml(&e))?;
-                path.iter_mut().last().into_iter().for_each(|e| e.text.push_str(&text));
+                if let Some(e) = path.last_mut() {
+                    e.text.push_str(&text);
+                }
             }
             Event::GeneralRef(reference) => {
                 let character = reference.resolve_char_ref().map_err(|e| not_xml(&e))?;
@@ -115,7 +119,9 @@ pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (
                     _ => None,
                 });
                 let c = c.ok_or_else(|| (line, format!("the entity &{}; is none of XML's own", echo_within(&named, 40))))?;
-                path.iter_mut().last().into_iter().for_each(|e| e.text.push(c));
+                if let Some(e) = path.last_mut() {
+                    e.text.push(c);
+                }
             }
             Event::Eof if !path.is_empty() => {
                 return Err((line, format!("the file ends within <{}>", echo_within(&path[path.len() - 1].name, 40))));

@@ -91,11 +91,12 @@ impl Path {
         let mut parts: Vec<Vec<f64>> = Vec::new();
         for (k, corner) in self.corners.iter().enumerate() {
             let before = k.checked_sub(1).map(|k| &self.corners[k]);
-            match (before.filter(|b| over(b.point) > 0.0), over(corner.point) > 0.0) {
-                (Some(_), true) => parts.iter_mut().last().into_iter().for_each(|p| p.push(corner.way)),
-                (None, true) => parts.push(before.map(|b| limb(corner.way, b.way)).into_iter().chain([corner.way]).collect()),
-                (Some(b), false) => parts.iter_mut().last().into_iter().for_each(|p| p.push(limb(b.way, corner.way))),
-                (None, false) => {}
+            let was_over = before.filter(|b| over(b.point) > 0.0);
+            match (was_over, over(corner.point) > 0.0, parts.last_mut()) {
+                (Some(_), true, Some(part)) => part.push(corner.way),
+                (Some(b), false, Some(part)) => part.push(limb(b.way, corner.way)),
+                (_, true, _) => parts.push(before.map(|b| limb(corner.way, b.way)).into_iter().chain([corner.way]).collect()),
+                (_, false, _) => {}
             }
         }
         parts.retain(|p| p.len() > 1);

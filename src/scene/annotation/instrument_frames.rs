@@ -57,7 +57,7 @@ fn arc(camera: &Camera, all: &mut SkyLines, point: &dyn Fn(f64) -> DVec3, [from,
 }
 
 fn great_circle(camera: &Camera, all: &mut SkyLines, a: DVec3, b: DVec3) {
-    let angle = a.angle_between(b);
+    let angle = a.cross(b).length().atan2(a.dot(b));
     if angle > 0.0 {
         let point = |t: f64| (a * (angle - t).sin() + b * t.sin()) / angle.sin();
         arc(camera, all, &point, [0.0, angle], 1.0);
@@ -130,7 +130,7 @@ mod tests {
             let found = frames(&[instrument(Field::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
             for piece in &found.pieces {
-                let off = piece.ends.map(|end| ray(end).angle_between(target).to_degrees() - 0.5 * diameter_deg);
+                let off = piece.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
                 assert!(off.iter().all(|o| o.abs() < 1e-4), "{diameter_deg}: {off:?}");
             }
         }
