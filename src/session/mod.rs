@@ -25,6 +25,7 @@ mod screen;
 mod shaders;
 mod sky_map;
 mod software;
+mod sources;
 mod stages;
 mod standard_scenes;
 mod tables;
@@ -45,6 +46,7 @@ use renderers::{RenderOutput, RequestedOutput};
 pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan, sample_plan_of};
 pub use screen::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
 pub use shaders::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
+pub use sources::Sources;
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
@@ -76,45 +78,6 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::ThreadId;
-
-/// What the user named in place of what is built in.
-#[derive(Clone, Debug, Default)]
-pub struct Sources {
-    /// `*.toml` files that override or add bodies.
-    pub catalogs: Option<PathBuf>,
-    /// Which radii of the Sun and the Moon eclipses are reckoned with.
-    pub eclipse_radii: EclipseRadii,
-    /// Maps that come before the embedded ones.
-    pub textures: Option<PathBuf>,
-    /// Millions of pixels that such a map may have; `None`: [`DEFAULT_MAX_MEGAPIXELS`].
-    pub max_megapixels: Option<u32>,
-    /// An SPK that comes before the embedded one.
-    pub kernel: Option<PathBuf>,
-    /// Stars in place of those built in: a table with named columns, or hip2.dat.
-    pub stars: Option<PathBuf>,
-    /// Minor planets and comets in place of those built in: a table with named columns, JSON of the JPL's database, or MPCORB.DAT.
-    pub minor_planets: Option<PathBuf>,
-    /// Heights of the whole Moon, with those of black and white where they are given: `FILE` or `FILE,LOW,HIGH`.
-    pub lunar_heights: Option<OsString>,
-    /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
-    pub sky: Option<PathBuf>,
-    /// Its axes.
-    pub sky_frame: SkyFrame,
-    /// Shader fragments that lie over those built in.
-    pub shaders: Option<PathBuf>,
-    /// Fragments that colour the ground of single bodies, at most four.
-    pub surfaces: Vec<SurfaceFile>,
-    /// Where the shader library lives; `None`: the user's cache folder.
-    pub cache: Option<PathBuf>,
-    /// Worker threads; `None`: one per core.
-    pub threads: Option<usize>,
-    /// The modules' lanes compute in f64.
-    pub double_precision: bool,
-    /// Which renderer draws.
-    pub renderer: RendererPreference,
-    /// Frames will be drawn: the device is opened while catalogs are read.
-    pub draws: bool,
-}
 
 /// A drawn frame with the scene it shows.
 pub struct DrawnFrame {

@@ -109,10 +109,10 @@ fn own_data(studio: &RenderWorker) -> DisplayImage {
     ];
     write("image.fits", &fits(&plate));
     let request = ViewRequest {
-        position: orrery::scene::request::Position::Over { towards: Some(orrery::catalog::NaifId::SUN), distance_radii: Some(3.6) },
+        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.6) },
         width: 128,
         height: 128,
-        ..ViewRequest::of(orrery::catalog::NaifId::EARTH, orrery::time::Instant::parse("2024-03-20T12:07:00Z").expect("a time"))
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-20T12:07:00Z").expect("a time"))
     };
     // Right of the limb and above, as the Earth is seen from the Sun's direction.
     let tangent = [

@@ -82,7 +82,7 @@ fn chosen(reading: Reading) -> Exposure {
     let mut metered = reading.metered;
     let power = |m: &Metered| m.weight.powi(DECIDES);
     let whole: f64 = metered.iter().map(power).sum();
-    let log_white: f64 = metered.iter().map(|m| power(m) / whole * (m.radiance / m.shown_at).ln()).sum();
+    let log_white: f64 = metered.iter().map(|m| power(m) / whole * (m.radiance / m.target_level).ln()).sum();
     let key = log_white.exp();
     // Before what is brighter than the glare, it matters little; before a dark sky it is what makes the picture grey.
     let drowns = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
@@ -112,7 +112,7 @@ fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, dark
         if (0.01..1e4).contains(&l) { format!("{} cd/m2", Rounded(l)) } else { format!("{l:.1e} cd/m2") }
     };
     let Some(first) = metered.first() else { return "nothing in the frame".into() };
-    let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), Rounded(first.shown_at));
+    let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), Rounded(first.target_level));
     if let Some(second) = metered.get(1).filter(|m| part(m) > 0.1) {
         text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * part(second), second.name, candelas(second.radiance)));
     }
