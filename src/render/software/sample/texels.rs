@@ -219,9 +219,15 @@ mod gather {
 
     use super::{Decode, Float, Srgb, TexelLevel, Unorm, unorm};
     use std::arch::x86_64::{
-        __m256, __m256i, _mm_loadu_ps, _mm256_castps128_ps256, _mm256_i32gather_epi32, _mm256_insertf128_ps, _mm256_loadu_si256,
-        _mm256_shuffle_ps, _mm256_storeu_ps, _mm256_storeu_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+        __m128, __m256, __m256i, _mm256_castps128_ps256, _mm256_i32gather_epi32, _mm256_insertf128_ps, _mm256_shuffle_ps,
+        _mm256_unpackhi_ps, _mm256_unpacklo_ps,
     };
+    use std::mem::transmute;
+
+    /// Four floats anywhere. Loads and stores of vectors through pointers are checked in checked builds, which takes ten times as long as they do; values of the same size are not.
+    #[derive(Clone, Copy)]
+    #[repr(C, packed)]
+    struct Unaligned(__m128);
 
     /// A format read by gathers; sRGB takes its red, green and blue from their table by further ones. Made by [`Decode::gathering`] alone.
     #[derive(Clone, Copy)]
@@ -256,8 +262,8 @@ mod gather {
         for (to, from) in out.as_chunks_mut::<8>().0.iter_mut().zip(index.as_chunks::<8>().0) {
             // SAFETY: passed on to the caller; both arrays hold eight words.
             unsafe {
-                let at = _mm256_loadu_si256(from.as_ptr().cast::<__m256i>());
-                _mm256_storeu_si256(to.as_mut_ptr().cast::<__m256i>(), _mm256_i32gather_epi32::<4>(base.cast::<i32>(), at));
+                let at = transmute::<[u32; 8], __m256i>(*from);
+                *to = transmute::<__m256i, [u32; 8]>(_mm256_i32gather_epi32::<4>(base.cast::<i32>(), at));
             }
         }
         out
@@ -331,27 +337,27 @@ mod gather {
         }
         #[inline(always)]
         unsafe fn eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
-            let texels = level.bytes.as_ptr().cast::<[f32; 4]>();
-            // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; whoever made this has AVX2.
+            let texels = level.bytes.as_ptr().cast::<Unaligned>();
             let pair = |low: usize| -> __m256 {
+                // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; whoever made this has AVX2.
                 unsafe {
-                    let first = _mm_loadu_ps(texels.wrapping_add(index[low] as usize).cast());
-                    let second = _mm_loadu_ps(texels.wrapping_add(index[low + 4] as usize).cast());
+                    let Unaligned(first) = *texels.wrapping_add(index[low] as usize);
+                    let Unaligned(second) = *texels.wrapping_add(index[low + 4] as usize);
                     _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
                 }
             };
             let [t0, t1, t2, t3] = [pair(0), pair(1), pair(2), pair(3)];
-            let mut out = [[0.0; 8]; 4];
-            // SAFETY: whoever made this has AVX2; each part of `out` holds eight floats.
+            // SAFETY: whoever made this has AVX2; vectors and arrays hold eight floats each.
             unsafe {
                 let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
                 let (high_01, high_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));
-                _mm256_storeu_ps(out[0].as_mut_ptr(), _mm256_shuffle_ps::<0b01_00_01_00>(low_01, low_23));
-                _mm256_storeu_ps(out[1].as_mut_ptr(), _mm256_shuffle_ps::<0b11_10_11_10>(low_01, low_23));
-                _mm256_storeu_ps(out[2].as_mut_ptr(), _mm256_shuffle_ps::<0b01_00_01_00>(high_01, high_23));
-                _mm256_storeu_ps(out[3].as_mut_ptr(), _mm256_shuffle_ps::<0b11_10_11_10>(high_01, high_23));
+                transmute::<[__m256; 4], [[f32; 8]; 4]>([
+                    _mm256_shuffle_ps::<0b01_00_01_00>(low_01, low_23),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(low_01, low_23),
+                    _mm256_shuffle_ps::<0b01_00_01_00>(high_01, high_23),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(high_01, high_23),
+                ])
             }
-            out
         }
     }
 }
