@@ -228,7 +228,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "needs-display",
         (8.0, "% of views"),
-        "some pixel differs by more than a level from the frame with every feature; goal 0, left are the outer edges of rings: docs/trade.md",
+        "some pixel differs by more than a level from the frame with every feature; goal 0, left are rings: docs/trade.md",
         needs::display,
     ),
     sweep("needs-linear", (2.0, "% of views"), "some pixel differs by more than 2e-3 of itself; goal 0, see docs/trade.md", needs::linear),

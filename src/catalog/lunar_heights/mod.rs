@@ -75,7 +75,7 @@ impl HeightMap {
         if !(1700.0..1800.0).contains(&sphere_km) {
             return Err(failed(format!("heights over a sphere of {sphere_km} km: the Moon's has about {USUAL_SPHERE_KM} km")));
         }
-        if let Some(at) = km.iter().position(|h| !(f64::from(*h).abs() <= HIGHEST_KM)) {
+        if let Some(at) = km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > HIGHEST_KM) {
             let (row, column) = (at / columns + 1, at % columns + 1);
             let why =
                 format!("row {row}, column {column}: a height of {} km; the Moon's lie between -{HIGHEST_KM} and {HIGHEST_KM} km", km[at]);

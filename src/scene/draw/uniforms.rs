@@ -282,8 +282,6 @@ uniforms! {
         pub table: Option<Arc<RingTable>>,
         /// Innermost and outermost radius, equatorial radii.
         pub reach: Vec2 = "ring_radius_range",
-        /// Outer edge of the dense rings, equatorial radii.
-        pub dense: f32 = "ring_dense_radius",
         /// Half a pixel at the body, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
         /// Factor and exponent of the bodies' phase function.

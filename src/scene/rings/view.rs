@@ -216,20 +216,12 @@ impl<'a> View<'a> {
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
-    /// Outer edge of the rings that are a tenth as dense as the densest, whichever of them are drawn: equatorial radii.
-    fn dense_radius(&self) -> f64 {
-        let densest = self.body.rings.iter().map(|r| r.tau_normal).fold(0.0, f64::max);
-        let dense = self.body.rings.iter().filter(|r| r.tau_normal >= 0.1 * densest);
-        dense.map(|r| r.outer_km).fold(0.0, f64::max) / self.body.radii_km.x
-    }
-
     fn uniforms_with(&self, table: Arc<RingTable>, sun: Option<&Body>) -> RingUniforms {
         let (u1, u2) = sun.map(limb_law).unwrap_or_default();
         let lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|l| l[k])));
         let narrow = camera::narrow_scalar;
         RingUniforms {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
-            dense: narrow(self.dense_radius()),
             table: Some(table),
             blur: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),

@@ -53,6 +53,9 @@ impl Shows {
     ];
 }
 
+/// Shows the error bounds of a picture by its name.
+pub type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
+
 /// Shows a pair.
 #[derive(Default)]
 pub struct PairView {
@@ -77,7 +80,7 @@ impl PairView {
     }
 
     /// `names`: of the left and the right picture; `bound`: shows those of the left one by its name, where it can.
-    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<&mut dyn FnMut(&mut egui::Ui, &str)>) {
+    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
         self.take_in(ui.ctx(), pair);
         ui.horizontal(|ui| {
             for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
