@@ -25,7 +25,7 @@ fn first() -> Window {
 
 fn tiles(window: &Window) -> Vec<String> {
     let all = window.query_all_by_role(Role::Button).filter_map(|n| n.accesskit_node().label());
-    all.filter(|label| NowItem::ALL.iter().any(|item| label.starts_with(item.name()))).collect()
+    all.filter(|label| NowItem::ALL.iter().any(|item| label.starts_with(&format!("{}: ", item.name())))).collect()
 }
 
 fn press(window: &mut Window, item: NowItem) {

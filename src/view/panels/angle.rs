@@ -7,6 +7,7 @@ use super::fact::grouped;
 use super::information::degrees;
 use crate::ephemeris::angle_rad;
 use crate::scene::camera::Camera;
+use crate::view::panels::theme::BODY;
 use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::{DVec2, DVec3};
 
@@ -76,7 +77,7 @@ impl MeasuredAngle {
             painter.add(Shape::line(run.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }
         if let Some(middle) = on_arc(0.5) {
-            let font = FontId::proportional(14.0);
+            let font = FontId::proportional(BODY);
             painter.text(middle + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, &text, font.clone(), Color32::BLACK);
             painter.text(middle, Align2::CENTER_BOTTOM, &text, font, COLOUR);
         }

@@ -203,6 +203,7 @@ fn row(
                 ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("Method of {}", effect.name()))
             };
             choice.response.widget_info(said);
+            choice.response.on_hover_text(format!("How {} is computed; automatic: as the scene needs it", effect.name()));
         }
         if asked.is_some() && ui.small_button("×").on_hover_text(format!("Reset {} to automatic", effect.name())).clicked() {
             overrides.clear_override(effect);

@@ -7,9 +7,11 @@ use super::icons;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
 /// Sizes of text in points, from captions to headings.
-const SMALL: f32 = 11.0;
-const BODY: f32 = 13.0;
-const HEADING: f32 = 18.0;
+pub const SMALL: f32 = 11.0;
+pub const BODY: f32 = 13.0;
+/// Of source code.
+pub const CODE: f32 = 12.0;
+pub const HEADING: f32 = 18.0;
 
 /// Gives a context both styles and the fonts.
 pub fn apply(ctx: &Context) {

@@ -161,7 +161,12 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             let is_shown = day == civil.date();
             let text = egui::RichText::new(format!("{:>2}", day.day()));
             let text = if day.month() == month.month() { text } else { text.weak() };
-            if ui.add(Button::selectable(is_shown, text)).on_hover_text("Go to this day").accessible_name(day.format("%-d %B %Y").to_string()).clicked() {
+            if ui
+                .add(Button::selectable(is_shown, text))
+                .on_hover_text("Go to this day")
+                .accessible_name(day.format("%-d %B %Y").to_string())
+                .clicked()
+            {
                 chosen = Some(day.and_time(civil.time()));
             }
             if day.weekday() == chrono::Weekday::Sun {

@@ -9,12 +9,13 @@ use crate::scene::marks::{
 };
 use crate::view::app::orbit::NOTCH;
 use crate::view::app::viewer::Action;
+use crate::view::panels::theme::{BODY, HEADING};
 use crate::view::window::primitives::ON_GPU;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::DVec2;
 
-const NAME_POINTS: f32 = 13.0;
+const NAME_POINTS: f32 = BODY;
 /// A narrower sky has no room for hints, points.
 const HINTS_WIDTH: f32 = 440.0;
 const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
@@ -36,7 +37,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     tour::show(interface, ui, rect);
     let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
         if interface.said().is_empty() {
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
+            ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(HEADING), NAME_COLOUR);
         } else {
             say(interface, ui, rect);
         }

@@ -4,6 +4,7 @@
 
 use crate::image::{self, DisplayImage};
 use crate::view::panels::render_loop::colour_image;
+use crate::view::panels::theme::BODY;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use std::sync::Arc;
 
@@ -142,7 +143,7 @@ impl PairView {
         }
         ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, Color32::from_rgb(255, 206, 110)));
         let painter = ui.painter().with_clip_rect(rect);
-        let font = egui::FontId::proportional(12.0);
+        let font = egui::FontId::proportional(BODY);
         for (at, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
             // On a plate, since the picture below may be white.
             let words = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));

@@ -9,6 +9,7 @@ use crate::shader::compare::FeatureDiff;
 use crate::shader::key::ShaderKey;
 use crate::view::panels::accessible;
 use crate::view::panels::compare::pair::{Pair, PairView};
+use crate::view::panels::theme::SMALL;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{CollapsingHeader, Grid, RichText, TextStyle};
 use std::sync::Arc;
@@ -46,7 +47,7 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         let Some(key) = *pin else { continue };
         ui.horizontal_wrapped(|ui| {
             ui.label(format!("{name} is pinned:"));
-            ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(11.0)).wrap());
+            ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(SMALL)).wrap());
             if ui.small_button(format!("Unpin {name}")).on_hover_text("Forget the key that was kept for comparison").clicked() {
                 *pin = None;
             }

@@ -5,6 +5,7 @@ use super::work::{SAMPLE_PX, Work};
 use super::{Seen, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
+use crate::view::panels::theme::SMALL;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
 
@@ -58,7 +59,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
                         if response.on_hover_text(tile.key.to_string()).clicked() {
                             clicked = Some(tile.features);
                         }
-                        ui.add(egui::Label::new(RichText::new(&tile.words).size(11.0)).wrap());
+                        ui.add(egui::Label::new(RichText::new(&tile.words).size(SMALL)).wrap());
                     });
                 });
                 if (n + 1) % columns == 0 {

@@ -4,6 +4,7 @@ use super::words::{is_switch, meaning, value_text};
 use super::{Seen, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
+use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 #[derive(Default)]
@@ -74,7 +75,7 @@ fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures,
                 Some(why) => (format!("no effect: {why}"), true),
                 None => (meaning(d, effective).to_owned(), effective == 0 && is_switch(d)),
             };
-            let text = RichText::new(words).size(11.0);
+            let text = RichText::new(words).size(SMALL);
             let label = egui::Label::new(if weak { text.weak() } else { text }).wrap();
             ui.scope(|ui| {
                 ui.set_max_width((room - 285.0).max(120.0));

@@ -9,6 +9,7 @@ use crate::probe::{ProbeError, Prober};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
+use crate::view::panels::theme::SMALL;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
 use egui::{RichText, ScrollArea, TextEdit, TextStyle};
@@ -87,7 +88,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     });
     page.draw = chosen;
     let first = &single.draws[chosen];
-    ui.add(egui::Label::new(RichText::new(first.module.to_string()).monospace().size(11.0)).wrap());
+    ui.add(egui::Label::new(RichText::new(first.module.to_string()).monospace().size(SMALL)).wrap());
     if let Some([latitude, longitude]) = first.ground_deg {
         ui.label(format!("surface at latitude {latitude:+.4}°, longitude {longitude:+.4}° (E)"));
     }
@@ -159,7 +160,7 @@ fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
 
 fn table(ui: &mut egui::Ui, rows: &[Row], wanted: &str) {
     let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(wanted.trim())).collect();
-    let small = |text: String| RichText::new(text).monospace().size(11.5);
+    let small = |text: String| RichText::new(text).monospace().size(SMALL);
     ui.label(small(format!("{:<34} {:>14} {:>17} {:>10}", format!("{} values", shown.len()), "f32", "f64", "difference")).strong());
     ui.spacing_mut().item_spacing.y = 1.0;
     let height = ui.text_style_height(&TextStyle::Monospace);

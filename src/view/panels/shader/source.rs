@@ -7,11 +7,12 @@ use super::text::{Text, feature_colour, found_in, job};
 use super::{Seen, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::panels::accessible;
+use crate::view::panels::theme::{CODE, SMALL};
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
 const MARGIN_POINTS: f32 = 112.0;
-const FONT_POINTS: f32 = 12.0;
+const FONT_POINTS: f32 = CODE;
 const STRIPE_POINTS: f32 = 4.0;
 
 #[derive(Default)]
@@ -26,8 +27,9 @@ pub struct SourcePage {
     /// Which of the lines that hold it.
     at: usize,
     found: Option<(Arc<Text>, String, Vec<u32>)>,
-    /// A feature that someone asked for elsewhere, until a module has it.
+    /// A feature that someone asked for elsewhere, until another is chosen; and the text in which it was gone to.
     asked: Option<String>,
+    asked_in: Option<Arc<Text>>,
     /// The line of the feature that was gone to last.
     at_line: Option<usize>,
     /// A line (from 0) to bring into sight.
@@ -79,17 +81,20 @@ fn is_of(name: &str, word: &str) -> bool {
 }
 
 impl SourcePage {
-    /// Goes to the lines of a feature once a module that has it is shown.
+    /// Goes to the lines of a feature once a module that has it is shown, and again when a finer picture has another module.
     pub fn ask_for(&mut self, feature: &str) {
         (self.language, self.feature, self.only) = (None, None, false);
-        self.asked = Some(feature.to_owned());
+        (self.asked, self.asked_in) = (Some(feature.to_owned()), None);
     }
 
     /// To what was asked for, if this module has it.
-    fn meet(&mut self, text: &Text) {
+    fn meet(&mut self, text: &Arc<Text>) {
+        if self.asked_in.as_ref().is_some_and(|met| Arc::ptr_eq(met, text)) {
+            return;
+        }
         let found = self.asked.as_ref().and_then(|asked| text.features.iter().position(|(name, lines)| is_of(name, asked) && *lines > 0));
         if let Some(feature) = found {
-            self.asked = None;
+            self.asked_in = Some(Arc::clone(text));
             self.go_to(text, feature, false);
         }
     }
@@ -154,9 +159,10 @@ impl SourcePage {
                 all.sort_by_key(|(_, (name, _))| name.starts_with("not "));
                 for (k, (name, lines)) in all {
                     let chosen = self.feature.as_ref() == Some(name);
-                    let words = RichText::new(format!("{name} {lines}")).size(11.0).color(feature_colour(name, dark));
+                    let words = RichText::new(format!("{name} {lines}")).size(SMALL).color(feature_colour(name, dark));
                     let hover = format!("{lines} lines for {name}: click to go to the longest block, again for the next one");
                     if ui.selectable_label(chosen, words).on_hover_text(hover).clicked() {
+                        self.asked = None;
                         self.go_to(text, k, chosen);
                     }
                 }
@@ -167,7 +173,7 @@ impl SourcePage {
             if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
                 ui.checkbox(&mut self.only, format!("Only lines for {feature}")).on_hover_text("Leave out all other lines");
                 if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
-                    (self.feature, self.only) = (None, false);
+                    (self.feature, self.only, self.asked) = (None, false, None);
                 }
             }
         });
@@ -271,7 +277,7 @@ impl SourcePage {
         if first {
             if !self.no_margin {
                 let names = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
-                let font = egui::FontId::proportional(10.0);
+                let font = egui::FontId::proportional(SMALL);
                 let painter = ui.painter().with_clip_rect(names.intersect(ui.clip_rect()));
                 painter.text(names.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
             }

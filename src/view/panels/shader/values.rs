@@ -7,6 +7,7 @@ use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
 use crate::shader::reflect::Field;
 use crate::shader::{Layout, ModuleId};
 use crate::view::panels::accessible;
+use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 #[derive(Default)]
@@ -94,7 +95,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
         for field in layout.fields.iter().filter(|f| f.name.contains(&wanted)) {
             ui.monospace(field.offset.to_string());
             ui.monospace(field.size.to_string());
-            ui.label(RichText::new(field.ty.to_string()).monospace().size(11.0));
+            ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL));
             ui.label(&field.name);
             let all = bytes.map(|b| numbers(field, b)).unwrap_or_default();
             let rows: Vec<String> = all.chunks(4).map(|row| row.iter().map(|v| number_text(*v)).collect::<Vec<_>>().join(", ")).collect();
@@ -103,7 +104,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
             if more > 0 {
                 text.push_str(&format!("\nand {more} more rows"));
             }
-            let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(11.0)).wrap());
+            let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL)).wrap());
             if more > 0 {
                 response.on_hover_text(RichText::new(rows[..rows.len().min(60)].join("\n")).monospace());
             }

@@ -5,7 +5,6 @@
 
 use crate::files::{FileAccess, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, animation_format};
-use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
@@ -211,8 +210,7 @@ pub fn save(session: &Session, view: &ViewState, format: Format, files: impl Ite
         (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
-    let frame: &Frame = &drawn.frame;
-    write_new_picture(files, is_exr(&path), frame, &text).map_err(|e| e.to_string())
+    write_new_picture(files, is_exr(&path), &drawn.frame, &text).map_err(|e| e.to_string())
 }
 
 #[cfg(test)]
