@@ -4,9 +4,7 @@ use super::{CliError, Common};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::effects::possible_features;
-use crate::session::{
-    fragment_times, read_catalog, read_ephemeris, read_fragments, read_lunar_heights, surface_fragments, with_surfaces,
-};
+use crate::session::{fragment_times, read_catalog, read_ephemeris, read_fragments, read_lunar_heights, surface_fragments, with_surfaces};
 use crate::shader::Lowering;
 use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};

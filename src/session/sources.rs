@@ -2,6 +2,8 @@
 
 use super::{RendererPreference, SurfaceFile};
 use crate::catalog::EclipseRadii;
+use crate::scene::sky::frames::SkyFrame;
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// What the user named in place of what is built in.
@@ -13,7 +15,7 @@ pub struct Sources {
     pub eclipse_radii: EclipseRadii,
     /// Maps that come before the embedded ones.
     pub textures: Option<PathBuf>,
-    /// Millions of pixels that such a map may have; `None`: [`DEFAULT_MAX_MEGAPIXELS`].
+    /// Millions of pixels that such a map may have; `None`: [`crate::image::DEFAULT_MAX_MEGAPIXELS`].
     pub max_megapixels: Option<u32>,
     /// An SPK that comes before the embedded one.
     pub kernel: Option<PathBuf>,
