@@ -3,7 +3,7 @@
 //! A scene is drawn once to fill caches and then counted. What is printed of it belongs to one frame, the median by wall time, so that
 //! its stages add up to it. Writing a file is no part of a frame here.
 
-use super::output::say;
+use super::output::{progress, say};
 use super::view_words::size;
 use super::{CliError, Common};
 use crate::measure::timing::{Spread, in_turns};
@@ -14,7 +14,6 @@ use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds,
 use crate::wording::{echo, suggestion_or_list};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
 use std::time::{Duration, Instant as Moment};
 
 const EXAMPLE: &str = "Examples:
@@ -197,11 +196,6 @@ fn row(name: &str, first: &Measured, frames: &mut [Measured]) -> Value {
         "stages": by_stage(&|s| json!(milliseconds(median.stages.spent(s)))),
         "stages_cpu": by_stage(&|s| json!(median.stages.cpu(s).map(milliseconds))),
     })
-}
-
-/// A bar on a terminal, nothing in a pipe.
-pub fn progress(frames: u64) -> indicatif::ProgressBar {
-    if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(frames) } else { indicatif::ProgressBar::hidden() }
 }
 
 #[cfg(test)]

@@ -3,8 +3,7 @@
 //! In: a size and a number of rounds. Out: JSON, a row a model: triangles, files read, shadow traced, and the times of frames with and without, in turns. Always: the
 //! shapes are invented, spheres with bumps laid onto Phobos; they live in a folder that goes with the measurement.
 
-use super::bench::progress;
-use super::output::{put, say};
+use super::output::{progress, put, say};
 use super::{CliError, Common};
 use crate::catalog::NaifId;
 use crate::measure::timing::{Spread, Work, in_turns, seconds_of};

@@ -5,7 +5,7 @@
 
 use super::CliError;
 use crate::wording::{escape_controls, one_line};
-use std::io::{Error, ErrorKind, Write};
+use std::io::{Error, ErrorKind, IsTerminal, Write};
 
 /// Writes a result to standard output.
 ///
@@ -37,4 +37,9 @@ pub fn say_lines(lines: &str) {
 /// Writes text to standard error as it is. Nobody reads a closed one, so a failure is no error.
 pub fn write_error(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// A bar on a terminal, nothing in a pipe.
+pub fn progress(steps: u64) -> indicatif::ProgressBar {
+    if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }

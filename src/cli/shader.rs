@@ -2,9 +2,9 @@
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{put, say, write_error};
+use super::shader_sites::{WhichKeys, keys_for};
 use super::{CliError, Common};
 use crate::files::{FileAccess, read_bytes, read_text, write_whole};
-use crate::scene::request::ViewRequest;
 use crate::session::{Session, TapeCost, ms_per_megapixel, tape_costs};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module_with;
@@ -105,7 +105,7 @@ enum ShaderVerb {
         #[arg(short, long = "output", value_name = "DIR")]
         output: PathBuf,
         #[command(flatten)]
-        which: super::shader_sites::WhichKeys,
+        which: WhichKeys,
     },
     /// Write modules with inputs, expected pixels and tolerances, to test other executors of WGSL
     Corpus {
@@ -113,7 +113,7 @@ enum ShaderVerb {
         #[arg(short, long = "output", value_name = "DIR")]
         output: PathBuf,
         #[command(flatten)]
-        which: super::shader_sites::WhichKeys,
+        which: WhichKeys,
     },
     /// Write the shader fragments as files to edit, for --shaders
     Export {
@@ -140,14 +140,6 @@ fn module_id(text: &str) -> Result<ModuleId, String> {
 
 fn failed(e: impl std::fmt::Display) -> CliError {
     CliError::Failed(e.to_string())
-}
-
-/// The keys of every draw in the default view of a body.
-pub fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
-    let session = Session::open(&common.sources(), say)?;
-    let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
-    let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
-    Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
 }
 
 fn layout_text(module: &ShaderModule) -> String {

@@ -1,17 +1,26 @@
 //! `orrery shader atlas` and `orrery shader corpus`: modules written for readers elsewhere.
 
 use super::inputs::{fragments, lowering, reachable_keys};
-use super::output::put;
-use super::shader::keys_for;
+use super::output::{put, say};
 use super::{CliError, Common};
 use crate::export::{Revision, atlas, corpus};
 use crate::files::read_bytes;
+use crate::scene::request::ViewRequest;
+use crate::session::Session;
 use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
-use crate::shader::key::{ShaderKey, covering};
+use crate::shader::key::{self, ShaderKey, covering};
 use crate::wording::echo;
 use std::collections::BTreeSet;
 use std::path::Path;
+
+/// The keys of every draw in the default view of a body.
+pub fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
+    let session = Session::open(&common.sources(), say)?;
+    let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
+    let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
+    Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
+}
 
 /// Which keys are written.
 #[derive(clap::Args, Debug)]

@@ -1,13 +1,12 @@
 //! `orrery stability`: sweeps over the extremes, with the bound of each.
 
-use super::output::{put, say};
+use super::output::{progress, put, say};
 use super::{CliError, Common};
 use crate::measure::Effort;
 use crate::session::Session;
 use crate::stability::{Faults, SWEEPS, Sweep, SweepBench, SweepReport, run as run_sweep};
 use crate::wording::{echo, suggestion_or_list};
 use serde_json::{Value, json};
-use std::io::IsTerminal;
 
 const EXAMPLE: &str = "Examples:
   orrery stability --short
@@ -71,11 +70,6 @@ pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
         0 => Ok(()),
         n => Err(CliError::Failed(format!("{n} of {} sweeps broke their bound", reports.len()))),
     }
-}
-
-/// A bar on a terminal, nothing in a pipe.
-fn progress(steps: u64) -> indicatif::ProgressBar {
-    if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }
 
 /// JSON has no infinity: what is no number is null.

@@ -147,12 +147,15 @@ mod tests {
     #[test]
     fn summits_behind_and_before_the_limb_count() {
         for (behind_deg, seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
-            // A cone of 9 km at the equator, east; the place's limb is 89.73 degrees away.
+            // A ridge of 9 km that crosses the equator, east, wider than the profile's points are apart; the place's limb is 89.73 degrees away.
             let limb_deg = (USUAL_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
             let at_deg: f64 = (limb_deg + behind_deg) / 0.25;
             // On a middle of a cell.
             let summit_deg = (at_deg.floor() + 0.5) * 0.25;
-            let hill = |latitude: f64, longitude: f64| (9.0 - 9.0 * (latitude - 0.125).hypot(longitude - summit_deg)).max(0.0);
+            let hill = |latitude: f64, longitude: f64| {
+                let beside_deg = ((latitude - 0.125).abs() - 0.5).max(0.0);
+                (9.0 - 9.0 * beside_deg.hypot(longitude - summit_deg)).max(0.0)
+            };
             let profile = LimbProfile::seen_from(&map(hill), from(0.125, 0.0, 370_000.0));
             let off = (summit_deg - limb_deg).to_radians();
             let expected = (USUAL_SPHERE_KM + 9.0) * off.cos() - USUAL_SPHERE_KM;

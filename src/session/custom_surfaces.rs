@@ -69,9 +69,16 @@ pub enum SurfaceError {
     },
     /// No module can be made of it.
     #[error(
-        "{0}; a surface has `fn custom_surface(point: SurfacePoint) -> CustomSurface`, with both types imported from package::lib::custom::surface_point"
+        "--surface {body}={path}: {why}; a surface has `fn custom_surface(point: SurfacePoint) -> CustomSurface`, with both types imported from package::lib::custom::surface_point"
     )]
-    Module(String),
+    Module {
+        /// As the user wrote it.
+        body: String,
+        /// As the user named it.
+        path: String,
+        /// What the generator, naga or the renderer says.
+        why: String,
+    },
 }
 
 /// Where the fragment of a number lies below shaders/.
@@ -113,8 +120,9 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], over: &Fragments) -> Result<V
         let sample = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
         let id = ModuleId::Planet(ShaderKey::for_draw(&sample));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
-            let named = e.to_string().replace(&format!("shaders/{}", place(number.into())), &surface.file.display().to_string());
-            return Err(SurfaceError::Module(echo(&named)));
+            let path = echo(&surface.file.display().to_string());
+            let why = echo(&e.to_string()).replace(&format!("shaders/{}", place(number.into())), &path);
+            return Err(SurfaceError::Module { body: echo(&surface.body), path, why });
         }
     }
     Ok(texts)

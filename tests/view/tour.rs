@@ -15,12 +15,16 @@ fn parse(text: &str) -> Result<Tour, String> {
     Tour::parse(text, session(), Instant::parse("2024-01-01").expect("a time")).map_err(|e| e.to_string())
 }
 
-/// From a body's centre to the camera, where it looks, and half its field.
+/// From a body's centre, where the picture shows it, to the camera, and where it looks: on its own ground a camera sees the body where it is, else where its light comes from.
 fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     let session = session();
     let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
-    let camera = viewer(session.catalog(), session.ephemeris(), &request).expect("a camera").camera;
-    let centre = session.ephemeris().state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, view.time(), None).expect("a place").state.pos_km;
+    let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a camera");
+    let camera = viewer.camera;
+    let centre = match viewer.stands_on {
+        Some((ground, centre_km)) if ground == body => centre_km,
+        _ => session.ephemeris().light_time_position(body, camera.position_km, view.time()).expect("a place").0,
+    };
     (camera.position_km - centre, camera.forward)
 }
 

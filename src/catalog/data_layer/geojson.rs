@@ -210,7 +210,12 @@ fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content),
                 ("Feature" | "GeometryCollection", None) => {}
                 (_, Some(coordinates)) => {
                     let wrong = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
-                    parts.shapes.add(Shapes::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?);
+                    let shapes = Shapes::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
+                    // Here the reader still stands in the line of the fault.
+                    if let Some(short) = shapes.lines.iter().find(|l| l.len() < 2) {
+                        return Err(A::Error::custom(format!("a line of {} places; two are needed", short.len())));
+                    }
+                    parts.shapes.add(shapes);
                 }
                 _ => return Err(A::Error::custom(format!("field type: `{}` without its coordinates or features", echo_within(&kind, 40)))),
             }

@@ -25,11 +25,11 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     }
     let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {:.1} px is drawn", case.diameter_px)));
     let mut maps = MapSet { albedo, ..MapSet::default() };
+    if available.custom_surface > 0 {
+        so_far.chosen.custom_surface = log.effect(Effect::CustomSurface, true, "by --surface".into());
+    }
     if available.emissive {
         log.note("lights", false, "it emits light".into());
-        if available.custom_surface > 0 {
-            so_far.chosen.custom_surface = so_far.log.effect(Effect::CustomSurface, true, "by --surface".into());
-        }
         so_far.chosen.maps = maps;
         return so_far;
     }
