@@ -4,8 +4,8 @@
 //! limb counts, before and behind the line on which a sphere would end: the highest in sight decides. Libration is in the place. Always: heights are
 //! those of view rays, their least distance from the Moon's centre less the sphere's radius, so that they hardly depend on the distance.
 //!
-//! The ground is asked for at half the map's steps along the line of sight, so a summit between two of them is missed by less than it rises over half a step. Positions are those of
-//! the Moon's centre of mass, from which maps count. The Moon's turn is the session's: 0.01 degrees, a shift of 0.3 km along the limb.
+//! The ground is asked for at half the map's steps along the line of sight, then for its summit between the neighbours of the highest sample: what is missed is a summit elsewhere that is
+//! higher by less than it rises over half a step. Positions are those of the Moon's centre of mass, from which maps count. The Moon's turn is the session's: 0.01 degrees, a shift of 0.3 km along the limb.
 
 use crate::catalog::lunar_heights::HeightMap;
 use glam::DVec3;
@@ -85,6 +85,9 @@ impl LimbProfile {
     }
 }
 
+/// Thirds taken off the interval that holds the summit: (2/3)^13 is half a hundredth.
+const REFINEMENTS: usize = 13;
+
 /// The greatest distance of a grazing view ray from the Moon's centre in the half plane towards `aside`, less the sphere's radius.
 fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3) -> f64 {
     let [_, greatest_km] = map.range_km();
@@ -97,7 +100,7 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
     let limb = (sphere_km / distance_km).min(1.0).acos();
     let ground_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + aside * angle.sin()), angle);
     let step = 0.5 * map.step_rad();
-    let mut best_km = ground_km(limb);
+    let (mut best_km, mut best_angle) = (ground_km(limb), limb);
     // Outwards on both sides, until not even the greatest height could be seen over what is.
     for way in [-1.0, 1.0] {
         for k in 1.. {
@@ -105,8 +108,19 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
             if angle <= 0.0 || angle >= limb + FRAC_PI_2 || ray_km(sphere_km + greatest_km, angle) <= best_km {
                 break;
             }
-            best_km = best_km.max(ground_km(angle));
+            let km = ground_km(angle);
+            if km > best_km {
+                (best_km, best_angle) = (km, angle);
+            }
         }
+    }
+    // The summit itself lies between the neighbours of the highest sample: thirds, until a hundredth of a step is left.
+    let (mut from, mut to) = (best_angle - step, best_angle + step);
+    for _ in 0..REFINEMENTS {
+        let third = (to - from) / 3.0;
+        let [low, high] = [ground_km(from + third), ground_km(to - third)];
+        best_km = best_km.max(low).max(high);
+        if low < high { from += third } else { to -= third }
     }
     best_km - sphere_km
 }

@@ -271,7 +271,7 @@ mod tests {
             ("\"Polygon\"", "\"Circle\"", "a.geojson:4: field coordinates: not those of a Circle"),
             ("[[170, 1], [190, 1]]", "[[170, 1]]", "a.geojson:5: a line of 1 places"),
             ("CRS84", "EPSG::3857", "a.geojson:1: field crs: `urn:ogc:def:crs:OGC:1.3:EPSG::3857` is not longitude"),
-            ("]}\n", "", "a.geojson:"),
+            ("null}\n]}", "null}\n", "a.geojson:"),
         ] {
             let said_is = why(from, to);
             assert!(said_is.starts_with(said), "{said_is}");
