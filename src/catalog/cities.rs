@@ -1,7 +1,7 @@
 //! Cities by name: where they are on the Earth.
 //!
-//! In: the embedded table cities.csv. Out: cities, those first whose name begins as the text does. Always: places are of the table's whole minutes of arc, two kilometres at the most. The table has the
-//! cities that name a time zone, and no others; a place may be given by its latitude and longitude everywhere else.
+//! In: the embedded table cities.csv. Out: cities, those first whose name begins as the text does. Always: places are those of the table, to two kilometres. The table has the cities that name a
+//! time zone and some sixty large ones besides; a place may be given by its latitude and longitude everywhere else.
 
 use std::sync::LazyLock;
 
@@ -60,6 +60,10 @@ mod tests {
             // Monument Circle; Hallgrimskirkja.
             ("Indianapolis", "United States", 39.768, -86.158),
             ("Reykjavik", "Iceland", 64.142, -21.927),
+            // Reunion Tower; the tower of the Deutsches Museum; the Temple of Karnak.
+            ("Dallas", "United States", 32.775, -96.809),
+            ("Munich", "Germany", 48.130, 11.583),
+            ("Luxor", "Egypt", 25.719, 32.657),
         ] {
             let found = named(&name.to_lowercase(), 1);
             let [city] = found[..] else { panic!("{name}: {found:?}") };

@@ -10,7 +10,7 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 
 /// What to write where the file does not say what its numbers mean.
 const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
-/// The unit and the zero of 16 bits without a sign (https://svs.gsfc.nasa.gov/4720).
+/// The unit and the zero of 16 bits without a sign (<https://svs.gsfc.nasa.gov/4720>).
 const HALF_METRE_KM: f64 = 0.0005;
 const ZERO: f64 = 20_000.0;
 
