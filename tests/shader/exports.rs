@@ -1,5 +1,6 @@
 //! The report on two revisions, the atlas and the corpus: what they say, that they can tell revisions apart, and that another executor can use the corpus.
 
+#[cfg(feature = "gpu")]
 use crate::support::gpu::gpu;
 use orrery::export::report::Report;
 use orrery::export::{Revision, RevisionError, atlas, corpus};
@@ -268,6 +269,7 @@ fn a_corpus_is_all_that_an_executor_needs() {
     assert_eq!(corpus::write(folder.path(), &Revision::built_in(), &keys(&some), &lowering(), || ()).expect("a corpus"), some.len());
     let manifest: Value = serde_json::from_slice(&std::fs::read(folder.path().join(corpus::MANIFEST)).expect("a manifest")).expect("JSON");
     let software = SoftwareRenderer::new(Options { threads: 1, ..Options::default() }).expect("a renderer");
+    #[cfg(feature = "gpu")]
     let gpu = gpu();
     assert_eq!(list(&manifest["cases"]).len(), some.len());
     for case in list(&manifest["cases"]).iter().filter_map(Value::as_str) {
@@ -275,6 +277,7 @@ fn a_corpus_is_all_that_an_executor_needs() {
         let drawn = software.render(&sound.plan, &sound, true).expect("drawn").0.hdr;
         software.forget_modules();
         assert_eq!(sound.pixels_off(&drawn), 0, "{case} in software");
+        #[cfg(feature = "gpu")]
         if let Some(gpu) = &gpu {
             let drawn = gpu.render(&sound.plan, &sound, true).expect("drawn").0.hdr;
             gpu.forget_modules();
