@@ -259,7 +259,7 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             }
             put(&cost_text(&module, &tapes, ms, making))
         }
-        ShaderVerb::Verify { report, json, .. } if !report.is_empty() => super::shader_report::run(common, report, *json),
+        ShaderVerb::Verify { report, json, .. } if !report.is_empty() => super::shader_report::run(report, *json),
         ShaderVerb::Verify { update, record, .. } => verify(common, *update, record),
         ShaderVerb::Atlas { output, which } => super::shader_sites::atlas(common, output, which),
         ShaderVerb::Corpus { output, which } => super::shader_sites::corpus(common, output, which),

@@ -1,8 +1,8 @@
 //! `orrery shader verify --report A B`: how two revisions of the shader library differ, by cause.
 
-use super::inputs::{lowering, reachable_keys};
-use super::output::put;
-use super::{CliError, Common};
+use super::CliError;
+use super::inputs::lowering;
+use super::output::{progress, put};
 use crate::export::Revision;
 use crate::export::report::{Figures, ModuleChange, Report};
 use crate::shader::ModuleId;
@@ -17,12 +17,10 @@ use std::path::{Path, PathBuf};
 /// Keys that a group names in the text; `--json` names all.
 const NAMED: usize = 3;
 
-/// What folders of fragments are compared by: every pair of dimension values, what views can need of that, simple modules and probes.
-fn usual(common: &Common) -> Result<Vec<ModuleId>, CliError> {
-    // Fails early where the catalogs are broken.
-    reachable_keys(common)?;
+/// What folders of fragments are compared by: every pair of dimension values, simple modules and probes.
+fn usual() -> Vec<ModuleId> {
     let keys = covering(2).into_iter().map(ModuleId::Planet);
-    Ok(SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect())
+    SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()
 }
 
 fn revision(folder: &Path) -> Result<Revision, CliError> {
@@ -33,12 +31,11 @@ fn revision(folder: &Path) -> Result<Revision, CliError> {
         .map_err(|e| CliError::Failed(format!("--report {}: {}", echo(&folder.display().to_string()), echo(&e.to_string()))))
 }
 
-pub fn run(common: &Common, folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
+pub fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     let [first, second] = folders else { return Err(CliError::Failed("--report takes two folders".into())) };
     let revisions = [revision(first)?, revision(second)?];
-    let bar = indicatif::ProgressBar::new(0);
-    let usual = usual(common)?;
-    let made = Report::of(revisions.each_ref(), &usual, &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
+    let bar = progress(0);
+    let made = Report::of(revisions.each_ref(), &usual(), &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
     bar.finish_and_clear();
     let report = made?;
     if as_json {

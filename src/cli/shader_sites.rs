@@ -1,7 +1,7 @@
 //! `orrery shader atlas` and `orrery shader corpus`: modules written for readers elsewhere.
 
 use super::inputs::{fragments, lowering, reachable_keys};
-use super::output::{put, say};
+use super::output::{progress, put, say};
 use super::{CliError, Common};
 use crate::export::{Revision, atlas, corpus};
 use crate::files::read_bytes;
@@ -34,7 +34,7 @@ pub struct WhichKeys {
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
     time: Option<String>,
-    /// Write into a folder that holds one already
+    /// Replace the one that the folder holds already
     #[arg(long)]
     overwrite: bool,
 }
@@ -49,19 +49,38 @@ impl WhichKeys {
     }
 }
 
-/// The manifest of a folder that holds one is small or not ours.
+/// A longer manifest is none of ours.
 const MAX_MANIFEST_BYTES: u64 = 1 << 28;
 
-/// A folder that is new or empty, or, where overwriting is asked for, one that holds what is written again.
-fn check_folder(folder: &Path, manifest: &str, what: &str, overwrite: bool) -> Result<(), CliError> {
+/// What an output folder holds: its manifest, the list in it by which it is ours, and the folders that are written anew.
+struct Site {
+    what: &'static str,
+    manifest: &'static str,
+    list: &'static str,
+    parts: [&'static str; 2],
+}
+
+const ATLAS: Site = Site { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", parts: ["pages", "pictures"] };
+const CORPUS: Site = Site { what: "a corpus", manifest: corpus::MANIFEST, list: "cases", parts: ["cases", "data"] };
+
+/// A folder that is new or empty, or, where overwriting is asked for, one that holds what is written again: its pages go first, since other keys have other pages.
+fn prepare_folder(folder: &Path, site: &Site, overwrite: bool) -> Result<(), CliError> {
+    let what = site.what;
     let shown = echo(&folder.display().to_string());
     let failed = |e: std::io::Error| CliError::Failed(format!("{shown}: {e}"));
     if folder.exists() {
         let is_empty = std::fs::read_dir(folder).map_err(failed)?.next().is_none();
-        let is_ours = read_bytes(&folder.join(manifest), MAX_MANIFEST_BYTES).is_ok();
+        let manifest = read_bytes(&folder.join(site.manifest), MAX_MANIFEST_BYTES).ok();
+        let manifest = manifest.and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
+        let is_ours = manifest.is_some_and(|m| m["revision"].is_string() && m[site.list].is_array());
         match (is_empty, is_ours, overwrite) {
-            (true, _, _) | (false, true, true) => {}
-            (false, true, false) => return Err(CliError::Failed(format!("{shown} holds {what} already; --overwrite writes into it"))),
+            (true, _, _) => {}
+            (false, true, true) => {
+                for part in site.parts.map(|p| folder.join(p)).iter().filter(|p| p.is_dir()) {
+                    std::fs::remove_dir_all(part).map_err(failed)?;
+                }
+            }
+            (false, true, false) => return Err(CliError::Failed(format!("{shown} holds {what} already; --overwrite replaces it"))),
             (false, false, _) => return Err(CliError::Failed(format!("{shown} holds other files: name a new folder for {what}"))),
         }
     }
@@ -84,8 +103,8 @@ pub fn atlas(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), Cl
     let of_all = which.of.is_none();
     let simple = SIMPLE_MODULES.iter().filter(|_| of_all).map(|n| ModuleId::Simple(n));
     let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();
-    check_folder(folder, atlas::MANIFEST, "an atlas", which.overwrite)?;
-    let bar = indicatif::ProgressBar::new(ids.len() as u64);
+    prepare_folder(folder, &ATLAS, which.overwrite)?;
+    let bar = progress(ids.len() as u64);
     let made = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let entries = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
@@ -96,8 +115,8 @@ pub fn corpus(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), C
     let keys = which.keys(common, || Ok(covering(2)))?;
     // What counts operations draws a number for this renderer, and no light.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
-    check_folder(folder, corpus::MANIFEST, "a corpus", which.overwrite)?;
-    let bar = indicatif::ProgressBar::new(keys.len() as u64);
+    prepare_folder(folder, &CORPUS, which.overwrite)?;
+    let bar = progress(keys.len() as u64);
     let made = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let cases = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;

@@ -176,7 +176,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "distance",
         (4.0, "255ths"),
-        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, where f32 knows a place on the ground to half a pixel",
+        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, probably because f32 knows a place on the ground to half a pixel there",
         views::distance,
     ),
     sweep(
