@@ -1,5 +1,6 @@
 //! `orrery view`: the window, and the default verb.
 
+use super::composition_words::CompositionArgs;
 use super::view_words::instant;
 use super::{CliError, Common};
 
@@ -14,7 +15,8 @@ Examples:
   orrery
   orrery view --target saturn --time 2017-05-17T00:00:00Z
   orrery view eclipse.json
-  orrery view 'orrery://view?target=jupiter&time=2015-01-24T06:45:00Z'";
+  orrery view 'orrery://view?target=jupiter&time=2015-01-24T06:45:00Z'
+  orrery view --projection fisheye --dome-tilt 20 --warp projector.txt";
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = KEYS, next_help_heading = "First view")]
@@ -31,11 +33,13 @@ pub struct ViewArgs {
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     time: String,
+    #[command(flatten)]
+    composition: CompositionArgs,
 }
 
 impl Default for ViewArgs {
     fn default() -> Self {
-        Self { target: "earth".into(), link: None, settings: None, time: "now".into() }
+        Self { target: "earth".into(), link: None, settings: None, time: "now".into(), composition: CompositionArgs::default() }
     }
 }
 
@@ -61,6 +65,7 @@ mod windowed {
     use crate::files::read_text;
     use crate::session::Session;
     use crate::time::Instant;
+    use crate::view::app::composition_state::CompositionState;
     use crate::view::app::initial_view::initial_view;
     use crate::view::app::places::SessionPlaces;
     use crate::view::app::settings::Settings;
@@ -92,7 +97,13 @@ mod windowed {
         let warning = kept.as_ref().err().cloned();
         // Who clicked on a link sees no standard error.
         warning.iter().for_each(|line: &String| say(line));
-        let view = kept.ok().flatten().unwrap_or(usual);
+        let mut view = kept.ok().flatten().unwrap_or(usual);
+        // Words on the command line go before a link's.
+        let mut composition = args.composition.composition()?;
+        let warp = composition.warp.take();
+        if !composition.is_plain() {
+            view.composition = CompositionState::of(&composition);
+        }
         let viewer = Viewer::new(subjects(&session), view, clock);
         let path = args.settings.clone().or_else(Settings::usual_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
@@ -101,6 +112,7 @@ mod windowed {
         let mut interface = Interface::new(viewer, settings);
         interface.heard = heard;
         interface.warning = warning;
+        interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
         let keep = |interface: &Interface| path.as_ref().map_or(Ok(()), |path| interface.settings.save(path));
         window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()))

@@ -11,6 +11,7 @@ use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, l
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
+use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::decision::Decision;
 use crate::scene::draw::features::{PixelView, Shape};
@@ -276,6 +277,7 @@ impl<'a> SceneBuilder<'a> {
         Scene {
             time: request.time,
             camera: camera.clone(),
+            geometry: ImageGeometry::Perspective,
             exposure: self.exposure.clone(),
             pixel_view: request.pixel_view,
             tone_map: request.tone_map,

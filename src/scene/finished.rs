@@ -6,6 +6,7 @@ use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::{labels, line_texts, orbits};
 use crate::scene::camera::Camera;
+use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
 use crate::scene::eclipse::refracted_limb;
@@ -27,6 +28,8 @@ pub struct Scene {
     pub time: Instant,
     /// Where it stands, and its projection.
     pub camera: Camera,
+    /// Where the finished picture shows directions.
+    pub geometry: ImageGeometry,
     /// Factor from radiance to display.
     pub exposure: Exposure,
     /// What the pixels show.

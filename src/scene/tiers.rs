@@ -31,7 +31,9 @@ impl fmt::Display for Tier {
     }
 }
 
-/// Of one ray's light in each channel, against adaptive quadrature on new random rays in each run, through every air of the catalog (tests/atmosphere/tier_bounds.rs).
+/// Of one ray's light in each channel, against adaptive quadrature on new random rays in each run, through every air of the catalog
+/// (tests/atmosphere/tier_bounds.rs). The bounds stand a fifth and more above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075
+/// (`pixel-16`, `table`), 0.0075 (`pixel-32`); one run in 73 had a ray beyond 0.5 with `pixel-8`, in the twilight of Uranus.
 const RAY: &str = "each ray's light scattered once";
 /// Where a ray's light is less than this part of the brightest channel of the zenith under a Sun at 45 degrees, the error is told of that.
 pub const MIN_OF_ZENITH: f64 = 1e-3;
@@ -44,11 +46,11 @@ pub fn of_atmosphere(tier: AtmosphereModel) -> Option<Tier> {
     match tier {
         AtmosphereModel::None => None,
         AtmosphereModel::Vertex => of("vertex", 0.1, 1.2, RAY),
-        AtmosphereModel::Pixel8 => of("pixel-8", 0.02, 0.5, RAY),
-        AtmosphereModel::Pixel16 => of("pixel-16", 0.003, 0.10, RAY),
+        AtmosphereModel::Pixel8 => of("pixel-8", 0.025, 0.9, RAY),
+        AtmosphereModel::Pixel16 => of("pixel-16", 0.004, 0.12, RAY),
         AtmosphereModel::Pixel32 => of("pixel-32", 0.002, 0.02, RAY),
         // Further scattering against photons.
-        AtmosphereModel::Table => of("table", 0.003, 0.10, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
+        AtmosphereModel::Table => of("table", 0.004, 0.12, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
     }
 }
 
@@ -115,6 +117,6 @@ mod tests {
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].at_most <= w[0].at_most));
         let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
         assert_eq!(names, [Effect::Atmosphere.variants(), Effect::Eclipse.variants()].concat());
-        assert_eq!(air[2].to_string(), "pixel-16: off by at most 10 %, mostly 0.3 %, of each ray's light scattered once");
+        assert_eq!(air[2].to_string(), "pixel-16: off by at most 12 %, mostly 0.4 %, of each ray's light scattered once");
     }
 }

@@ -8,6 +8,7 @@
 use crate::catalog::{Catalog, NaifId};
 use crate::session::{Session, SessionError};
 use crate::time::Instant;
+use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
 use crate::view::app::places::SessionPlaces;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, standing};
@@ -23,7 +24,7 @@ use std::borrow::Cow;
 pub const SCHEME: &str = "orrery://view?";
 
 /// Fields of a view that its text may have and its defaults do not write.
-const UNWRITTEN: [&str; 2] = ["time", "paused"];
+const UNWRITTEN: [&str; 3] = ["time", "paused", "composition"];
 /// A text of more bytes is no view: those that are written have some 600.
 pub const MAX_BYTES: u64 = 65_536;
 /// Faults that are listed; of each so many characters.
@@ -228,6 +229,13 @@ impl PartialView {
                 Value::Object(told) if name == "eye" => {
                     let eye = self.eye_over(told, usual);
                     whole.extend(eye.map(|eye| (name, Value::Object(eye))));
+                }
+                Value::Object(told) if name == "composition" => {
+                    let mut composition = object_of(&usual.composition);
+                    for (name, value) in told {
+                        self.put::<CompositionState>("composition.", &mut composition, &name, value);
+                    }
+                    whole.insert(name, Value::Object(composition));
                 }
                 value => self.put::<ViewState>("", &mut whole, &name, value),
             }

@@ -1,6 +1,7 @@
 //! The window: panels, input, accessibility, and its own frame.
 
 mod access;
+mod composition;
 mod contrast;
 mod dropped;
 mod events;

@@ -155,7 +155,7 @@ const CROWDED_PX: f64 = 7.0;
 
 /// The marks of the bodies that a camera sees, most important first.
 pub fn marks(
-    camera: &impl PicturePlaces,
+    camera: &dyn PicturePlaces,
     bodies: &[BodyInView],
     selected: NaifId,
     parent: impl Fn(NaifId) -> Option<NaifId>,

@@ -2,9 +2,11 @@
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::labels::Label;
+use crate::scene::camera::geometry::ImageGeometry;
+use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::draw::StarSprite;
 use crate::scene::finished::Scene;
-use crate::scene::in_view::Appearance;
+use crate::scene::in_view::{Appearance, BodyInView};
 use glam::DVec2;
 
 /// A click this far from a mark still means it, pixels.
@@ -29,7 +31,13 @@ pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
 }
 
 fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
-    scene.camera.pixel_from_clip(sprite.centre.truncate().as_dvec2())
+    let clip = sprite.centre.truncate().as_dvec2();
+    let px = scene.camera.pixel_from_clip(clip);
+    match &scene.geometry {
+        // Of a dome or a whole sphere they are placed in the finished picture.
+        ImageGeometry::Perspective | ImageGeometry::Sphere(_) => px,
+        ImageGeometry::Stereo { between, .. } => between.place_px(scene.camera.ray(clip)).unwrap_or(px),
+    }
 }
 
 /// The body that a click at `at_px` means: the nearest small one within reach, else the disc under it, the nearest to the viewer first.
@@ -40,11 +48,8 @@ pub fn hit(marks: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
         .map(|m| (m.centre_px.distance(at_px), m.body))
         .filter(|(d, _)| *d <= REACH_PX)
         .min_by(|a, b| a.0.total_cmp(&b.0));
-    let camera = &scene.camera;
-    let under = scene
-        .bodies
-        .iter()
-        .filter(|b| b.appearance == Appearance::Disc && camera.surface_under_pixel(&b.placement, at_px).is_some())
-        .min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+    let direction = scene.geometry.direction(&scene.camera, at_px);
+    let is_under = |b: &&BodyInView| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());
+    let under = scene.bodies.iter().filter(is_under).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
     near.map(|(_, id)| id).or(under.map(|b| b.id))
 }

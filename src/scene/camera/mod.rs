@@ -4,6 +4,7 @@
 //! forms of [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before.
 //! Clip coordinates: x right, y up, -1..1 over the viewport. Pixels: x right, y down, centres at halves.
 
+pub mod geometry;
 pub mod silhouette;
 pub mod sphere;
 pub mod viewpoint;
@@ -53,6 +54,16 @@ impl Placement {
 
     pub fn camera_is_inside(&self) -> bool {
         self.camera_in_unit_sphere().length_squared() <= 1.0
+    }
+
+    /// Unit-sphere point of the body in an ICRF direction from the camera; `None` beside the body.
+    pub fn surface_along(&self, direction: DVec3) -> Option<DVec3> {
+        let origin = self.camera_in_unit_sphere();
+        let w = self.direction_in_unit_sphere(direction).normalize();
+        let b = origin.dot(w);
+        // |origin x w| is the distance of the ray from the centre: no large numbers cancel.
+        let disc = 1.0 - origin.cross(w).length_squared();
+        (disc >= 0.0 && b < 0.0).then(|| origin + w * (-b - disc.sqrt()))
     }
 }
 
@@ -191,12 +202,7 @@ impl Camera {
 
     /// Unit-sphere point of the body under a pixel, in front of the camera; `None` beside the body.
     pub fn surface_under_pixel(&self, place: &Placement, pixel: DVec2) -> Option<DVec3> {
-        let origin = place.camera_in_unit_sphere();
-        let w = place.direction_in_unit_sphere(self.ray(self.clip_from_pixel(pixel))).normalize();
-        let b = origin.dot(w);
-        // |origin x w| is the distance of the ray from the centre: no large numbers cancel.
-        let disc = 1.0 - origin.cross(w).length_squared();
-        (disc >= 0.0 && b < 0.0).then(|| origin + w * (-b - disc.sqrt()))
+        place.surface_along(self.ray(self.clip_from_pixel(pixel)))
     }
 
     /// Pixel of a unit-sphere point of the body; `None` behind the camera or on the far side.

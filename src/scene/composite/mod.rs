@@ -17,13 +17,14 @@ use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
 use crate::scene::annotation::margin::Margin;
 use crate::scene::camera::Camera;
+use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::camera::viewpoint;
 use crate::scene::draw::PixelView;
 use crate::scene::error::SceneError;
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
-use crate::scene::request::{Composition, Projection};
+use crate::scene::request::{Composition, Projection, StereoLayout};
 use crate::scene::sky::comets::Comets;
 
 impl Frames {
@@ -65,6 +66,7 @@ impl Composite {
     pub fn new(catalog: &Catalog, request: &ViewRequest, arrangement: Arrangement, meter: &Camera, mut scenes: Vec<Scene>) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
         if let Arrangement::Faces(Faces { picture, frame_of, .. }) = &arrangement {
+            whole.geometry = ImageGeometry::Sphere(picture.clone());
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (picture.right, picture.up, picture.forward);
             (camera.width, camera.height) = (picture.width, picture.height);
@@ -91,7 +93,8 @@ impl Composite {
             whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
             whole.labels = LabelLayer::of(picture, request, catalog, &whole.bodies, true);
         }
-        if let Arrangement::Eyes(Eyes { columns, .. }) = &arrangement {
+        if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
+            whole.geometry = ImageGeometry::Stereo { between: Box::new(meter.clone()), side_by_side: *layout == StereoLayout::SideBySide };
             // At the same place of both pictures: at the target's distance.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {

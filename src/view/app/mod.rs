@@ -1,6 +1,7 @@
 //! The state behind the window: the view, its camera, time, history and settings. No window and no panel.
 
 pub mod civil_time;
+pub mod composition_state;
 pub mod date_text;
 pub mod event_search;
 pub mod exposure_adaptation;

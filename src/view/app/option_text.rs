@@ -4,7 +4,7 @@
 
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{Layers, Quality, ToneMap};
+use crate::scene::request::{Layers, Projection, Quality, StereoLayout, ToneMap};
 use crate::wording::{echo_within, suggestion_or_list};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
@@ -35,7 +35,7 @@ macro_rules! named {
     )*};
 }
 
-named!(PixelView, Quality, ToneMap);
+named!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 
 /// A choice by its name, for `#[serde(with)]`.
 pub mod by_name {
@@ -51,6 +51,24 @@ pub mod by_name {
             D::Error::custom(format!("`{}` is not known; {}", echo_within(&name, MAX_ECHO_CHARS), suggestion_or_list(&name, &T::names())))
         };
         T::by_name(&name).ok_or_else(unknown)
+    }
+}
+
+/// A choice by its name, or none, for `#[serde(with)]`.
+pub mod by_optional_name {
+    use super::{Deserializer, Named, Serializer, by_name};
+    use serde::{Deserialize, Serialize};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(bound = "T: Named")]
+    struct Name<T: Named>(#[serde(with = "by_name")] T);
+
+    pub fn serialize<T: Named, S: Serializer>(choice: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+        choice.map(Name).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+        Ok(Option::<Name<T>>::deserialize(deserializer)?.map(|Name(choice)| choice))
     }
 }
 
@@ -97,6 +115,8 @@ mod tests {
         round_trip::<PixelView>();
         round_trip::<Quality>();
         round_trip::<ToneMap>();
+        round_trip::<Projection>();
+        round_trip::<StereoLayout>();
         assert_eq!([ToneMap::by_name("film"), ToneMap::by_name("plain")], [Some(ToneMap::Filmic), Some(ToneMap::Clipped)]);
         assert_eq!(PixelView::by_name("shaded"), Some(PixelView::Final));
     }

@@ -8,8 +8,9 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::scene::SceneError;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Quality, ToneMap, Up, ViewRequest};
+use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, ToneMap, Up, ViewRequest};
 use crate::time::Instant;
+use crate::view::app::composition_state::CompositionState;
 use crate::view::app::option_text;
 use crate::view::app::orbit::Orbit;
 use glam::{DMat3, DQuat, DVec3};
@@ -135,6 +136,9 @@ pub struct ViewState {
     pub pixels: PixelView,
     #[serde(default, with = "option_text::by_name")]
     pub quality: Quality,
+    /// Dome, whole sphere or stereo pair.
+    #[serde(default, skip_serializing_if = "CompositionState::is_plain")]
+    pub composition: CompositionState,
     /// Whether opening the view pauses time; `None` keeps the current state. Time controls track this separately.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paused: Option<bool>,
@@ -169,6 +173,7 @@ impl ViewState {
             stars_boost: 0.0,
             pixels: PixelView::default(),
             quality: Quality::default(),
+            composition: CompositionState::default(),
             paused: None,
         }
     }
@@ -205,7 +210,11 @@ impl ViewState {
         request.position = pose.position;
         request.look = pose.look;
         request.up = pose.up;
-        request.fov_deg = Some(self.fov_deg);
+        request.composition = self.composition.composition();
+        request.fov_deg = Some(match self.composition.projection {
+            Projection::Fisheye => self.composition.fisheye_deg,
+            Projection::Perspective | Projection::Equirectangular => self.fov_deg,
+        });
         (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
@@ -244,6 +253,7 @@ impl ViewState {
             }
         }
         self.eye.faults(&mut check);
+        self.composition.faults(&mut check);
         faults
     }
 

@@ -6,10 +6,9 @@
 use super::fact::grouped;
 use super::information::degrees;
 use crate::ephemeris::angle_rad;
-use crate::scene::camera::Camera;
 use crate::view::panels::theme::BODY;
 use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
 /// Straight pieces of the line.
@@ -36,12 +35,12 @@ pub(super) struct SeenBody {
 }
 
 impl MeasuredAngle {
-    /// Adds a place of the picture; what to say about it.
-    pub(super) fn add(&mut self, camera: &Camera, at_px: DVec2, body: Option<SeenBody>) -> String {
+    /// Adds the place in an ICRF direction (a unit vector); what to say about it.
+    pub(super) fn add(&mut self, direction: DVec3, body: Option<SeenBody>) -> String {
         if self.places.len() >= 2 {
             self.places.clear();
         }
-        self.places.push(Place { direction: camera.ray(camera.clip_from_pixel(at_px)).normalize(), body });
+        self.places.push(Place { direction, body });
         let Some(angle) = self.text() else { return "Ctrl+click a second place to measure the angle".into() };
         self.distance().map_or_else(|| format!("Angle: {angle}"), |distance| format!("Angle: {angle}; {distance}"))
     }
@@ -62,9 +61,8 @@ impl MeasuredAngle {
         (a != b).then(|| format!("from {} to {} {} km", a.name, b.name, grouped(a.centre_km.distance(b.centre_km), 0)))
     }
 
-    /// Draws the places, the great circle between them and its length. `at`: where the window has a pixel of the picture.
-    pub(super) fn paint(&self, painter: &egui::Painter, camera: &Camera, at: impl Fn(DVec2) -> Pos2) {
-        let seen = |direction: DVec3| camera.clip(direction).map(|clip| at(camera.pixel_from_clip(clip)));
+    /// Draws the places, the great circle between them and its length. `seen`: where the window shows an ICRF direction.
+    pub(super) fn paint(&self, painter: &egui::Painter, seen: impl Fn(DVec3) -> Option<Pos2>) {
         for place in self.places.iter().filter_map(|place| seen(place.direction)) {
             painter.circle_stroke(place, 4.0, Stroke::new(1.5, COLOUR));
         }
@@ -87,6 +85,8 @@ impl MeasuredAngle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::camera::Camera;
+    use glam::DVec2;
 
     fn camera(tan_half_fov: f64) -> Camera {
         Camera {
@@ -101,16 +101,20 @@ mod tests {
         }
     }
 
+    fn direction(camera: &Camera, x: f64, y: f64) -> DVec3 {
+        camera.ray(camera.clip_from_pixel(DVec2::new(x, y))).normalize()
+    }
+
     /// From the middle to the edge it is half the field of view, at any field; a third click begins anew.
     #[test]
     fn an_angle_is_that_of_the_field_of_view() {
         for half_deg in [1.0 / 120.0, 0.5, 20.0, 45.0, 80.0] {
             let camera = camera(f64::to_radians(half_deg).tan());
             let mut angle = MeasuredAngle::default();
-            assert!(angle.add(&camera, DVec2::new(500.0, 500.0), None).contains("second place"));
-            let said = angle.add(&camera, DVec2::new(1000.0, 500.0), None);
+            assert!(angle.add(direction(&camera, 500.0, 500.0), None).contains("second place"));
+            let said = angle.add(direction(&camera, 1000.0, 500.0), None);
             assert_eq!(said, format!("Angle: {}", degrees(half_deg)));
-            assert!(angle.add(&camera, DVec2::new(0.0, 0.0), None).contains("second place"));
+            assert!(angle.add(direction(&camera, 0.0, 0.0), None).contains("second place"));
             assert!(angle.clear() && !angle.clear());
         }
     }
@@ -121,8 +125,8 @@ mod tests {
         let (a, b) = (body("Io", DVec3::new(300.0, 0.0, 0.0)), body("Europa", DVec3::new(0.0, 400_000.0, 0.0)));
         let said = |first: Option<SeenBody>, second: Option<SeenBody>| {
             let mut angle = MeasuredAngle::default();
-            angle.add(&camera(1.0), DVec2::new(500.0, 500.0), first);
-            angle.add(&camera(1.0), DVec2::new(600.0, 500.0), second)
+            angle.add(direction(&camera(1.0), 500.0, 500.0), first);
+            angle.add(direction(&camera(1.0), 600.0, 500.0), second)
         };
         assert!(said(a.clone(), b.clone()).ends_with("; from Io to Europa 400 000 km"));
         assert!(!said(a.clone(), a.clone()).contains("km") && !said(a, None).contains("km"));

@@ -50,6 +50,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         accessible::pixel_views(ui, &mut view.pixels, "Show");
     });
     super::layers::switches(interface, ui);
+    super::composition::controls(interface, ui);
     let view = &mut interface.viewer.view;
     ui.separator();
     let mut overrides = view.effects.clone();

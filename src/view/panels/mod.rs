@@ -8,6 +8,7 @@ mod angle;
 mod body_browser;
 mod compare;
 mod comparison;
+mod composition;
 mod dropped;
 mod effects;
 mod events;
@@ -35,6 +36,7 @@ mod warning;
 
 use self::render_loop::Viewport;
 pub use self::share::dialog::{FileDialog, FileQuestion};
+use crate::scene::request::WarpMesh;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
 use crate::view::app::places::SessionPlaces;
 use crate::view::app::settings::{Settings, usable_width};
@@ -121,6 +123,8 @@ pub struct Interface {
     pub on_gpu: bool,
     /// Why the window shows another view than the one it was opened with, until it is closed.
     pub warning: Option<String>,
+    /// What a projector's picture is drawn onto.
+    pub warp: Option<Arc<WarpMesh>>,
     /// Opens dialogs of the desktop, where there are any.
     pub file_dialog: Option<FileDialog>,
     /// The context has the styles of both themes.
@@ -173,6 +177,7 @@ impl Interface {
             fullscreen: false,
             on_gpu: false,
             warning: None,
+            warp: None,
             file_dialog: None,
             is_styled: false,
             has_keyboard: false,

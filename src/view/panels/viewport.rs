@@ -4,6 +4,7 @@ use super::angle::SeenBody;
 use super::icons::{self, Icon};
 use super::{Interface, now, tour};
 use crate::catalog::NaifId;
+use crate::scene::Scene;
 use crate::scene::marks::{
     self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
 };
@@ -54,8 +55,9 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     paint_marks(interface, ui, rect, &place);
     paint_star(interface, ui, rect, &place);
     if let Some(drawing) = interface.drawing() {
+        let scene = &drawing.scene;
         let at = |px: DVec2| place.picture.min + vec2(px * place.points_per_px);
-        interface.angle.paint(&ui.painter().with_clip_rect(rect), &drawing.scene.camera, at);
+        interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.place_px(&scene.camera, direction).map(at));
     }
     if let Some(click) = mouse(interface, ui, &response, rect, &place, actions) {
         take_click(interface, worker, click);
@@ -90,6 +92,12 @@ impl ImagePlacement {
         let points_per_px = sky.height() / height as f32;
         let picture = Rect::from_center_size(sky.center(), Vec2::new(width as f32 * points_per_px, sky.height()));
         Self { picture, points_per_px: f64::from(points_per_px) }
+    }
+
+    /// The pixel of the picture under a point of the interface; in the right picture of a side-by-side pair, where the left one has it.
+    fn px_of(&self, at: Pos2, scene: &Scene) -> DVec2 {
+        let in_picture = at - self.picture.min;
+        scene.geometry.one_eye_px(DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / self.points_per_px)
     }
 
     /// The part of the picture that lies in a rectangle within it, 0 to 1.
@@ -142,10 +150,7 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
 /// What can be done with the body under a right click, or with the view where there is none.
 fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let at = response.interact_pointer_pos().map(|at| {
-            let in_picture = at - place.picture.min;
-            DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / place.points_per_px
-        });
+        let at = response.interact_pointer_pos().zip(interface.drawing()).map(|(at, drawing)| place.px_of(at, &drawing.scene));
         let found = at.zip(interface.drawing()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
         interface.viewport.menu_of = found;
         interface.viewport.menu_px = at;
@@ -248,7 +253,9 @@ fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
     let Some(drawing) = &interface.viewport.drawing else { return };
     let found = body.and_then(|id| drawing.scene.body(id));
     let seen = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
-    interface.message = interface.angle.add(&drawing.scene.camera, at_px, seen);
+    // Nothing lies outside a fisheye's circle.
+    let Some(direction) = drawing.scene.geometry.direction(&drawing.scene.camera, at_px) else { return };
+    interface.message = interface.angle.add(direction, seen);
 }
 
 /// A click on the picture.
@@ -292,8 +299,7 @@ fn mouse(
         }
     }
     let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };
-    let in_picture = at - place.picture.min;
-    let at_px = DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / place.points_per_px;
+    let at_px = place.px_of(at, &drawing.scene);
     let meant = || hit(&interface.viewport.marks, &drawing.scene, at_px);
     // Two quick clicks measure too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {

@@ -1,0 +1,139 @@
+//! Domes, whole spheres and stereo pairs in the window: chosen in the panel, kept in links, and clicked on where things are drawn.
+
+use crate::view::hands::{SATURN, TIME, Window, click, held};
+use crate::view::interface::{interface, session, settle};
+use egui_kittest::kittest::Queryable;
+use glam::DVec2;
+use orrery::catalog::NaifId;
+use orrery::scene::request::{Projection, StereoLayout};
+use orrery::time::Instant;
+use orrery::view::app::composition_state::CompositionState;
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+fn compositions() -> Vec<CompositionState> {
+    let stereo = |layout| CompositionState { stereo: Some(layout), ..CompositionState::default() };
+    let sphere = |projection| CompositionState { projection, dome_tilt_deg: 20.0, ..CompositionState::default() };
+    vec![
+        CompositionState::default(),
+        sphere(Projection::Fisheye),
+        CompositionState { fisheye_deg: 60.0, ..sphere(Projection::Fisheye) },
+        sphere(Projection::Equirectangular),
+        stereo(StereoLayout::Anaglyph),
+        stereo(StereoLayout::SideBySide),
+        stereo(StereoLayout::Interlaced),
+    ]
+}
+
+fn of_saturn(composition: &CompositionState) -> Interface {
+    let mut interface = interface(SATURN, TIME);
+    interface.viewer.view.composition = composition.clone();
+    interface.viewer.view.fov_deg = 60.0;
+    interface.settings.names = true;
+    interface
+}
+
+fn drawn(composition: &CompositionState) -> Window {
+    let mut window = held(of_saturn(composition), &Arc::new(AtomicBool::new(true)), 640.0);
+    settle(&mut window);
+    window
+}
+
+/// In every composition a click on the middle of Saturn, and on each moon that has a mark, selects what is drawn there; of a side-by-side pair in both pictures.
+#[test]
+fn a_click_selects_what_the_picture_shows_there() {
+    for composition in compositions() {
+        let mut window = drawn(&composition);
+        let sky = window.get_by_label_contains("The sky: ").rect();
+        let drawing = window.state().drawing().expect("a picture");
+        let (width, scene) = (f64::from(drawing.width), &drawing.scene);
+        let points = f64::from(sky.width()) / width;
+        let shown = |id: NaifId| {
+            let body = scene.body(id).expect("of the catalog");
+            scene.geometry.place_px(&scene.camera, body.placement.centre_km).map(|px| (id, px))
+        };
+        let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(shown).collect();
+        assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
+        // The target is in the middle of its picture, a dome's tilt apart.
+        let halves = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
+        assert!((places[0].1.x - 0.5 * width / halves).abs() < 1.0, "{composition:?}: {places:?} of {width}");
+        let rights = if halves == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
+        let inside =
+            |px: DVec2| px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / halves - 2.0 && px.y * points < f64::from(sky.height()) - 2.0;
+        let mut clicked = 0;
+        for (id, px) in places {
+            for right in &rights {
+                if !inside(px) {
+                    continue;
+                }
+                window.state_mut().viewer.selected = NaifId::SUN;
+                click(&mut window, sky.min + egui::vec2(((px.x + right) * points) as f32, (px.y * points) as f32), false);
+                // A moon may stand before or behind the planet or another.
+                let selected = window.state().viewer.selected;
+                assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
+                clicked += usize::from(selected == id);
+                // The next click is not the second of two.
+                crate::view::hands::later(&mut window, 1.0);
+            }
+        }
+        assert!(clicked >= 1, "{composition:?}");
+    }
+}
+
+/// What the panel chooses is what the session draws: projection and stereo switch each other off.
+#[test]
+fn the_panel_chooses_a_projection_and_a_stereo_pair() {
+    let mut interface = of_saturn(&CompositionState::default());
+    interface.tab = Some(Tab::Effects);
+    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 1900.0);
+    settle(&mut window);
+    window.get_by_label("Projection and stereo").click();
+    settle(&mut window);
+    let choose = |window: &mut Window, list: &str, entry: &str| {
+        window.get_by_role_and_label(egui::accesskit::Role::ComboBox, list).click();
+        window.run_steps(4);
+        window.get_by_label(entry).click();
+        settle(window);
+    };
+    choose(&mut window, "Stereo", "anaglyph");
+    let composition = |window: &Window| window.state().drawing().expect("a picture").job.request.composition.clone();
+    assert_eq!(composition(&window).stereo.map(|s| s.layout), Some(StereoLayout::Anaglyph));
+    choose(&mut window, "Projection", "fisheye (dome)");
+    assert_eq!((composition(&window).projection, composition(&window).stereo), (Projection::Fisheye, None));
+    let request = &window.state().drawing().expect("a picture").job.request;
+    assert_eq!(request.fov_deg, Some(180.0));
+    choose(&mut window, "Stereo", "side by side");
+    assert_eq!(composition(&window).projection, Projection::Perspective);
+    window.get_by_label("Reset").click();
+    settle(&mut window);
+    assert!(composition(&window).is_plain());
+    assert_eq!(window.state().viewer.view.composition, CompositionState::default());
+}
+
+#[test]
+fn a_link_keeps_the_composition_and_says_what_none_can_be() {
+    let view = of_saturn(&CompositionState::default()).viewer.view;
+    assert!(!view.to_link().contains("composition"), "a plain picture says nothing about it");
+    let now = Instant::parse(TIME).expect("a time");
+    for composition in compositions() {
+        let kept = orrery::view::app::view_state::ViewState { composition, ..view.clone() };
+        assert_eq!(restored(&kept.to_link(), session(), now).expect("a view"), kept);
+        assert_eq!(restored(&kept.to_json(), session(), now).expect("a view"), kept);
+    }
+    let short = restored("orrery://view?target=saturn&composition.stereo=interlaced", session(), now).expect("a view");
+    assert_eq!(short.composition, CompositionState { stereo: Some(StereoLayout::Interlaced), ..CompositionState::default() });
+    for (wrong, told) in [
+        ("composition.projection=fishey", "fisheye"),
+        ("composition.fisheye_deg=400", "1 to 360 degrees"),
+        ("composition.stereo=red", "anaglyph"),
+        ("composition.eye_separation_km=-1", "more than 0 km"),
+        ("composition.dome_tilt_deg=1e9", "-180 to 180"),
+        ("composition.tilt=3", "no such field"),
+        ("composition=fisheye", "composition"),
+    ] {
+        let said = restored(&format!("orrery://view?target=saturn&{wrong}"), session(), now).expect_err(wrong).to_string();
+        assert!(said.contains(told) && said.contains("composition") && !said.contains('\n'), "{wrong}: {said}");
+    }
+}
