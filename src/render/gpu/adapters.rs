@@ -14,7 +14,7 @@ use wgpu::{TextureFormat, TextureFormatFeatureFlags};
 #[serde(rename_all = "kebab-case")]
 pub enum AdapterKind {
     Hardware,
-    /// The driver does not say.
+    /// The driver does not report it.
     Unknown,
     /// A driver that draws on the CPU.
     Software,

@@ -40,7 +40,7 @@ pub struct UiPrimitive {
 /// The step that draws a window's primitives.
 ///
 /// # Errors
-/// A module without a uniform that it needs.
+/// A uniform of the module that is not filled, or an unknown module.
 pub fn interface_step(
     primitives: Vec<UiPrimitive>,
     [width, height]: [u32; 2],

@@ -9,6 +9,7 @@ use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
 use rustc_hash::FxHashMap as HashMap;
 
+/// What a value computes; equal keys are one value.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {
     Op(Op, Vals),

@@ -324,7 +324,7 @@ impl<'m> Lowerer<'m> {
     }
 }
 
-/// Whether an operation costs about one pass over the lanes.
+/// Whether an operation is cheap: it costs about one pass over the lanes.
 fn cheap(op: Op) -> bool {
     use Op::*;
     matches!(

@@ -44,7 +44,7 @@ pub struct Lowerer<'m> {
     pub frames: Vec<CallFrame<'m>>,
     pub textures: Vec<TextureUse>,
     pub uniform_size: u32,
-    /// Where the statement or expression being lowered stands.
+    /// Source position of the statement or expression being lowered.
     pub span: Span,
     /// Mask of the lanes that are active here.
     pub path: Val,

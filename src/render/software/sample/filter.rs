@@ -335,7 +335,7 @@ pub fn sample<R: Real, D: Decode>(
         key[i] = (fine * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
-    // Arrays that are not needed are not zeroed: zeroing them would cost as much as the filtering.
+    // Arrays that are not needed are not zeroed: together they are as large as all data that a batch reads and writes.
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_taps) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
