@@ -13,7 +13,7 @@ use orrery::render::software::sample::{BoundTexture, Textures};
 use orrery::render::software::{SoftwareRenderer, lowering};
 use orrery::scene::Scene;
 use orrery::session::{Session, Sources, standard_scenes};
-use orrery::shader::{Library, ModuleId, ShaderModule, emit};
+use orrery::shader::{ModuleId, ShaderLibrary, ShaderModule, emit};
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Duration;
@@ -54,7 +54,7 @@ fn shader(c: &mut Criterion) {
     c.bench_function("shader/emit", |b| b.iter(|| emit::emit_module(black_box(&id)).expect("emits")));
     let lowering = lowering();
     c.bench_function("shader/build", |b| b.iter(|| ShaderModule::build(black_box(&id), &lowering).expect("builds")));
-    let fresh = || Library::open(cache.path(), orrery::render::software::lowering(), |line| eprintln!("{line}"));
+    let fresh = || ShaderLibrary::open(cache.path(), orrery::render::software::lowering(), |line| eprintln!("{line}"));
     c.bench_function("shader/read-back", |b| {
         b.iter_batched(fresh, |library| (library.get(&id).expect("is on disk"), library), BatchSize::SmallInput);
     });

@@ -18,7 +18,7 @@ use orrery::session::{HALF_SIDE_WITH_LIMB, sample_plan};
 use orrery::shader::key::{DIMENSIONS, ShaderKey};
 use orrery::shader::library::decode;
 use orrery::shader::record::DigestRecord;
-use orrery::shader::{Library, ModuleId};
+use orrery::shader::{ModuleId, ShaderLibrary};
 use orrery::view::app::settings::Settings;
 use orrery::view::link::restored;
 use orrery::{Catalog, Fragments, Instant, NaifId, Session, ShaderModule, Sources, lowering};
@@ -294,7 +294,7 @@ pub static TARGETS: &[Target] = &[
         run: library_entry,
         seeds: || {
             let folder = tempfile::tempdir().expect("a folder");
-            let library = Library::open(folder.path(), lowering(), |_| {});
+            let library = ShaderLibrary::open(folder.path(), lowering(), |_| {});
             library.get(&POINT.id).expect("a module");
             vec![std::fs::read(library.entry_path(&POINT.id).expect("a path")).expect("an entry")]
         },
@@ -311,7 +311,7 @@ fn key(bytes: &[u8]) {
     }
     let key = ShaderKey::for_draw(&features);
     assert_eq!(key.to_string().parse(), Ok(key), "the text form of a key is that key");
-    let library = Library::in_memory(lowering());
+    let library = ShaderLibrary::in_memory(lowering());
     let plan = sample_plan(&library, &key, 12, HALF_SIDE_WITH_LIMB).expect("a key has a module");
     let (frame, _) = RENDERER.render(&plan, &library, true).expect("a module is drawn");
     RENDERER.forget_modules();
@@ -324,6 +324,6 @@ fn library_entry(bytes: &[u8]) {
     if let (Some(content), 40..) = (bytes.get(40..), bytes.len()) {
         entry[8..40].copy_from_slice(&Sha256::digest(content));
     }
-    static GENERATOR: LazyLock<std::sync::Arc<str>> = LazyLock::new(|| Library::in_memory(lowering()).generator());
+    static GENERATOR: LazyLock<std::sync::Arc<str>> = LazyLock::new(|| ShaderLibrary::in_memory(lowering()).generator());
     drop(decode(&GENERATOR, &POINT.id, &entry, &lowering()));
 }

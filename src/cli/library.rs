@@ -5,7 +5,7 @@ use super::output::{put, say};
 use super::{CliError, Common};
 use crate::session::{cache_folder, open_library};
 use crate::shader::id::SIMPLE_MODULES;
-use crate::shader::{Library, ModuleId};
+use crate::shader::{ModuleId, ShaderLibrary};
 use crate::wording::echo;
 
 #[derive(clap::Args, Debug)]
@@ -33,7 +33,7 @@ enum LibraryVerb {
 }
 
 /// The library that this command line asks for. Troubles with the disk go to standard error.
-pub fn open(common: &Common) -> Result<Library, CliError> {
+pub fn open(common: &Common) -> Result<ShaderLibrary, CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(say));
     if common.shaders.is_some() || !common.surface.is_empty() {

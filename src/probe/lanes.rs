@@ -8,8 +8,8 @@ use crate::render::plan::{
     Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding, Vertices,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::shader::Library;
 use crate::shader::ModuleId;
+use crate::shader::ShaderLibrary;
 use std::sync::Arc;
 
 /// Questions in one target: the widest picture that the renderer draws.
@@ -47,7 +47,12 @@ impl ProbeBatch {
     ///
     /// # Errors
     /// One line: the module cannot be made, or does not fit its bindings.
-    pub fn answers(&self, renderer: &SoftwareRenderer, library: &Library, questions: &[Numbers]) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
+    pub fn answers(
+        &self,
+        renderer: &SoftwareRenderer,
+        library: &ShaderLibrary,
+        questions: &[Numbers],
+    ) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
         let mut all = Vec::with_capacity(questions.len());
         for some in questions.chunks(AT_ONCE) {
             let (frame, _) = renderer.render(&self.plan(some), library, true)?;

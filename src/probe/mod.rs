@@ -19,7 +19,7 @@ use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::render::software::SoftwareRenderer;
 use crate::session::Session;
-use crate::shader::Library;
+use crate::shader::ShaderLibrary;
 use crate::wording::{echo, echo_within, json_error_text, suggestion_or_list};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
@@ -32,7 +32,7 @@ pub struct Prober<'a> {
 }
 
 impl Prober<'_> {
-    pub fn library(&self) -> &Library {
+    pub fn library(&self) -> &ShaderLibrary {
         self.session.library()
     }
     pub fn catalog(&self) -> &Catalog {

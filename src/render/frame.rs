@@ -1,13 +1,13 @@
 //! A finished frame: linear HDR and the display bytes made from it.
 
-/// Rows top first, tightly packed.
+/// Pixels by rows, top row first, without padding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Pixels.
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// Linear RGBA of the scene pass (premultiplied), empty unless asked for.
+    /// Linear RGBA of the scene pass (premultiplied), empty unless requested.
     pub hdr: Vec<[f32; 4]>,
     /// Display RGBA.
     pub display: Vec<[u8; 4]>,

@@ -1,4 +1,4 @@
-//! Drawing: the plan says what, a renderer does it, the frame holds the result.
+//! Rendering: a plan of passes and draws, two renderers that execute it, and the frame that results.
 pub mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;

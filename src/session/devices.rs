@@ -10,9 +10,9 @@ use crate::render::plan::Plan;
 #[cfg(feature = "gpu")]
 use crate::render::software::RenderError;
 use crate::render::software::{Precision, SoftwareRenderer};
-use crate::shader::Library;
 #[cfg(feature = "gpu")]
 use crate::shader::ModuleId;
+use crate::shader::ShaderLibrary;
 #[cfg(feature = "gpu")]
 use parking_lot::Mutex;
 #[cfg(feature = "gpu")]
@@ -64,7 +64,7 @@ impl Devices {
     fn in_software(
         by: &SoftwareRenderer,
         plan: &Plan,
-        library: &Library,
+        library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
         let (frame, timings) = by.render(plan, library, requested == RequestedOutput::Linear)?;
@@ -74,7 +74,7 @@ impl Devices {
 
     /// Draws a plan with new modules of a user's fragments in software before a device gets it: software stops a loop without end, a device hangs on it.
     #[cfg(feature = "gpu")]
-    fn try_in_software(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library) -> Result<(), RendererError> {
+    fn try_in_software(&self, by: &SoftwareRenderer, plan: &Plan, library: &ShaderLibrary) -> Result<(), RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(());
         }
@@ -84,8 +84,8 @@ impl Devices {
             return Ok(());
         }
         // Whatever else software cannot draw is for the device to say.
-        if let Err(endless @ RenderError::Endless { .. }) = by.render(plan, library, false) {
-            return Err(endless.into());
+        if let Err(stopped @ RenderError::LoopLimit { .. }) = by.render(plan, library, false) {
+            return Err(stopped.into());
         }
         self.tried.lock().extend(new);
         Ok(())
@@ -96,7 +96,7 @@ impl Devices {
         &self,
         by: &SoftwareRenderer,
         plan: &Plan,
-        library: &Library,
+        library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
         if self.preference == RendererPreference::Gpu {
@@ -115,7 +115,7 @@ impl Devices {
         &self,
         by: &SoftwareRenderer,
         plan: &Plan,
-        library: &Library,
+        library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
         self.try_in_software(by, plan, library)?;
@@ -132,7 +132,7 @@ impl Devices {
         &self,
         plan: &Plan,
         window: impl FnOnce() -> Option<Plan>,
-        library: &Library,
+        library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
         self.try_in_software(&self.software, plan, library)?;
@@ -147,7 +147,7 @@ impl Devices {
         &self,
         plan: &Plan,
         _: impl FnOnce() -> Option<Plan>,
-        library: &Library,
+        library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
         self.draw(&self.software, plan, library, requested)

@@ -7,7 +7,7 @@ use crate::render::frame::Frame;
 use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::shader::ModuleId;
-use crate::shader::{Library, ShaderError, ShaderModule};
+use crate::shader::{ShaderError, ShaderLibrary, ShaderModule};
 use parking_lot::{Mutex, MutexGuard};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -218,12 +218,18 @@ impl Gpu {
     }
 
     /// `None`: software shall draw it.
-    pub fn draw(&self, plan: &Plan, library: &Library, keep: RequestedOutput, say: &Say) -> Result<Option<RenderOutput>, RendererError> {
+    pub fn draw(
+        &self,
+        plan: &Plan,
+        library: &ShaderLibrary,
+        keep: RequestedOutput,
+        say: &Say,
+    ) -> Result<Option<RenderOutput>, RendererError> {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
         // Drawn without the lock: whoever wants a picture promptly, or asks how the device stands, sees at once that it is at work.
-        Ok(self.opened(say)?.and_then(|renderer| self.draw_in(&renderer, renderer.turn(), plan, library, keep, say)))
+        Ok(self.opened(say)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, library, keep, say)))
     }
 
     /// `None`: it could not, and software shall draw.
@@ -232,7 +238,7 @@ impl Gpu {
         renderer: &Arc<GpuRenderer>,
         turn: FrameGuard<'_>,
         plan: &Plan,
-        library: &Library,
+        library: &ShaderLibrary,
         keep: RequestedOutput,
         say: &Say,
     ) -> Option<RenderOutput> {
@@ -272,7 +278,7 @@ impl Gpu {
         &self,
         plan: &Plan,
         window: impl FnOnce() -> Option<Plan>,
-        library: &Library,
+        library: &ShaderLibrary,
         keep: RequestedOutput,
         say: &Arc<Say>,
     ) -> Option<RenderOutput> {
@@ -291,9 +297,9 @@ impl Gpu {
         let window = window();
         if let Some(renderer) = &renderer {
             let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
-            if let Some(turn) = renderer.try_frame(plan).filter(|_| for_windows) {
+            if let Some(frame) = renderer.try_lock_for(plan).filter(|_| for_windows) {
                 drop(state);
-                return self.draw_in(renderer, turn, plan, library, keep, &**say);
+                return self.draw_in(renderer, frame, plan, library, keep, &**say);
             }
         }
         let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));

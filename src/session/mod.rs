@@ -69,7 +69,7 @@ use crate::scene::request::ViewRequest;
 use crate::scene::sky::map::SkyMap;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
-use crate::shader::library::{Library, Statistics};
+use crate::shader::library::{ShaderLibrary, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -105,7 +105,7 @@ pub struct Session {
     catalog: Catalog,
     ephemeris: Ephemeris,
     maps: MapStore,
-    library: Library,
+    library: ShaderLibrary,
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
     /// By body, each read once when an exposure first asks for it.
@@ -189,10 +189,10 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
 }
 
 /// The library below the cache folder, or in memory where there is none.
-pub fn open_library(cache: Option<&Path>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
+pub fn open_library(cache: Option<&Path>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> ShaderLibrary {
     match cache {
-        Some(folder) => Library::open(folder, lowering, move |line| say(line)),
-        None => Library::in_memory(lowering),
+        Some(folder) => ShaderLibrary::open(folder, lowering, move |line| say(line)),
+        None => ShaderLibrary::in_memory(lowering),
     }
 }
 
@@ -322,7 +322,7 @@ impl Session {
         &self.ephemeris
     }
     /// The shader modules.
-    pub fn library(&self) -> &Library {
+    pub fn library(&self) -> &ShaderLibrary {
         &self.library
     }
 

@@ -24,7 +24,7 @@ use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
 use crate::scene::rings::RingSeen;
 use crate::shader::key::ShaderKey;
-use crate::shader::{Library, ModuleId, ShaderModule};
+use crate::shader::{ModuleId, ShaderLibrary, ShaderModule};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use std::time::Instant;
@@ -277,7 +277,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
 ///
 /// # Errors
 /// The module cannot be made, or wants a uniform that no amount fills.
-pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
+pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
     let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
     sample_plan_of(&module, key, side, half)
 }
@@ -334,7 +334,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
 ///
 /// # Errors
 /// The module cannot be made or run.
-pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &Library, id: &ModuleId) -> Result<Option<f64>, SessionError> {
+pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &ShaderLibrary, id: &ModuleId) -> Result<Option<f64>, SessionError> {
     ms_per_megapixel_at(renderer, library, id, TIMED_SIDE)
 }
 
@@ -342,7 +342,12 @@ pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &Library, id: &Mod
 ///
 /// # Errors
 /// The module cannot be made or run.
-pub fn ms_per_megapixel_at(renderer: &SoftwareRenderer, library: &Library, id: &ModuleId, side: u32) -> Result<Option<f64>, SessionError> {
+pub fn ms_per_megapixel_at(
+    renderer: &SoftwareRenderer,
+    library: &ShaderLibrary,
+    id: &ModuleId,
+    side: u32,
+) -> Result<Option<f64>, SessionError> {
     let ModuleId::Planet(key) = id else { return Ok(None) };
     if key.features().shape == Shape::Mesh {
         return Ok(None);

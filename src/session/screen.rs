@@ -106,7 +106,7 @@ mod some {
         /// Why the device cannot show anything in this window, in one line.
         pub fn screen(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
             let DeviceState::Open(renderer) = self.devices.standing() else { return None };
-            Some(match renderer.screen(window) {
+            Some(match renderer.create_surface(window) {
                 Ok(screen) => Ok(DeviceSurface { renderer, screen }),
                 Err(e) => Err(e.into()),
             })
@@ -124,7 +124,7 @@ mod some {
             about_to_show: impl FnOnce(),
         ) -> Result<bool, DisplayError> {
             let plan = plan::interface(pieces, size, self)?;
-            Ok(on.renderer.show(&mut on.screen, &plan, &self.library, about_to_show)?)
+            Ok(on.renderer.present(&mut on.screen, &plan, &self.library, about_to_show)?)
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What differs between two modules, by the feature that asked for it; and what a module costs by its IR.
+//! Differences between two modules, grouped by feature; and the cost of a module, counted in its IR.
 
 use super::{Emitted, ShaderModule, SourceMap};
 use naga::{Expression, Statement};
@@ -12,7 +12,7 @@ pub struct FeatureDiff {
     pub only_second: Vec<Line>,
 }
 
-/// One line with its place in the fragments.
+/// One emitted line with its position in the fragments.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Line {
     pub fragment: String,
@@ -28,10 +28,10 @@ fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a 
     })
 }
 
-/// What differs, by feature in order of name. Empty exactly when the texts are equal line for line.
+/// Lines that only one of the two modules has, grouped by feature, in order of name. Empty exactly if the texts are equal line for line.
 pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
-    let places = |e: &Emitted| -> BTreeSet<Line> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
-    let (in_first, in_second) = (places(first), places(second));
+    let lines = |e: &Emitted| -> BTreeSet<Line> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
+    let (in_first, in_second) = (lines(first), lines(second));
     let mut by_feature: BTreeMap<&str, FeatureDiff> = BTreeMap::new();
     for (feature, line) in lines_of(&first.wgsl, &first.source_map).filter(|(_, l)| !in_second.contains(l)) {
         by_feature.entry(feature).or_default().only_first.push(line);
@@ -45,7 +45,7 @@ pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
 /// Lines of one fragment that only one of two revisions of a module has.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ChangedLines {
-    /// The features that asked for them.
+    /// The features that they belong to.
     pub features: BTreeSet<String>,
     /// Lines of the first alone.
     pub removed: usize,
@@ -53,7 +53,7 @@ pub struct ChangedLines {
     pub added: usize,
 }
 
-/// Which fragments differ between two revisions of one module. Lines are compared by their text: a line that has only moved within its fragment is the same.
+/// Fragments that differ between two revisions of one module. Lines are compared by their text: a line that moved within its fragment is unchanged.
 pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> BTreeMap<String, ChangedLines> {
     let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
     for ((wgsl, map), sign) in [(first, 1), (second, -1)] {
@@ -72,12 +72,12 @@ pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> B
     changed
 }
 
-/// What a module's IR holds. Each function counts once, however often it is called.
+/// Counts of a module's IR. Each function counts once, however often it is called.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct IrCost {
-    /// Expressions that compute, by kind.
+    /// Arithmetic expressions, by kind.
     pub operations: BTreeMap<String, u32>,
-    /// By the entry points, calls followed.
+    /// Texture reads of the entry points, with those of the functions that they call.
     pub texture_reads: u32,
     pub branches: u32,
     pub functions: u32,
@@ -108,7 +108,7 @@ fn count_block(block: &naga::Block, branches: &mut u32) {
     }
 }
 
-/// Places where a function or who it calls reads a texture, each call counted; a loop counts once. `of_earlier`: those of the functions before it.
+/// Texture reads of a function and of its callees; each call counts, a loop counts once. `of_earlier`: counts of the functions before it.
 fn texture_reads(function: &naga::Function, of_earlier: &[u32]) -> u32 {
     fn calls(block: &naga::Block, of_earlier: &[u32]) -> u32 {
         let of = |b: &naga::Block| calls(b, of_earlier);
@@ -126,7 +126,7 @@ fn texture_reads(function: &naga::Function, of_earlier: &[u32]) -> u32 {
     own.count() as u32 + calls(&function.body, of_earlier)
 }
 
-/// Counts what a module's IR holds.
+/// Counts the operations of a module's IR.
 pub fn ir_cost(m: &ShaderModule) -> IrCost {
     let mut cost = IrCost { uniform_bytes: m.layout.uniform_size, lines: m.wgsl.lines().count() as u32, ..IrCost::default() };
     let functions = m.module.functions.iter().map(|(_, f)| f).chain(m.module.entry_points.iter().map(|e| &e.function));

@@ -1,8 +1,8 @@
-//! The fragments constants/*.wesl: numbers that Rust and shaders share, written from the Rust ones.
+//! The fragments constants/*.wesl: numbers that Rust and shaders share, generated from the Rust values.
 //!
 //! In: `scene::draw::constants` and the counts of the key's dimensions. Out: path and text of each of these fragments. Always: the
-//! text is made of the Rust values alone. The files in shaders/constants are copies for editors and for other engines; a test
-//! holds them equal, and `orrery shader export shaders --overwrite` writes them anew.
+//! text depends on the Rust values alone. The files in shaders/constants are copies for editors and for other engines; a test
+//! checks that they are equal, and `orrery shader export shaders --overwrite` writes them again.
 
 use super::key::DIMENSIONS;
 use super::source::condition::identifier;
@@ -30,7 +30,7 @@ enum Value {
 
 struct Constant {
     comment: &'static str,
-    /// A condition, where only some modules have it; else empty.
+    /// WESL condition of the modules that have it; empty if all have it.
     condition: &'static str,
     name: &'static str,
     value: Value,
@@ -165,7 +165,7 @@ fn eclipse() -> String {
     )
 }
 
-/// Counts that the key itself gives: how many of a cumulative dimension's features are on.
+/// Counts of the key's cumulative dimensions: how many of their features are on.
 fn draw() -> String {
     let mut text = "// Sizes of a draw's arrays. Written from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
     let counts = [

@@ -1,9 +1,9 @@
-//! Key to WGSL: a pure function of the key's features and the fragments.
+//! Emits the WGSL of a key: a pure function of the key's features and the fragments.
 //!
 //! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment it came from and the
-//! feature that asked for it. Fragments are WESL (<https://wesl-lang.dev>): an item whose `@if`, `@elif` or `@else` does not hold
-//! is left out with the comment lines right above it; an import puts the whole fragment that it names in its place, once per
-//! module. Comments stay, and so do names: what two fragments declare must not have one name.
+//! feature that includes it. Fragments are WESL (<https://wesl-lang.dev>): an item whose `@if`, `@elif` or `@else` does not hold
+//! is omitted with the comment lines right above it; an import is replaced by the whole fragment that it names, once per
+//! module. Comments and names are kept, so no two fragments may declare the same name.
 //!
 //! Not here: any shader code, any knowledge of what a feature means.
 
@@ -54,7 +54,7 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &features)
 }
 
-/// Emits one fragment and all that it imports. `base` names the lines that no feature asked for.
+/// Emits one fragment and all that it imports. `base`: the name in the source map for lines that do not depend on a feature.
 ///
 /// # Errors
 /// As of [`emit_module_with`].
@@ -79,7 +79,7 @@ struct Emitter<'a> {
 }
 
 impl Emitter<'_> {
-    fn fragment(&mut self, path: &str, text: &str, fragment: &Fragment, asked_by: u16) -> Result<(), ShaderError> {
+    fn fragment(&mut self, path: &str, text: &str, fragment: &Fragment, including_feature: u16) -> Result<(), ShaderError> {
         let index = self.map.fragments.len() as u16;
         self.map.fragments.push(path.to_owned());
         let emitted = fragment.emitted_blocks(self.features);
@@ -88,7 +88,7 @@ impl Emitter<'_> {
         for (number, line) in (1u32..).zip(&fragment.lines) {
             while let Some(import) = imports.next_if(|i| i.line <= number) {
                 if emitted[import.block as usize] {
-                    let reason = self.reason(fragment, import.block, &emitted, &mut reasons, asked_by);
+                    let reason = self.reason(fragment, import.block, &emitted, &mut reasons, including_feature);
                     self.import(path, import, reason)?;
                 }
             }
@@ -107,27 +107,27 @@ impl Emitter<'_> {
                 continue;
             };
             self.wgsl.push('\n');
-            let feature = self.reason(fragment, block, &emitted, &mut reasons, asked_by);
+            let feature = self.reason(fragment, block, &emitted, &mut reasons, including_feature);
             self.map.lines.push(LineOrigin { fragment: index, line: number, feature });
         }
         Ok(())
     }
 
-    /// Index of the feature that a block is there for.
-    fn reason(&mut self, fragment: &Fragment, block: u32, emitted: &[bool], reasons: &mut [Option<u16>], asked_by: u16) -> u16 {
+    /// Index of the feature that includes a block.
+    fn reason(&mut self, fragment: &Fragment, block: u32, emitted: &[bool], reasons: &mut [Option<u16>], including_feature: u16) -> u16 {
         if let Some(known) = reasons[block as usize] {
             return known;
         }
         let reason = match fragment.reason(block, emitted, self.features) {
             Some(name) => self.map.feature_index(&name),
-            None => asked_by,
+            None => including_feature,
         };
         reasons[block as usize] = Some(reason);
         reason
     }
 
-    /// Puts the fragment that an import names here, if the module does not have it yet.
-    fn import(&mut self, from: &str, import: &Import, asked_by: u16) -> Result<(), ShaderError> {
+    /// Emits the fragment that an import names, unless the module has it already.
+    fn import(&mut self, from: &str, import: &Import, including_feature: u16) -> Result<(), ShaderError> {
         let fault = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
         let fragments = self.fragments;
         let Some((text, fragment)) = fragments.parsed(&import.path) else {
@@ -140,6 +140,6 @@ impl Emitter<'_> {
         if self.map.fragments.contains(&import.path) {
             return Ok(());
         }
-        self.fragment(&import.path, text, fragment, asked_by)
+        self.fragment(&import.path, text, fragment, including_feature)
     }
 }

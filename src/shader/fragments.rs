@@ -1,4 +1,4 @@
-//! The WESL fragments of shaders/, built into the program, and a folder's files over them while someone writes shaders.
+//! The WESL fragments of shaders/, built into the program, and files of a user's folder that replace or add to them.
 
 use super::ShaderError;
 use super::constants::CONSTANTS;
@@ -8,7 +8,7 @@ use std::sync::{LazyLock, OnceLock};
 
 macro_rules! fragments {
     ($($name:literal),* $(,)?) => {
-        const WRITTEN_BY_HAND: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../shaders/", $name)))),*];
+        const SOURCE_FRAGMENTS: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../shaders/", $name)))),*];
     };
 }
 
@@ -111,21 +111,21 @@ fragments![
     "lib/view_ray.wesl",
 ];
 
-/// Path inside shaders/ and text of every fragment, in order of path: those written by hand and those of `shader::constants`.
+/// Path inside shaders/ and text of every fragment, in order of path: the source fragments and the generated ones of `shader::constants`.
 pub static FRAGMENTS: LazyLock<Vec<(&'static str, &'static str)>> = LazyLock::new(|| {
     let constants = CONSTANTS.iter().map(|(path, text)| (*path, text.as_str()));
-    let mut all: Vec<_> = WRITTEN_BY_HAND.iter().copied().chain(constants).collect();
+    let mut all: Vec<_> = SOURCE_FRAGMENTS.iter().copied().chain(constants).collect();
     all.sort_unstable();
     all
 });
 
 type Parsed = OnceLock<Result<Fragment, ShaderError>>;
 
-/// The built-in fragments, each parsed when it is first asked for.
+/// The built-in fragments, each parsed at its first use.
 static PARSED: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
     LazyLock::new(|| FRAGMENTS.iter().map(|(path, text)| (*path, (*text, Parsed::new()))).collect());
 
-/// The fragments that a generator works with: those built in, some of them perhaps replaced.
+/// The fragments of a generator: the built-in ones, and files that replace some of them or are new.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
     replaced: BTreeMap<String, (String, Parsed)>,
@@ -141,24 +141,24 @@ impl PartialEq for Fragments {
 impl Eq for Fragments {}
 
 impl Fragments {
-    /// Files over the built-in ones, by path inside shaders/. A file that says what is built in replaces nothing.
+    /// The built-in fragments with files over them, by path inside shaders/. A file equal to the built-in fragment replaces nothing.
     pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
         let built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
         let files = files.into_iter().filter(|(path, text)| !built_in(path, text));
         Self { replaced: files.map(|(path, text)| (path, (text, Parsed::new()))).collect() }
     }
 
-    /// These with further files over them.
+    /// These fragments with further files over them.
     #[must_use]
     pub fn and_files(mut self, files: impl IntoIterator<Item = (String, String)>) -> Self {
         self.replaced.extend(Self::with_files(files).replaced);
         self
     }
 
-    /// Text and parsed form of a fragment, or what is wrong with it; `None` where there is none of this path.
+    /// Text and parsed form of a fragment, or its first error; `None` if there is no fragment of this path.
     pub fn parsed(&self, path: &str) -> Option<(&str, Result<&Fragment, ShaderError>)> {
         let (text, parsed): (&str, _) = match self.replaced.get(path) {
-            // What users write is read as a whole, not only where a key asks for it.
+            // Users' files are checked with the whole grammar, not only the parts that a key includes.
             Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
             None => {
                 let (text, parsed) = PARSED.get(path)?;
@@ -174,12 +174,12 @@ impl Fragments {
         self.replaced.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
-    /// Paths of those that are not the built-in ones.
+    /// Paths of the fragments that are not the built-in ones.
     pub fn replaced(&self) -> impl Iterator<Item = &str> {
         self.replaced.keys().map(String::as_str)
     }
 
-    /// Whether no file replaces or adds one.
+    /// Whether no file replaces or adds a fragment.
     pub fn are_built_in(&self) -> bool {
         self.replaced.is_empty()
     }
@@ -191,7 +191,7 @@ impl Fragments {
             _ => Vec::new(),
         };
         if self.replaced.keys().any(|path| matches!(self.parsed(path), Some((_, Err(_))))) {
-            // What a broken fragment imports is not known; whoever emits it is told what is wrong.
+            // The imports of a broken fragment are unknown; its error is reported when it is emitted.
             return Vec::new();
         }
         let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();

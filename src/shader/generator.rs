@@ -1,16 +1,15 @@
-//! The generator digest: everything that decides what a module is, in one number.
+//! The generator digest: a digest of everything on which a stored module depends.
 //!
 //! In: the sources of emission, of the key and of the stored form, the fragments, the versions of naga and of the WESL parser, the
-//! lowering's digest. Out: 16 hexadecimal digits, which name the folder of the library that modules are stored in. Always: a
-//! change of any of these is another folder, so no module of an older generator is read. Not in it: the sources that only look at
-//! finished modules ([`NO_PART`]).
+//! lowering's digest. Out: 16 hexadecimal digits, which name the library's folder on disk. Always: a change of any of these gives
+//! another folder, so no module of an older generator is read. Not included: sources that only read finished modules ([`EXCLUDED`]).
 
 use super::fragments::Fragments;
 use sha2::{Digest, Sha256};
 
 macro_rules! sources {
     ($($name:literal),* $(,)?) => {
-        /// The Rust sources that decide what a module is and how it is stored, by path inside src/.
+        /// The Rust sources on which a module and its stored form depend, by path inside src/.
         pub static SOURCES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../", $name)))),*];
     };
 }
@@ -44,7 +43,7 @@ sources![
 ];
 
 /// Sources of `shader` that no module depends on: they translate, compare and record finished ones, or list keys to test.
-pub const NO_PART: &[&str] = &["shader/compare.rs", "shader/key/covering.rs", "shader/record.rs", "shader/translate.rs"];
+pub const EXCLUDED: &[&str] = &["shader/compare.rs", "shader/key/covering.rs", "shader/record.rs", "shader/translate.rs"];
 
 const LOCK: &str = include_str!("../../Cargo.lock");
 
@@ -74,7 +73,7 @@ pub fn digest_with(fragments: &Fragments, lowering: &str) -> String {
 fn digest_of<'a>(parts: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let mut hash = Sha256::new();
     for (name, text) in parts {
-        // Lengths in front, so that no two lists run together to the same bytes.
+        // Length-prefixed, so that different lists never give the same bytes.
         for part in [name, text] {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);
@@ -112,9 +111,9 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let mut sources = BTreeSet::from(["scene/constants.rs", "scene/draw/mod.rs", "scene/draw/features.rs"].map(str::to_owned));
         files_under(&root.join("src/shader"), "rs", &mut sources, &root.join("src"));
-        let named = SOURCES.iter().map(|(n, _)| *n).chain(NO_PART.iter().copied());
+        let named = SOURCES.iter().map(|(n, _)| *n).chain(EXCLUDED.iter().copied());
         assert_eq!(sources, named.map(str::to_owned).collect());
-        assert_eq!(sources.len(), SOURCES.len() + NO_PART.len(), "no source is named twice");
+        assert_eq!(sources.len(), SOURCES.len() + EXCLUDED.len(), "no source is named twice");
         let mut fragments = BTreeSet::new();
         files_under(&root.join("shaders"), "wesl", &mut fragments, &root.join("shaders"));
         for (path, text) in FRAGMENTS.iter() {

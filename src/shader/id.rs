@@ -1,20 +1,20 @@
-//! Names of modules: a planet's by its key, a simple one and a probe by the name of its entry fragment.
+//! Names of modules: a body's module is named by its key, a simple shader and a probe by the name of their entry fragment.
 //!
-//! In: text. Out: [`ModuleId`]. Always: a simple module and a probe have an entry fragment `entry/<name>.wesl`. Not here: what a
-//! module is made of.
+//! In: text. Out: [`ModuleId`]. Always: a simple shader and a probe have an entry fragment `entry/<name>.wesl`. Not here: the content
+//! of a module.
 
 use super::key::{KeyTextError, ShaderKey};
 use std::fmt;
 use std::str::FromStr;
 
-/// Which module: a planet's by key, or a simple one by name.
+/// The name of a module: a body's key, a simple shader, or a probe.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ModuleId {
     /// The module of a body's draw.
     Planet(ShaderKey),
     /// One of [`SIMPLE_MODULES`].
     Simple(&'static str),
-    /// One of [`PROBES`], with the features of a key.
+    /// One of [`PROBES`], with a key whose features it has.
     Probe(&'static str, ShaderKey),
 }
 
@@ -30,7 +30,7 @@ impl fmt::Display for ModuleId {
 
 impl FromStr for ModuleId {
     type Err = KeyTextError;
-    /// A simple module's name, a key's text, or a probe's name and a key's text.
+    /// Parses a simple shader's name, a key's text, or a probe's name and a key's text joined by `.`.
     fn from_str(text: &str) -> Result<Self, KeyTextError> {
         let probe = text.split_once('.').and_then(|(first, key)| PROBES.iter().find(|p| p.eq_ignore_ascii_case(first)).map(|p| (p, key)));
         if let Some((name, key)) = probe {
@@ -43,7 +43,7 @@ impl FromStr for ModuleId {
     }
 }
 
-/// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
+/// Simple shaders: modules without a key, with the entry fragment `entry/<name>.wesl`.
 pub const SIMPLE_MODULES: [&str; 24] = [
     "anaglyph",
     "blur",
@@ -71,10 +71,10 @@ pub const SIMPLE_MODULES: [&str; 24] = [
     "warp",
 ];
 
-/// Modules that answer questions: entry fragments `entry/<name>.wesl` emitted with the features of a key.
+/// Probes: modules that evaluate one formula for given inputs. Entry fragments `entry/<name>.wesl`, emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
 
-/// The keys with which a probe is recorded and tested: one for each model that it may be asked for.
+/// Each probe with the keys that are recorded and tested: one for each model that it may evaluate.
 pub fn probe_samples() -> Vec<ModuleId> {
     let keys = |name: &'static str, texts: &[&str]| {
         texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()

@@ -1,6 +1,6 @@
-//! Keys, generated modules, and the library that keeps them.
+//! Shader keys, generated modules, and the shader library, a cache of modules in memory and on disk.
 //!
-//! [`key`] says what to draw, [`mod@emit`] writes the WGSL, [`module`] parses, validates, reflects and lowers it, [`library`] keeps the result.
+//! [`key`] identifies a module, [`mod@emit`] writes its WGSL, [`module`] parses, validates, reflects and lowers it, [`library`] caches the result.
 
 #[doc(hidden)]
 pub mod compare;
@@ -25,15 +25,15 @@ pub mod translate;
 
 pub use emit::{Emitted, emit};
 pub use id::ModuleId;
-pub use library::Library;
+pub use library::ShaderLibrary;
 pub use module::{Lowering, LoweringFailure, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
 pub use source_map::SourceMap;
 
-/// Why a module could not be made. None of these can happen with the fragments that ship; they are what a changed fragment meets.
+/// Why a module could not be built. None of these occurs with the shipped fragments; they are the errors of edited fragments.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShaderError {
-    /// A fragment is no WESL, or not of the kind that the generator reads.
+    /// A fragment is no valid WESL, or uses syntax that the generator does not support.
     #[error("shaders/{path}:{line}:{column}: {what}")]
     Fragment {
         /// Below shaders/.
@@ -45,7 +45,7 @@ pub enum ShaderError {
         /// What is wrong.
         what: String,
     },
-    /// No such name among the simple modules and probes.
+    /// No simple shader or probe has this name.
     #[error("there is no shader module `{0}`")]
     NoSuchModule(String),
     /// The emitted text is no WGSL.

@@ -1,4 +1,4 @@
-//! One finished module: text, validated IR, layout, source map, and the software renderer's tape.
+//! A complete module: text, validated IR, layout, source map, and the software renderer's tape.
 
 use super::emit::emit_module_with;
 use super::fragments::Fragments;
@@ -11,19 +11,19 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 /// Why a lowering refuses a module or a tape, in one line.
 pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
 
-/// How a validated module becomes a tape. The library knows no renderer; whoever opens it brings this.
+/// How a validated module becomes a tape. The library does not depend on a renderer; its caller supplies this.
 #[derive(Clone, Debug)]
 pub struct Lowering {
-    /// Names the lowering's own code; another digest, another folder of the library.
+    /// Digest of the lowering's code, which is part of the name of the library's folder.
     pub digest: String,
-    /// Validated IR to a tape's bytes, or one line that says what has no operation.
+    /// Lowers validated IR to a tape's bytes, or returns one line that names the unsupported construct.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, LoweringFailure>,
-    /// Whether bytes from a disk are a tape of this module's shape, which cannot reach outside its own data.
+    /// Checks that bytes from disk are a tape with this module's entry points and bindings, and with all indices in range.
     pub check: fn(&naga::Module, &[u8]) -> Result<(), LoweringFailure>,
 }
 
 impl Lowering {
-    /// No tape: for tools that only want the text and the IR.
+    /// Produces no tape: for tools that need only the text and the IR.
     pub fn none() -> Self {
         Self { digest: "none".into(), lower: |_, _| Ok(Vec::new()), check: |_, _| Ok(()) }
     }
@@ -32,19 +32,19 @@ impl Lowering {
 /// A module ready to run.
 #[derive(Clone, Debug)]
 pub struct ShaderModule {
-    /// What it was made for.
+    /// Its name.
     pub id: ModuleId,
     /// The emitted text.
     pub wgsl: String,
     /// naga's IR of the text.
     pub module: naga::Module,
-    /// What naga's validator found out.
+    /// The analysis of naga's validator.
     pub info: ModuleInfo,
     /// Uniform fields and bindings.
     pub layout: Layout,
     /// Where each line of the text comes from.
     pub source_map: SourceMap,
-    /// What the software renderer runs; empty where none was asked for.
+    /// The software renderer's tape; empty with [`Lowering::none`].
     pub tape: Vec<u8>,
 }
 
@@ -53,8 +53,8 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
-/// What naga says of a module that does not parse or is not valid, with the emitted lines and a caret under the place; `None` for a module
-/// that is whole.
+/// naga's message about a module that does not parse or is not valid, with the emitted lines and a caret under the position; `None` for a valid
+/// module.
 pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
     let Emitted { wgsl, source_map } = match emit_module_with(fragments, id) {
         Ok(emitted) => emitted,

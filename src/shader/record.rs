@@ -1,8 +1,8 @@
-//! Recorded digests of modules, and why a module is no longer what was recorded.
+//! Recorded digests of modules, and the reasons for differences from them.
 //!
 //! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each with its
 //! reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; those of the covering sets are
-//! translated as well. The record keeps digests alone: the modules of all keys together would fill gigabytes. Not here: the record's path.
+//! translated as well. The record has digests only: the modules of all keys together would fill gigabytes. Not here: the record's path.
 
 use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
@@ -48,7 +48,7 @@ pub struct DigestRecord {
     modules: BTreeMap<String, Digests>,
 }
 
-/// A record's text cannot be read.
+/// A line of a record that cannot be parsed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: `{text}` is no line of a digest record; `orrery shader verify --update` records anew")]
 pub struct RecordError {
@@ -64,7 +64,7 @@ pub struct Change {
 }
 
 impl DigestRecord {
-    /// An empty record of the fragments and the naga that this program has.
+    /// A record without modules, with the fragments and the naga version of this program.
     pub fn new() -> Self {
         let fragments = FRAGMENTS.iter().map(|(name, text)| ((*name).to_owned(), digest_of(&[text]))).collect();
         Self { naga: naga_version().unwrap_or("unknown").to_owned(), fragments, modules: BTreeMap::new() }
@@ -153,7 +153,7 @@ impl DigestRecord {
     }
 }
 
-/// The modules to record: the simple ones and the probes, the covering sets, and the reachable keys; true where translations are, too.
+/// The modules to record: simple shaders, probes, the covering sets and the reachable keys; true if translations are recorded too.
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
     let covered: BTreeSet<_> = covering(2).into_iter().chain(covering(3)).collect();
     let rest: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();
@@ -161,7 +161,7 @@ pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)
     named.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(rest).collect()
 }
 
-/// The record of modules that all hold, and which fragments each is made of.
+/// The record of modules that were all built, and the fragments of each.
 #[derive(Clone, Debug)]
 pub struct Verified {
     pub record: DigestRecord,
@@ -169,7 +169,7 @@ pub struct Verified {
 }
 
 impl Verified {
-    /// Makes the modules on all cores, and translates those with `true`; `done` is called after each. All failures, if there is any.
+    /// Builds the modules on all cores, and translates those with `true`; `done` is called after each. Returns all failures, if there are any.
     pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
         Self::of_fragments(&Fragments::default(), ids, lowering, done)
     }
@@ -208,7 +208,7 @@ impl Verified {
     }
 }
 
-/// Changes for a reader: one reason often covers many modules, so it is told once, with all of them.
+/// Text that lists the changes by reason, each with all its modules.
 pub fn changes_text(changes: &[Change]) -> String {
     let mut by_reason: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     changes.iter().for_each(|c| by_reason.entry(&c.what).or_default().push(&c.module));

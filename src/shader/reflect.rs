@@ -1,4 +1,4 @@
-//! What a module's bindings look like, read from its naga IR: no layout is written down twice.
+//! Reflection of a module's bindings from its naga IR, so that no layout is written down twice.
 //!
 //! In: a module. Out: [`Layout`], and a [`UniformWriter`] that fills the uniform block by field name. Always holds: only group 0 is used,
 //! the uniform block is binding 0.
@@ -25,7 +25,7 @@ pub enum FieldType {
 }
 
 impl FieldType {
-    /// How many f32 a value has.
+    /// Number of f32 in a value.
     pub fn components(self) -> usize {
         match self {
             Self::F32 => 1,
@@ -86,7 +86,7 @@ pub struct Layout {
     pub samplers: Vec<Binding>,
 }
 
-/// Why a module's bindings cannot be used, or a value not be written.
+/// Why a module's bindings cannot be used, or a uniform cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
     /// A binding of another kind or group, by name.

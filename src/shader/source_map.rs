@@ -1,4 +1,4 @@
-//! For each line of an emitted module the fragment and line that it came from, and the feature that asked for it.
+//! For each line of an emitted module the fragment and line that it came from, and the feature that includes it.
 
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ pub struct SourceMap {
 }
 
 impl SourceMap {
-    /// The feature that asked for a line (from 1).
+    /// The feature that includes a line (from 1).
     pub fn feature_of(&self, line: usize) -> Option<&str> {
         let origin = self.lines.get(line.checked_sub(1)?)?;
         self.features.get(usize::from(origin.feature)).map(String::as_str)
@@ -37,7 +37,7 @@ impl SourceMap {
         Some((self.fragments.get(usize::from(origin.fragment))?, origin.line))
     }
 
-    /// Index of a feature's name, which is added where it is new.
+    /// Index of a feature's name, which is added if it is new.
     pub(super) fn feature_index(&mut self, name: &str) -> u16 {
         let index = self.features.iter().position(|f| f == name).unwrap_or_else(|| {
             self.features.push(name.to_owned());

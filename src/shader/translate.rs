@@ -1,4 +1,4 @@
-//! A module in the languages that GPUs and people read, by naga's own writers.
+//! Translates a module to other shading languages with naga's backends.
 
 use super::ShaderModule;
 use naga::back;
@@ -28,7 +28,7 @@ impl Language {
     /// Every language, WGSL first.
     pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
 
-    /// For readers alone: another language of this list says the same.
+    /// Only for human readers: another language of this list has the same content.
     pub fn is_for_reading(self) -> bool {
         matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
     }

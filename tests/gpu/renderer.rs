@@ -22,7 +22,7 @@ use orrery::scene::request::{Layers, ViewRequest};
 use orrery::session::{
     DisplayPreference, HALF_SIDE_WITH_LIMB, PresenterChoice, Readiness, RendererPreference, Session, Sources, sample_plan, standard_scenes,
 };
-use orrery::shader::Library;
+use orrery::shader::ShaderLibrary;
 use orrery::shader::key::covering;
 use std::sync::{Arc, Mutex};
 
@@ -112,7 +112,7 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
 #[test]
 fn every_pair_of_key_values_is_the_software_renderers() {
     let Some(gpu) = gpu() else { return };
-    let library = Library::in_memory(lowering());
+    let library = ShaderLibrary::in_memory(lowering());
     let software = SoftwareRenderer::new(Options::default()).expect("starts");
     // Every fifth key of the set in which all pairs occur, in .ci/run; every twentieth else: a driver compiles each for a second or more.
     let step = if std::env::var_os("ORRERY_PROVE_ANEW").is_some() { 5 } else { 20 };
@@ -276,14 +276,14 @@ fn nothing_is_sent_twice_and_nothing_grows() {
     let round =
         || -> Vec<u64> { plans.iter().map(|plan| gpu.render(plan, session.library(), false).expect("drawn").1.sent_bytes).collect() };
     let first = round();
-    let held = gpu.held();
+    let held = gpu.resource_use();
     assert!(first[0] > 0, "the first frame sends its maps");
     assert!(plans[0].passes[0].draws.iter().any(|d| d.textures.iter().any(|t| matches!(t.source, TextureSource::Image(_)))));
     // The scenes differ in time and effects, and nothing of them is new any more.
     for turn in 0..4 {
         let again = round();
         assert_eq!(again.iter().sum::<u64>(), 0, "turn {turn} sends again: {again:?}");
-        assert_eq!(gpu.held(), held, "bytes of textures and number of pipelines, turn {turn}");
+        assert_eq!(gpu.resource_use(), held, "bytes of textures and number of pipelines, turn {turn}");
     }
 }
 
@@ -327,11 +327,11 @@ fn ten_thousand_frames_grow_no_memory() {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         gpu.render(&plan, session.library(), false).expect("drawn");
         if k % 1000 == 999 {
-            let now = (gpu.held(), resident_bytes());
+            let now = (gpu.resource_use(), resident_bytes());
             println!("{k}: {} bytes of textures, {} pipelines, {:?} bytes resident", now.0.0, now.0.1, now.1);
             let (held, resident) = *early.get_or_insert(now);
-            assert_eq!(gpu.held().0, held.0, "textures grow");
-            assert!(gpu.held().1 <= held.1 + 4, "pipelines grow");
+            assert_eq!(gpu.resource_use().0, held.0, "textures grow");
+            assert!(gpu.resource_use().1 <= held.1 + 4, "pipelines grow");
             if let (Some(before), Some(now)) = (resident, now.1) {
                 assert!(now < before + 32_000_000, "{before} bytes after 1,000 frames, {now} after {k}");
             }

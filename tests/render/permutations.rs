@@ -8,13 +8,13 @@ use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, PixelView};
 use orrery::session::{HALF_SIDE_WITH_LIMB, sample_plan};
-use orrery::shader::Library;
 use orrery::shader::ModuleId;
+use orrery::shader::ShaderLibrary;
 use orrery::shader::key::{ShaderKey, covering};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
-static LIBRARY: LazyLock<Library> = LazyLock::new(|| Library::in_memory(lowering()));
+static LIBRARY: LazyLock<ShaderLibrary> = LazyLock::new(|| ShaderLibrary::in_memory(lowering()));
 const SIDE: u32 = 40;
 
 fn renderer(precision: Precision) -> SoftwareRenderer {

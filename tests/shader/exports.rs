@@ -12,7 +12,7 @@ use orrery::render::plan::{
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::shader::fragments::Fragments;
 use orrery::shader::key::ShaderKey;
-use orrery::shader::{Emitted, Library, ModuleId, ShaderError, ShaderModule, SourceMap};
+use orrery::shader::{Emitted, ModuleId, ShaderError, ShaderLibrary, ShaderModule, SourceMap};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -72,7 +72,7 @@ fn a_report_names_the_fragment_that_changed_and_what_it_did() {
 fn libraries_are_compared_by_their_entries() {
     let (old, new) = (tempfile::tempdir().expect("temp"), tempfile::tempdir().expect("temp"));
     let fill = |folder: &Path, texts: &[&str]| {
-        let library = Library::open(folder, lowering(), |line| panic!("{line}"));
+        let library = ShaderLibrary::open(folder, lowering(), |line| panic!("{line}"));
         assert!(library.warm(&ids(texts), || ()).is_empty());
     };
     fill(old.path(), &["lambert.sun1.sphere", "tone_map", "point"]);

@@ -1,6 +1,6 @@
 //! The library on disk: damage, strangers, crowds, and disks that refuse.
 
-use orrery::shader::library::{Library, file_name};
+use orrery::shader::library::{ShaderLibrary, file_name};
 use orrery::shader::{Lowering, ModuleId, ShaderModule};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -34,10 +34,10 @@ impl Heard {
     }
 }
 
-fn open(cache: &Path) -> (Library, Heard) {
+fn open(cache: &Path) -> (ShaderLibrary, Heard) {
     let said = Arc::new(Mutex::new(Vec::new()));
     let into = Arc::clone(&said);
-    (Library::open(cache, lowering(), move |line| into.lock().expect("no panic").push(line.to_owned())), Heard(said))
+    (ShaderLibrary::open(cache, lowering(), move |line| into.lock().expect("no panic").push(line.to_owned())), Heard(said))
 }
 
 /// Equal in everything that a renderer or a reader sees. Spans do not survive the disk and are no part of that.
@@ -120,7 +120,7 @@ fn a_whole_entry_of_another_module_or_generator_is_not_taken() {
     heals(dir.path(), &ids[0], &path(&ids[0]), &first, &second, "another module's entry");
 
     let other = Lowering { digest: "test 2".into(), ..lowering() };
-    let stranger = Library::open(dir.path(), other, |_| {});
+    let stranger = ShaderLibrary::open(dir.path(), other, |_| {});
     stranger.get(&ids[0]).expect("module");
     assert_ne!(stranger.generator(), library.generator());
     assert_eq!((stranger.statistics().from_disk, stranger.status().entries), (0, 1), "it has a folder of its own");
@@ -282,7 +282,7 @@ fn forged_entries_are_read_only_where_they_are_valid() {
     let dir = tempfile::tempdir().expect("temp");
     let lowering = orrery::lowering();
     let id: ModuleId = "point".parse().expect("name");
-    let library = Library::open(dir.path(), lowering.clone(), |_| {});
+    let library = ShaderLibrary::open(dir.path(), lowering.clone(), |_| {});
     library.get(&id).expect("module");
     let path = library.entry_path(&id).expect("on disk");
     let whole = std::fs::read(&path).expect("written");
@@ -292,7 +292,7 @@ fn forged_entries_are_read_only_where_they_are_valid() {
         let at = k * (length - 1) / 399;
         let damaged = forged(&whole, |content| content[at] = content[at].wrapping_add([1, 0x80, 0xff, 7][k % 4]));
         std::fs::write(&path, &damaged).expect("write");
-        let library = Library::open(dir.path(), lowering.clone(), |_| {});
+        let library = ShaderLibrary::open(dir.path(), lowering.clone(), |_| {});
         assert_eq!(library.verify().damaged.len(), 1, "byte {at}");
         let module = library.get(&id).expect("a module");
         if library.statistics().healed == 1 {
@@ -315,7 +315,7 @@ fn forged_entries_are_read_only_where_they_are_valid() {
     println!("of 400 forged entries {healed} are replaced when read, {read} are valid modules");
     assert!(healed > 100 && read > 0, "{healed} and {read}: the sweep shows nothing");
     // The whole entry is none of them.
-    let library = Library::open(dir.path(), lowering, |_| {});
+    let library = ShaderLibrary::open(dir.path(), lowering, |_| {});
     assert_eq!((library.verify().whole, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
 }
 

@@ -12,12 +12,12 @@ use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, DrawUniforms, Light, MapSet};
 use orrery::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, point_spread};
-use orrery::shader::Library;
 use orrery::shader::ModuleId;
+use orrery::shader::ShaderLibrary;
 use orrery::shader::key::ShaderKey;
 use std::sync::{Arc, LazyLock};
 
-static LIBRARY: LazyLock<Library> = LazyLock::new(|| Library::in_memory(lowering()));
+static LIBRARY: LazyLock<ShaderLibrary> = LazyLock::new(|| ShaderLibrary::in_memory(lowering()));
 
 const ALBEDO: f32 = 0.75;
 /// Half the side of the picture, in radii.

@@ -286,7 +286,7 @@ fn the_dead_are_left_out_unless_their_neighbours_need_them() {
         (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 1.0));
         let alive = executor.run(&program.prepare_for::<f32>(&[], KernelClass::detect()), ALL, &Echo);
         assert_eq!(alive, 0);
-        executor.work().texture_reads
+        executor.counts().texture_reads
     };
     assert_eq!(reads(&program("return textureSampleLevel(t, s, p, q);")), 0, "nobody asks");
     assert_eq!(reads(&program("return textureSample(t, s, p);")), 1, "the sampler takes differences");

@@ -331,9 +331,9 @@ fn kernels_match<R: Real>() {
             for kinds in 0..8u8 {
                 let kinds = [kinds & 1 == 0, kinds & 2 == 0, kinds & 4 == 0];
                 let all = kinds == [true; 3];
-                let run = match R::special(class, op, kinds) {
+                let run = match R::specialised(class, op, kinds) {
                     Some(k) => k,
-                    None if all => R::general(class, op),
+                    None if all => R::generic(class, op),
                     None => continue,
                 };
                 let mut out = [R::ZERO; N];
@@ -402,12 +402,12 @@ fn chains_match<R: Real>() {
     const N: usize = kernels::LANES;
     let pool = operands::<R>();
     for class in KernelClass::available() {
-        let count = R::chained(class).len();
+        let count = R::chain_kernels(class).len();
         assert!(count == 0 || count == chains::all().len(), "{}: {count}", class.name());
         for (place, &(links, kinds)) in chains::all().iter().enumerate() {
-            assert_eq!(chains::find(links, chains::mask(kinds)), Some(place), "{links:?} {kinds} is listed twice");
+            assert_eq!(chains::find(links, chains::kind_bits(kinds)), Some(place), "{links:?} {kinds} is listed twice");
             assert!(links.len() > 1 && links.len() <= chains::MAX_LINKS && kinds.len() <= chains::MAX_OPERANDS && kinds.contains('L'));
-            assert_eq!(chains::takes(links), kinds.len(), "{links:?} {kinds}");
+            assert_eq!(chains::operand_count(links), kinds.len(), "{links:?} {kinds}");
             // Some numbers of every kind, then tame ones, which get further than the first NaN.
             for tame in [false, true] {
                 let operands: [[R; N]; chains::MAX_OPERANDS] = [1, 5, 3, 7, 11, 13, 17, 19].map(|step: usize| {
@@ -423,7 +423,7 @@ fn chains_match<R: Real>() {
                     *executor.input_mut(k) = *lanes;
                 }
                 let alive = executor.run(&program.prepare_for(&[], class), LaneMask::MAX, &NoTextures);
-                assert_eq!((alive, executor.work().instructions), (LaneMask::MAX, 1), "{} {links:?} {kinds}", class.name());
+                assert_eq!((alive, executor.counts().instructions), (LaneMask::MAX, 1), "{} {links:?} {kinds}", class.name());
                 for (i, got) in executor.output(0).iter().enumerate() {
                     let args = kinds.bytes().zip(&operands).map(|(kind, o)| if kind == b'L' { o[i] } else { R::from_f64(o[0].f64()) });
                     let want = one_by_one(links, class.fused(), args);
@@ -455,7 +455,7 @@ fn converts_as_rust_does<R: Real>() {
         let x = R::from_f64(x);
         assert_eq!(x.to_i32(), x.f64() as i32, "{}", x.f64());
         if x.f64().abs() <= 4_194_304.0 {
-            let (whole, k) = x.nearest_small();
+            let (whole, k) = x.round_small();
             assert_eq!((whole.f64(), k), (x.f64().round_ties_even(), x.f64().round_ties_even() as i32), "{}", x.f64());
         }
     }

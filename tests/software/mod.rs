@@ -5,7 +5,7 @@ mod filtered;
 mod frame;
 mod lower;
 mod math;
-mod own_pixel;
+mod pass_fusion;
 mod raster;
 mod sampling;
 mod speed;

@@ -85,7 +85,7 @@ fn texture_filters() {
 fn kernels_of_one_batch() {
     for class in KernelClass::available() {
         for op in [Op::Mul, Op::Fma, Op::Div, Op::Exp, Op::Log2, Op::Pow, Op::Sin, Op::Atan2, Op::Floor] {
-            let run = f32::general(class, op);
+            let run = f32::generic(class, op);
             let mut out = [0.0_f32; LANES];
             let lanes = |from: f32| std::array::from_fn::<f32, LANES, _>(|k| from + k as f32 / 128.0);
             let operands = [lanes(0.01), lanes(0.4), lanes(0.2)].concat();

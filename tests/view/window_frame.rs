@@ -197,7 +197,7 @@ fn a_large_map_arrives_whole() {
         let (top, bottom) = (y0 as f32 / height as f32, (y0 + 64) as f32 / height as f32);
         let piece = UiPrimitive {
             corners_px: vec![0.0, 0.0, 64.0, 0.0, 0.0, 64.0, 64.0, 64.0],
-            places: vec![left, top, right, top, left, bottom, right, bottom],
+            uvs: vec![left, top, right, top, left, bottom, right, bottom],
             colours: vec![1.0; 16],
             indices: vec![0, 1, 2, 2, 1, 3],
             texture: texture.clone(),
@@ -256,7 +256,7 @@ fn the_painter_and_the_software_pass_are_timed() {
 #[test]
 fn the_gpu_forgets_modules_that_changed() {
     let Some(gpu) = gpu() else { return };
-    let library = orrery::shader::Library::in_memory(orrery::render::software::lowering());
+    let library = orrery::shader::ShaderLibrary::in_memory(orrery::render::software::lowering());
     let key = "lambert.sun1.sphere".parse().expect("a key");
     let drawn = || {
         let plan = orrery::session::sample_plan(&library, &key, 40, orrery::session::HALF_SIDE_INSIDE).expect("a plan");

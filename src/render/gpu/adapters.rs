@@ -1,7 +1,7 @@
 //! Which adapters this machine has, and opening one.
 //!
-//! Hardware comes before drivers that compute on the processor, and Vulkan, Metal and DX12 before GL. Reads the environment variables that wgpu
-//! documents (`WGPU_BACKEND` and others), asks on Linux whether there are nodes of graphics hardware, and takes nothing else from outside.
+//! Hardware comes before drivers that draw on the CPU, and Vulkan, Metal and DX12 before GL. Outside inputs: the environment variables that wgpu
+//! documents (`WGPU_BACKEND` and others), and on Linux whether device nodes of graphics hardware exist.
 
 use super::GpuError;
 use std::path::Path;
@@ -14,13 +14,13 @@ use wgpu::{TextureFormat, TextureFormatFeatureFlags};
 #[serde(rename_all = "kebab-case")]
 pub enum AdapterKind {
     Hardware,
-    /// The driver does not say.
+    /// The driver does not report it.
     Unknown,
-    /// A driver that computes on the processor.
+    /// A driver that draws on the CPU.
     Software,
 }
 
-/// What an adapter says of itself.
+/// What an adapter reports about itself.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct AdapterFacts {
     pub name: String,
@@ -42,7 +42,7 @@ impl AdapterFacts {
         let kind = match info.device_type {
             DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu => AdapterKind::Hardware,
             DeviceType::Cpu => AdapterKind::Software,
-            // GL does not tell; the names of Mesa's processor drivers do.
+            // GL does not report the type; the names of software drivers tell.
             DeviceType::Other if ["llvmpipe", "softpipe", "swiftshader"].iter().any(|n| info.name.to_lowercase().contains(n)) => {
                 AdapterKind::Software
             }
@@ -53,26 +53,26 @@ impl AdapterFacts {
     }
 }
 
-/// An adapter of an instance, which makes surfaces for it.
-struct Found {
+/// An adapter that may be opened. Surfaces for it are created by its instance.
+struct Candidate {
     facts: AdapterFacts,
     adapter: Adapter,
     instance: Instance,
 }
 
 /// The adapters of some backends, best first.
-fn found(backends: Backends) -> Vec<Found> {
+fn candidates(backends: Backends) -> Vec<Candidate> {
     let mut descriptor = InstanceDescriptor::new_without_display_handle_from_env();
     descriptor.backends &= backends;
-    // No draw takes its numbers from the device: what would check them is a pipeline more at each start.
+    // There are no indirect draws; their validation would compile one more pipeline at each start.
     descriptor.flags.remove(InstanceFlags::VALIDATION_INDIRECT_CALL);
     let instance = Instance::new(descriptor);
     let mut all = pollster::block_on(instance.enumerate_adapters(backends));
     all.sort_by_key(rank);
-    all.into_iter().map(|adapter| Found { facts: AdapterFacts::of(&adapter), adapter, instance: instance.clone() }).collect()
+    all.into_iter().map(|adapter| Candidate { facts: AdapterFacts::of(&adapter), adapter, instance: instance.clone() }).collect()
 }
 
-/// Smaller is better.
+/// Sort key of an adapter: smaller is better.
 fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     let info = adapter.get_info();
     let speed = match info.device_type {
@@ -85,50 +85,50 @@ fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     (AdapterFacts::of(adapter).kind, speed, info.backend == Backend::Gl)
 }
 
-/// Whether there may be hardware that GL drives and Vulkan does not. GL drivers take long to load, and on Linux find hardware by these nodes.
+/// Whether there may be hardware that only GL supports. GL drivers take long to load; on Linux they find hardware by these device nodes.
 fn gl_may_have_more() -> bool {
     !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|node| Path::new(node).exists())
 }
 
-/// The adapters that one may be opened of, best first.
-fn to_open() -> Vec<Found> {
-    let mut all = found(Backends::all() - Backends::GL);
+/// The adapters to try in order, best first.
+fn adapters_to_try() -> Vec<Candidate> {
+    let mut all = candidates(Backends::all() - Backends::GL);
     let hardware = all.iter().any(|f| f.facts.kind == AdapterKind::Hardware);
     if all.is_empty() || (!hardware && gl_may_have_more()) {
-        all.extend(found(Backends::GL));
+        all.extend(candidates(Backends::GL));
         all.sort_by_key(|f| rank(&f.adapter));
     }
     all
 }
 
-/// What adapters there are, best first; empty where no driver is installed.
+/// The adapters of this machine, best first; empty if no driver is installed.
 pub fn adapters() -> Vec<AdapterFacts> {
-    found(Backends::all()).into_iter().map(|f| f.facts).collect()
+    candidates(Backends::all()).into_iter().map(|f| f.facts).collect()
 }
 
-/// An opened device and what it can do beyond the least.
-pub(super) struct Opened {
+/// An opened device and its optional abilities.
+pub(super) struct OpenedDevice {
     pub facts: AdapterFacts,
     pub instance: Instance,
     pub adapter: Adapter,
     pub device: Device,
     pub queue: Queue,
-    /// A linear picture of 32-bit floats can be blended into, with 4 samples.
-    pub wide_colour: bool,
+    /// Targets of 32-bit floats can be blended, with 4 samples.
+    pub blends_f32: bool,
     pub timestamps: bool,
 }
 
-/// Opens the best adapter that will do. `software`: a driver on the processor will do.
-pub(super) fn open(software: bool) -> Result<Opened, GpuError> {
-    first_of(to_open(), software)
+/// Opens the best usable adapter. `software`: drivers that draw on the CPU are accepted.
+pub(super) fn open(software: bool) -> Result<OpenedDevice, GpuError> {
+    open_first(adapters_to_try(), software)
 }
 
-/// The same among GL's alone, even one on the processor: where another driver is there it is never the best.
-pub(super) fn open_gl() -> Result<Opened, GpuError> {
-    first_of(found(Backends::GL), true)
+/// Opens an adapter of GL, software drivers included. [`open`] prefers any other backend.
+pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
+    open_first(candidates(Backends::GL), true)
 }
 
-fn first_of(all: Vec<Found>, software: bool) -> Result<Opened, GpuError> {
+fn open_first(all: Vec<Candidate>, software: bool) -> Result<OpenedDevice, GpuError> {
     let Some(best) = all.first().map(|f| &f.facts) else {
         return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
     };
@@ -136,8 +136,8 @@ fn first_of(all: Vec<Found>, software: bool) -> Result<Opened, GpuError> {
         return Err(GpuError::SoftwareDriver(best.to_string()));
     }
     let mut first_failure = None;
-    for one in all.into_iter().filter(|f| software || f.facts.kind != AdapterKind::Software) {
-        match device_of(one) {
+    for candidate in all.into_iter().filter(|f| software || f.facts.kind != AdapterKind::Software) {
+        match open_device(candidate) {
             Ok(opened) => return Ok(opened),
             Err(e) => first_failure = first_failure.or(Some(e)),
         }
@@ -145,23 +145,24 @@ fn first_of(all: Vec<Found>, software: bool) -> Result<Opened, GpuError> {
     Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter("none is left".into())))
 }
 
-fn device_of(Found { facts, adapter, instance }: Found) -> Result<Opened, GpuError> {
+fn open_device(Candidate { facts, adapter, instance }: Candidate) -> Result<OpenedDevice, GpuError> {
     let failed = |why: String| GpuError::Adapter { adapter: facts.to_string(), why };
     let flags = TextureFormatFeatureFlags::MULTISAMPLE_X4 | TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE;
     let half = adapter.get_texture_format_features(TextureFormat::Rgba16Float).flags;
     if !half.contains(flags | TextureFormatFeatureFlags::BLENDABLE) {
         return Err(failed("it cannot blend into 4 samples of half floats".into()));
     }
-    let wide = Features::FLOAT32_BLENDABLE | Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
-    let wide_colour = adapter.features().contains(wide)
+    let f32_features = Features::FLOAT32_BLENDABLE | Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+    let blends_f32 = adapter.features().contains(f32_features)
         && adapter.get_texture_format_features(TextureFormat::Rgba32Float).flags.contains(flags | TextureFormatFeatureFlags::BLENDABLE);
     let timestamps = adapter.features().contains(Features::TIMESTAMP_QUERY);
     let mut required_features = Features::empty();
-    required_features.set(wide, wide_colour);
+    required_features.set(f32_features, blends_f32);
     required_features.set(Features::TIMESTAMP_QUERY, timestamps);
-    let own = adapter.limits();
-    let required_limits = Limits { max_buffer_size: own.max_buffer_size, ..Limits::downlevel_webgl2_defaults().using_resolution(own) };
+    let supported = adapter.limits();
+    let required_limits =
+        Limits { max_buffer_size: supported.max_buffer_size, ..Limits::downlevel_webgl2_defaults().using_resolution(supported) };
     let descriptor = DeviceDescriptor { label: Some("orrery"), required_features, required_limits, ..DeviceDescriptor::default() };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| failed(super::one_line(&e.to_string())))?;
-    Ok(Opened { facts, instance, adapter, device, queue, wide_colour, timestamps })
+    Ok(OpenedDevice { facts, instance, adapter, device, queue, blends_f32, timestamps })
 }

@@ -1,21 +1,22 @@
-//! The uniform bytes, attributes and indices of a frame, which go to the device in one write each.
+//! The uniform bytes, attributes and indices of a frame, uploaded in one write each.
 
 use crate::render::plan::{PlanDraw, Vertices};
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Queue};
 
-/// Bytes of a frame.
+/// The buffer contents of a frame.
 #[derive(Default)]
-pub(super) struct Bytes {
+pub(super) struct FrameBytes {
     pub uniforms: Vec<u8>,
     pub attributes: Vec<u8>,
     pub indices: Vec<u8>,
 }
 
-impl Bytes {
-    /// Puts a draw's bytes behind those of the draws before.
+impl FrameBytes {
+    /// Appends a draw's bytes.
     ///
-    /// Answers the offset of the uniform block, start and length of each attribute, and the start of the indices. `align`: of uniform blocks.
-    pub fn place(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
+    /// Returns the offset of the uniform block, offset and length of each attribute, and the offset of the indices, in bytes. `align`: alignment
+    /// of uniform blocks.
+    pub fn append(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
         let uniform_offset = (!draw.uniform_bytes.is_empty()).then(|| {
             self.uniforms.resize(self.uniforms.len().next_multiple_of(align), 0);
             let at = self.uniforms.len() as u32;
@@ -26,12 +27,12 @@ impl Bytes {
             Vertices::Count(_) => (&[][..], None),
             Vertices::Mesh { attributes, indices } => (&attributes[..], Some(indices)),
         };
-        let mut put = |values: &[f32]| {
+        let mut append = |values: &[f32]| {
             let at = self.attributes.len() as u64;
             self.attributes.extend_from_slice(bytemuck::cast_slice(values));
             (at, 4 * values.len() as u64)
         };
-        let attributes = of_vertices.iter().chain(&draw.instances.attributes).map(|a| put(&a.values)).collect();
+        let attributes = of_vertices.iter().chain(&draw.instances.attributes).map(|a| append(&a.values)).collect();
         let indices = indices.map(|indices| {
             let at = self.indices.len() as u64;
             self.indices.extend_from_slice(bytemuck::cast_slice(indices));
@@ -41,7 +42,7 @@ impl Bytes {
     }
 }
 
-/// Buffers on the device; they grow and stay.
+/// Buffers in GPU memory, reused by every frame and grown when needed.
 #[derive(Default)]
 pub(super) struct Buffers {
     pub uniforms: Option<Buffer>,
@@ -50,9 +51,9 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// All bytes of the frame to the device.
-    pub fn send(&mut self, device: &Device, queue: &Queue, bytes: &Bytes) {
-        let send = |buffer: &mut Option<Buffer>, bytes: &[u8], usage: BufferUsages, label: &str| {
+    /// Uploads the bytes of a frame.
+    pub fn upload(&mut self, device: &Device, queue: &Queue, bytes: &FrameBytes) {
+        let upload = |buffer: &mut Option<Buffer>, bytes: &[u8], usage: BufferUsages, label: &str| {
             let size = (bytes.len() as u64).next_multiple_of(4);
             if size == 0 {
                 return;
@@ -68,8 +69,8 @@ impl Buffers {
                 queue.write_buffer(buffer, 0, &padded);
             }
         };
-        send(&mut self.uniforms, &bytes.uniforms, BufferUsages::UNIFORM, "uniforms");
-        send(&mut self.attributes, &bytes.attributes, BufferUsages::VERTEX, "attributes");
-        send(&mut self.indices, &bytes.indices, BufferUsages::INDEX, "indices");
+        upload(&mut self.uniforms, &bytes.uniforms, BufferUsages::UNIFORM, "uniforms");
+        upload(&mut self.attributes, &bytes.attributes, BufferUsages::VERTEX, "attributes");
+        upload(&mut self.indices, &bytes.indices, BufferUsages::INDEX, "indices");
     }
 }

@@ -1,22 +1,24 @@
-//! Time on the device by pass.
+//! GPU time of each pass, by timestamp queries.
 
 use super::GpuError;
-use super::readback::mapped;
+use super::readback::read_mapped;
 use crate::render::plan::Plan;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, QuerySet, QuerySetDescriptor, QueryType, Queue};
 
-/// Passes of a frame that are timed at most.
+/// Most passes of a frame that are timed.
 pub(super) const MAX_TIMED: u32 = 32;
 
-/// Passes of the plan that are timed.
-pub(super) fn timed(plan: &Plan) -> u32 {
+/// Number of passes of the plan that are timed.
+pub(super) fn timed_passes(plan: &Plan) -> u32 {
     (plan.passes.len() as u32).min(MAX_TIMED)
 }
 
-/// Timestamps: two for each pass.
+/// Timestamp queries, two for each pass.
 pub(super) struct Clock {
     pub queries: QuerySet,
+    /// Receives the results of the queries.
     pub resolved: Buffer,
+    /// A copy of `resolved` that the CPU can map.
     pub read: Buffer,
 }
 
@@ -38,13 +40,13 @@ impl Clock {
         }
     }
 
-    /// Milliseconds by pass of the plan that was drawn last.
+    /// Milliseconds by pass of the last plan.
     pub fn read(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
         let tick_ms = f64::from(queue.get_timestamp_period()) * 1e-6;
-        mapped(device, &self.read, u64::from(16 * timed(plan)), |bytes| {
+        read_mapped(device, &self.read, u64::from(16 * timed_passes(plan)), |bytes| {
             let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();
-            let spent = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
-            plan.passes.iter().map(|p| p.name.to_owned()).zip(spent).collect()
+            let durations_ms = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
+            plan.passes.iter().map(|p| p.name.to_owned()).zip(durations_ms).collect()
         })
     }
 }

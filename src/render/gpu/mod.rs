@@ -1,14 +1,15 @@
 //! The GPU renderer: executes the plan's modules through wgpu (Vulkan, Metal, DX12 or GL).
 //!
-//! In: a [`Plan`](super::plan::Plan) and the modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) that the software
-//! renderer makes, up to rounding and texture filtering, or a picture that stays on the device, or a window's next picture ([`GpuSurface`]). It decides nothing about the picture: passes, order, blending, depth and uniform bytes are the
-//! plan's. Every failure is a [`GpuError`] and never a panic, so that the caller can draw the same plan in software. What lives here between frames:
-//! the device, pipelines, uploaded textures within a budget, targets of the last size.
+//! In: a [`Plan`](super::plan::Plan) and the modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) as the software
+//! renderer's, up to rounding and texture filtering, or an image that stays in GPU memory, or a window's next frame ([`GpuSurface`]). It decides
+//! nothing about the image: passes, order, blending, depth and uniform bytes are the plan's. Every failure is a [`GpuError`] and never a panic, so
+//! that the caller can draw the same plan in software. Kept between frames: the device, pipelines, uploaded textures within a budget, and targets
+//! of the last size.
 
 mod adapters;
 mod bytes;
 mod clock;
-mod pictures;
+mod gpu_images;
 mod pipelines;
 mod readback;
 mod renderer;
@@ -26,7 +27,7 @@ pub use screen::{GpuSurface, WindowHandle};
 pub enum GpuError {
     #[error("no graphics adapter was found ({0})")]
     NoAdapter(String),
-    /// Only a driver that computes on the processor is there, and it was not asked for.
+    /// There is only a driver that draws on the CPU, which was not requested.
     #[error("{0} computes on the processor")]
     SoftwareDriver(String),
     #[error("{adapter} cannot be used: {why}")]
@@ -42,13 +43,13 @@ pub enum GpuError {
     /// The driver or wgpu refused a call.
     #[error("the graphics driver refused: {0}")]
     Refused(String),
-    /// The software renderer alone can draw it.
+    /// Only the software renderer can draw it.
     #[error("the GPU does not draw {0}")]
     NotDrawn(&'static str),
 }
 
 impl GpuError {
-    /// Whether the next frame would fail too: the device is gone or its memory full, not this one plan at fault.
+    /// Whether the next frame would fail too: the device is lost or out of memory, and the fault is not in this plan.
     pub fn is_final(&self) -> bool {
         !matches!(self, Self::NotDrawn(_) | Self::Size { .. } | Self::Draw { .. })
     }
@@ -65,16 +66,16 @@ impl From<wgpu::Error> for GpuError {
     }
 }
 
-/// Runs calls of the device; the first error that it has of them is the answer. Errors are known to the thread alone that made the call.
-fn caught<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+/// Runs device calls inside error scopes, and returns the first error. A scope catches only errors of calls from its own thread.
+fn with_error_scopes<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T, GpuError> {
     use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
     let scopes = [Validation, OutOfMemory, Internal].map(|f| device.push_error_scope(f));
-    let done = work();
-    let caught: Vec<GpuError> = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).map(GpuError::from).collect();
-    caught.into_iter().next().map_or(Ok(done), Err)
+    let result = work();
+    let errors: Vec<GpuError> = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).map(GpuError::from).collect();
+    errors.into_iter().next().map_or(Ok(result), Err)
 }
 
-/// wgpu explains itself over many indented lines.
+/// wgpu's messages have many indented lines.
 fn one_line(text: &str) -> String {
     text.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ")
 }

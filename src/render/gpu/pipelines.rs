@@ -1,9 +1,9 @@
-//! Pipelines by what decides them: module, target, samples, blending, depth, culling, vertex attributes and how textures are read.
+//! Render pipelines by their key: module, target, samples, blending, depth, culling, vertex attributes and how textures are read.
 //!
-//! A module goes to wgpu as the library's naga IR, with wgpu's bounds checks; nothing is parsed again. Bind group 0 follows the module's reflected layout:
-//! the uniform block at a dynamic offset of one buffer per frame, textures, samplers.
+//! A module is passed to wgpu as the library's naga IR, with wgpu's bounds checks; nothing is parsed again. Bind group 0 follows the module's
+//! reflected layout: the uniform block at a dynamic offset of one buffer per frame, textures, samplers.
 
-use super::{GpuError, caught};
+use super::{GpuError, with_error_scopes};
 use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, PlanDraw, SamplerState};
 use crate::shader::Layout;
 use crate::shader::ModuleId;
@@ -22,7 +22,7 @@ use wgpu::{
 
 pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
-/// Everything that a pipeline is made for.
+/// Everything that distinguishes one pipeline from another.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct PipelineKey {
     pub module: ModuleId,
@@ -32,8 +32,9 @@ pub struct PipelineKey {
     cull: Cull,
     /// `None`: the pass has no depth target.
     depth: Option<DepthState>,
-    /// Components of each attribute, those of vertices first, and how many they are.
+    /// Components of each attribute, those of vertices first.
     attributes: Vec<u32>,
+    /// How many of the attributes are per vertex; the others are per instance.
     per_vertex: usize,
     /// Bindings of textures of 32-bit floats, which are not filtered.
     unfiltered: Vec<u32>,
@@ -59,10 +60,10 @@ impl PipelineKey {
     }
 }
 
-/// A pipeline, and what its bind group holds.
+/// A pipeline with its bind group layout and its module's reflected layout.
 pub struct Pipeline {
     pub pipeline: RenderPipeline,
-    pub group: BindGroupLayout,
+    pub bind_group_layout: BindGroupLayout,
     pub layout: Layout,
 }
 
@@ -78,42 +79,43 @@ impl Pipelines {
         self.by_key.contains_key(key)
     }
 
-    /// Pipelines made so far.
+    /// Number of pipelines so far.
     pub fn len(&self) -> usize {
         self.by_key.len()
     }
 
-    /// Made before.
+    /// A pipeline that [`Pipelines::create`] has created.
     pub fn get(&self, key: &PipelineKey) -> Option<Arc<Pipeline>> {
         self.by_key.get(key).cloned()
     }
 
-    /// Makes what is missing of these, by as many threads as there are cores: most drivers compile here, and take long.
-    pub fn make(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
+    /// Creates the missing pipelines on as many threads as there are cores: most drivers compile here, which is slow.
+    pub fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
         let fault = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
         let names: HashSet<&ModuleId> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
-        let made = spread(names.into_iter().collect(), |name| {
+        let created = parallel_map(names.into_iter().collect(), |name| {
             let module = modules.module(name).map_err(|e| fault(name, e.to_string()))?;
             let label = module.id.to_string();
             let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
             let descriptor = ShaderModuleDescriptor { label: Some(&label), source };
-            Ok((name.clone(), (caught(device, || device.create_shader_module(descriptor))?, module.layout.clone())))
+            Ok((name.clone(), (with_error_scopes(device, || device.create_shader_module(descriptor))?, module.layout.clone())))
         });
-        self.modules.extend(made.into_iter().collect::<Result<Vec<_>, GpuError>>()?);
-        let made = spread(missing, |key| {
+        self.modules.extend(created.into_iter().collect::<Result<Vec<_>, GpuError>>()?);
+        let created = parallel_map(missing, |key| {
             let (module, layout) = &self.modules[&key.module];
-            let made = caught(device, || pipeline(device, key, module, layout))?.map_err(|what| fault(&key.module, what))?;
-            Ok((key.clone(), Arc::new(made)))
+            let pipeline =
+                with_error_scopes(device, || create_pipeline(device, key, module, layout))?.map_err(|what| fault(&key.module, what))?;
+            Ok((key.clone(), Arc::new(pipeline)))
         });
-        let made = made.into_iter().collect::<Result<Vec<_>, GpuError>>()?;
-        self.by_key.extend(made);
+        let created = created.into_iter().collect::<Result<Vec<_>, GpuError>>()?;
+        self.by_key.extend(created);
         Ok(())
     }
 
     pub fn sampler(&mut self, device: &Device, state: SamplerState) -> Sampler {
-        let made = self.samplers.entry(state).or_insert_with(|| {
+        let sampler = self.samplers.entry(state).or_insert_with(|| {
             let address = |mode: AddressMode| match mode {
                 AddressMode::Repeat => wgpu::AddressMode::Repeat,
                 AddressMode::ClampToEdge => wgpu::AddressMode::ClampToEdge,
@@ -132,13 +134,13 @@ impl Pipelines {
                 ..SamplerDescriptor::default()
             })
         });
-        made.clone()
+        sampler.clone()
     }
 }
 
-/// Work on all items by as many threads as there are cores, in any order. Threads of its own: in a pool that others share, a window that is painted would
-/// wait until the driver's compiler is done.
-fn spread<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+/// Maps all items on as many threads as there are cores; the order of the results is arbitrary. Uses threads of its own: in a shared pool the
+/// drawing of the window would wait for the driver's compiler.
+fn parallel_map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
     let items = Mutex::new(items.into_iter());
     let run = || {
@@ -147,15 +149,15 @@ fn spread<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<
     };
     std::thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(run)).collect();
-        let mut done = run();
+        let mut results = run();
         for other in others {
-            done.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            results.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
-        done
+        results
     })
 }
 
-fn entries(layout: &Layout, unfiltered: &[u32]) -> Vec<BindGroupLayoutEntry> {
+fn bind_group_entries(layout: &Layout, unfiltered: &[u32]) -> Vec<BindGroupLayoutEntry> {
     let entry =
         |binding: u32, ty: BindingType| BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX_FRAGMENT, ty, count: None };
     let block = NonZeroU64::new(u64::from(layout.uniform_size)).map(|size| {
@@ -179,13 +181,13 @@ fn blend_state(blend: Blend) -> Option<BlendState> {
     }
 }
 
-fn pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModule, layout: &Layout) -> Result<Pipeline, String> {
+fn create_pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModule, layout: &Layout) -> Result<Pipeline, String> {
     let label = key.module.to_string();
-    let group =
-        device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: Some(&label), entries: &entries(layout, &key.unfiltered) });
+    let entries = bind_group_entries(layout, &key.unfiltered);
+    let bind_group_layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: Some(&label), entries: &entries });
     let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
         label: Some(&label),
-        bind_group_layouts: &[Some(&group)],
+        bind_group_layouts: &[Some(&bind_group_layout)],
         immediate_size: 0,
     });
     let mut attributes = Vec::new();
@@ -230,10 +232,10 @@ fn pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModule, lay
             targets: &[Some(target)],
         }),
         multiview_mask: None,
-        // It would serve drivers that keep nothing on disk themselves; Mesa's does (docs/measurements.md), and no other is known to us that does not.
+        // Only useful for drivers without a disk cache of their own. Mesa's drivers have one (docs/measurements.md).
         cache: None,
     });
-    Ok(Pipeline { pipeline, group, layout: layout.clone() })
+    Ok(Pipeline { pipeline, bind_group_layout, layout: layout.clone() })
 }
 
 #[cfg(test)]
@@ -241,11 +243,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spread_work_is_done_once_each() {
+    fn parallel_map_maps_each_item_once() {
         for count in [0, 1, 2, 100] {
-            let mut done = spread((0..count).collect(), |k| 3 * k);
-            done.sort_unstable();
-            assert_eq!(done, (0..count).map(|k| 3 * k).collect::<Vec<_>>());
+            let mut results = parallel_map((0..count).collect(), |k| 3 * k);
+            results.sort_unstable();
+            assert_eq!(results, (0..count).map(|k| 3 * k).collect::<Vec<_>>());
         }
     }
 }

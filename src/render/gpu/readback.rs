@@ -1,4 +1,4 @@
-//! Pixels back from the device, in bands: a picture of 16384 x 16384 needs no buffer of its own size.
+//! Readback of pixels in bands, so that an image of 16384 x 16384 pixels needs no staging buffer of its full size.
 
 use super::GpuError;
 use std::sync::mpsc;
@@ -7,7 +7,7 @@ use wgpu::{
     TexelCopyBufferInfo, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureAspect,
 };
 
-/// Bytes of one band at most, and at least one row.
+/// Most bytes of one band, unless one row is larger.
 const BAND_BYTES: u64 = 64 << 20;
 
 /// The staging buffer, kept between frames.
@@ -16,8 +16,8 @@ pub struct Readback {
     buffer: Option<Buffer>,
 }
 
-/// Waits for the device and gives the bytes of a mapped buffer to `read`.
-pub fn mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
+/// Maps a buffer, waiting for the device, and passes its bytes to `read`.
+pub fn read_mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
     let lost = |what: &dyn std::fmt::Display| GpuError::Lost(what.to_string());
     let (send, receive) = mpsc::channel();
     let slice = buffer.slice(..length);
@@ -26,16 +26,16 @@ pub fn mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl FnOnc
     });
     device.poll(PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
     receive.recv().map_err(|e| lost(&e))?.map_err(|e| lost(&e))?;
-    let done = {
+    let result = {
         let bytes = slice.get_mapped_range().map_err(|e| lost(&e))?;
         read(&bytes)
     };
     buffer.unmap();
-    Ok(done)
+    Ok(result)
 }
 
 impl Readback {
-    /// All pixels of a texture, rows top first, as `N` bytes each.
+    /// All pixels of a texture, top row first, `N` bytes each.
     pub fn pixels<const N: usize>(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<Vec<[u8; N]>, GpuError> {
         let (width, height) = (texture.width(), texture.height());
         let row_bytes = width * N as u32;
@@ -51,7 +51,7 @@ impl Readback {
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(width as usize * height as usize).map_err(|_| GpuError::Memory)?;
         for top in (0..height).step_by(rows as usize) {
-            let here = rows.min(height - top);
+            let band_rows = rows.min(height - top);
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_texture_to_buffer(
                 TexelCopyTextureInfo { texture, mip_level: 0, origin: Origin3d { x: 0, y: top, z: 0 }, aspect: TextureAspect::All },
@@ -59,10 +59,10 @@ impl Readback {
                     buffer,
                     layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
                 },
-                Extent3d { width, height: here, depth_or_array_layers: 1 },
+                Extent3d { width, height: band_rows, depth_or_array_layers: 1 },
             );
             queue.submit([encoder.finish()]);
-            mapped(device, buffer, u64::from(padded) * u64::from(here), |bytes| {
+            read_mapped(device, buffer, u64::from(padded) * u64::from(band_rows), |bytes| {
                 for row in bytes.chunks_exact(padded as usize) {
                     pixels.extend_from_slice(row[..row_bytes as usize].as_chunks::<N>().0);
                 }

@@ -1,18 +1,18 @@
-//! One frame on the GPU: targets, uniform bytes, passes, and the pixels back.
+//! Draws one frame on the GPU: targets, uniform bytes, passes, readback.
 //!
-//! All uniform bytes and attributes of a frame go to the device in one write each. Errors are caught in scopes around the whole frame; a device
-//! that is lost stays lost, and says so to every later call.
+//! All uniform bytes and all attributes of a frame are uploaded in one write each. Errors are caught in error scopes around the whole frame. A lost
+//! device stays lost; every later call returns that error.
 
-use super::adapters::{AdapterFacts, AdapterKind, Opened, open, open_gl};
-use super::bytes::{Buffers, Bytes};
-use super::clock::{Clock, MAX_TIMED, timed};
-use super::pictures::Pictures;
+use super::adapters::{AdapterFacts, AdapterKind, OpenedDevice, open, open_gl};
+use super::bytes::{Buffers, FrameBytes};
+use super::clock::{Clock, MAX_TIMED, timed_passes};
+use super::gpu_images::GpuImages;
 use super::pipelines::{Pipeline, PipelineKey, Pipelines};
 use super::readback::Readback;
-use super::resolve::Resolves;
+use super::resolve::ResolvePipelines;
 use super::targets::Target;
 use super::uploads::Uploads;
-use super::{GpuError, caught};
+use super::{GpuError, with_error_scopes};
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
 use crate::render::plan::{ColourFormat, GpuImage, ModuleProvider, Pass, Plan, PlanDraw, TextureSource, Vertices};
@@ -29,19 +29,19 @@ use wgpu::{
 /// Where a GPU frame's time went.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct GpuTimings {
-    /// Time on the device by pass, where the adapter tells it.
+    /// GPU milliseconds by pass, if the adapter has timestamps.
     pub passes: Vec<(String, f64)>,
-    /// Bytes of maps sent for this frame.
+    /// Bytes of maps uploaded for this frame.
     pub sent_bytes: u64,
-    /// From the call to the frame, waiting and reading back included.
+    /// From the call to the frame, including waiting and readback.
     pub wall_ms: f64,
 }
 
-/// What lives between the frames of one sequence.
+/// GPU resources that are kept from frame to frame.
 #[derive(Default)]
 pub(super) struct State {
     pipelines: Pipelines,
-    resolves: Resolves,
+    resolve_pipelines: ResolvePipelines,
     uploads: Uploads,
     targets: Vec<Target>,
     buffers: Buffers,
@@ -50,24 +50,24 @@ pub(super) struct State {
 }
 
 impl State {
-    /// Milliseconds on the device by pass, where the adapter tells.
-    fn clocked(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
+    /// GPU milliseconds by pass, if the adapter has timestamps.
+    fn pass_times(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
         self.clock.as_ref().map_or_else(|| Ok(Vec::new()), |clock| clock.read(device, queue, plan))
     }
 
-    /// Whether nothing has to be made for a plan whose passes draw into these formats.
+    /// Whether all pipelines exist for a plan whose passes draw into these formats.
     pub fn is_ready(&self, plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> bool {
-        keys(plan, format).iter().all(|key| self.pipelines.has(key))
+        pipeline_keys(plan, format).iter().all(|key| self.pipelines.has(key))
     }
 }
 
-/// Where a plan's last pass draws.
+/// Target of a plan's last pass.
 #[derive(Clone, Copy)]
 pub(super) enum RenderTarget<'a> {
-    /// A target of the renderer's own; `hdr`: linear pictures are floats of 32 bits.
-    Own { hdr: bool },
-    /// A texture that is there, a window's for one.
-    Given(&'a wgpu::Texture),
+    /// A target that the renderer owns. `hdr`: linear targets have 32-bit floats, for readback.
+    Owned { hdr: bool },
+    /// A texture of the caller, such as a window's.
+    External(&'a wgpu::Texture),
 }
 
 /// Executes plans on one device.
@@ -77,30 +77,30 @@ pub struct GpuRenderer {
     pub(super) adapter: Adapter,
     pub(super) device: Device,
     pub(super) queue: Queue,
-    wide_colour: bool,
+    blends_f32: bool,
     timestamps: bool,
-    /// By a shader of our own.
-    resolves: bool,
+    /// Samples are resolved by `resolve.wgsl`, not by the driver.
+    shader_resolve: bool,
     lost: Arc<Mutex<Option<GpuError>>>,
     state: Mutex<State>,
-    /// Of windows' own frames: none of them waits for a picture that is being drawn.
+    /// For windows' frames, which so never wait for a view that is being drawn.
     pub(super) windows: Mutex<State>,
-    pictures: Mutex<Pictures>,
+    images: Mutex<GpuImages>,
 }
 
-/// The renderer for one frame: nobody else draws until it is done.
+/// Exclusive use of the renderer for one frame.
 pub struct FrameGuard<'a>(MutexGuard<'a, State>);
 
-/// A draw with its places in the frame's buffers.
+/// A draw with its pipeline, bind group and offsets in the frame's buffers.
 struct Prepared<'a> {
     draw: &'a PlanDraw,
     pipeline: Arc<Pipeline>,
-    group: BindGroup,
-    /// Where its block lies; `None` without one.
+    bind_group: BindGroup,
+    /// Offset of its uniform block in bytes; `None` without one.
     uniform_offset: Option<u32>,
-    /// Start and length of each attribute, bytes.
+    /// Offset and length of each attribute in bytes.
     attributes: Vec<(u64, u64)>,
-    /// Start of the indices, bytes.
+    /// Offset of the indices in bytes.
     indices: Option<u64>,
 }
 
@@ -114,31 +114,31 @@ fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
 }
 
-/// Whether the draw may touch a pixel.
-fn touches(draw: &PlanDraw) -> bool {
+/// Whether the draw's scissor rectangle contains a pixel.
+fn is_visible(draw: &PlanDraw) -> bool {
     draw.scissor[0] < draw.scissor[2] && draw.scissor[1] < draw.scissor[3]
 }
 
-/// The pipelines of a plan's draws, in their order. `format`: what the pass of this number draws into.
-fn keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
-    let of = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth, unfiltered(d));
+/// The pipeline keys of a plan's visible draws, in order. `format`: target format by pass index.
+fn pipeline_keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
+    let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth, unfiltered(d));
     let passes = plan.passes.iter().enumerate();
     passes
-        .flat_map(|(k, pass)| pass.draws.iter().filter(|d| touches(d)).map(move |d| (k, pass, d)))
-        .map(|(k, pass, d)| of(k, pass, d))
+        .flat_map(|(k, pass)| pass.draws.iter().filter(|d| is_visible(d)).map(move |d| (k, pass, d)))
+        .map(|(k, pass, d)| key(k, pass, d))
         .collect()
 }
 
 impl GpuRenderer {
-    /// Opens the best adapter. `software`: a driver that computes on the processor will do.
+    /// Opens the best adapter. `software`: a driver that draws on the CPU is accepted.
     ///
     /// # Errors
-    /// No adapter, or none that does what the plan needs.
+    /// No adapter, or none that has what every plan needs.
     pub fn open(software: bool) -> Result<Self, GpuError> {
         Ok(Self::of(open(software)?))
     }
 
-    /// Opens an adapter of GL, even one that computes on the processor.
+    /// Opens an adapter of GL, software drivers included.
     ///
     /// # Errors
     /// As [`GpuRenderer::open`].
@@ -146,7 +146,7 @@ impl GpuRenderer {
         Ok(Self::of(open_gl()?))
     }
 
-    fn of(Opened { facts, instance, adapter, device, queue, wide_colour, timestamps }: Opened) -> Self {
+    fn of(OpenedDevice { facts, instance, adapter, device, queue, blends_f32, timestamps }: OpenedDevice) -> Self {
         let lost: Arc<Mutex<Option<GpuError>>> = Arc::default();
         let (on_loss, on_error) = (Arc::clone(&lost), Arc::clone(&lost));
         device.set_device_lost_callback(move |_, why| {
@@ -157,53 +157,53 @@ impl GpuRenderer {
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             on_error.lock().get_or_insert(e.into());
         }));
-        let resolves = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
-        let (state, windows, pictures) = (Mutex::default(), Mutex::default(), Mutex::default());
-        Self { facts, instance, adapter, device, queue, wide_colour, timestamps, resolves, lost, state, windows, pictures }
+        let shader_resolve = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
+        let (state, windows, images) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Self { facts, instance, adapter, device, queue, blends_f32, timestamps, shader_resolve, lost, state, windows, images }
     }
 
     pub fn facts(&self) -> &AdapterFacts {
         &self.facts
     }
 
-    /// Gives the device back: every later frame fails as if the driver had lost it, which is how the way back is tested.
+    /// Destroys the device: every later frame fails as if the driver had lost it, which is how the recovery is tested.
     pub fn destroy(&self) {
         self.device.destroy();
     }
 
-    /// The renderer, once whoever draws now is done.
-    pub fn turn(&self) -> FrameGuard<'_> {
+    /// Waits for exclusive use of the renderer.
+    pub fn lock(&self) -> FrameGuard<'_> {
         FrameGuard(self.state.lock())
     }
 
-    /// The renderer, if the plan can be drawn at once: without waiting for a compiler or for another frame.
-    pub fn try_frame(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
+    /// Exclusive use of the renderer, if the plan can be drawn without waiting for the compiler or for another frame.
+    pub fn try_lock_for(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
         let state = self.state.try_lock()?;
         state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(FrameGuard(state))
     }
 
-    /// Forgets what was made of modules: those of the same names are no longer the same.
+    /// Drops all pipelines. To be called when a module's name now stands for another text.
     pub fn forget_modules(&self) {
         for state in [&self.state, &self.windows] {
             state.lock().pipelines = Pipelines::default();
         }
     }
 
-    /// Bytes of maps on the device, and how many pipelines there are.
-    pub fn held(&self) -> (u64, usize) {
+    /// Bytes of maps in GPU memory, and the number of pipelines.
+    pub fn resource_use(&self) -> (u64, usize) {
         let state = self.state.lock();
-        (state.uploads.held_bytes(), state.pipelines.len())
+        (state.uploads.total_bytes(), state.pipelines.len())
     }
 
-    /// Draws the plan. `keep_hdr`: the frame keeps the linear picture too.
+    /// Draws the plan. `keep_hdr`: the frame includes the linear HDR image.
     ///
     /// # Errors
-    /// See [`GpuError`]; after one that [`GpuError::is_final`] says is final the next frame fails too.
+    /// See [`GpuError`]; after one for which [`GpuError::is_final`] holds, the next frame fails too.
     pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
-        self.render_in(self.turn(), plan, modules, keep_hdr)
+        self.render_in(self.lock(), plan, modules, keep_hdr)
     }
 
-    /// The same in a turn that was taken.
+    /// The same with a lock that was taken before.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
@@ -214,28 +214,28 @@ impl GpuRenderer {
         modules: &impl ModuleProvider,
         keep_hdr: bool,
     ) -> Result<(Frame, GpuTimings), GpuError> {
-        if keep_hdr && !self.wide_colour {
+        if keep_hdr && !self.blends_f32 {
             return Err(GpuError::NotDrawn("linear pictures on this adapter, which has no 32-bit blending"));
         }
         let start = Instant::now();
-        let (frame, mut timings) = self.guarded(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Own { hdr: keep_hdr })?;
-            let frame = self.read(&mut state, keep_hdr)?;
-            Ok((frame, GpuTimings { sent_bytes, passes: state.clocked(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
+        let (frame, mut timings) = self.checked(plan, || {
+            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: keep_hdr })?;
+            let frame = self.read_back(&mut state, keep_hdr)?;
+            Ok((frame, GpuTimings { sent_bytes, passes: state.pass_times(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
         Ok((frame, timings))
     }
 
-    /// Draws the plan and leaves its picture on the device.
+    /// Draws the plan and leaves the image in GPU memory.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
     pub fn render_to_gpu(&self, plan: &Plan, modules: &impl ModuleProvider) -> Result<(GpuImage, GpuTimings), GpuError> {
-        self.render_to_gpu_in(self.turn(), plan, modules)
+        self.render_to_gpu_in(self.lock(), plan, modules)
     }
 
-    /// The same in a turn that was taken.
+    /// The same with a lock that was taken before.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
@@ -246,80 +246,80 @@ impl GpuRenderer {
         modules: &impl ModuleProvider,
     ) -> Result<(GpuImage, GpuTimings), GpuError> {
         let start = Instant::now();
-        let (picture, mut timings) = self.guarded(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Own { hdr: false })?;
-            // The next frame makes itself another target.
+        let (image, mut timings) = self.checked(plan, || {
+            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: false })?;
+            // The next frame creates another target.
             let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
-            // Whoever orders the next picture waits for this one: frames do not pile up.
+            // Wait until it is drawn, so that frames do not queue up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
-            let passes = state.clocked(&self.device, &self.queue, plan)?;
-            let picture = self.pictures.lock().keep(last.view, [last.width, last.height]);
-            Ok((picture, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
+            let passes = state.pass_times(&self.device, &self.queue, plan)?;
+            let image = self.images.lock().keep(last.view, [last.width, last.height]);
+            Ok((image, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
-        Ok((picture, timings))
+        Ok((image, timings))
     }
 
-    /// Whether the picture lies on this device.
-    pub fn holds(&self, picture: &GpuImage) -> bool {
-        self.pictures.lock().get(picture).is_some()
+    /// Whether the image is in the memory of this device.
+    pub fn holds(&self, image: &GpuImage) -> bool {
+        self.images.lock().get(image).is_some()
     }
 
-    /// Runs what draws a plan, with the device's errors caught around it.
-    pub(super) fn guarded<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
-        self.still_there()?;
+    /// Runs device calls that draw a plan; refuses plans that this device cannot draw, and catches the device's errors.
+    pub(super) fn checked<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
+        self.check_lost()?;
         let counts = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
         if plan.passes.iter().flat_map(|p| &p.draws).any(counts) {
             return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
         }
-        if !self.wide_colour && plan.passes.iter().any(|p| p.format == ColourFormat::Rgba32FloatDim) {
+        if !self.blends_f32 && plan.passes.iter().any(|p| p.format == ColourFormat::Rgba32FloatDim) {
             return Err(GpuError::NotDrawn("light as dim as a night sky's on this adapter, which has no 32-bit blending"));
         }
-        let done = caught(&self.device, work);
-        self.still_there()?;
-        done?
+        let result = with_error_scopes(&self.device, work);
+        self.check_lost()?;
+        result?
     }
 
-    pub(super) fn still_there(&self) -> Result<(), GpuError> {
+    pub(super) fn check_lost(&self) -> Result<(), GpuError> {
         self.lost.lock().clone().map_or(Ok(()), Err)
     }
 
     fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
         match format {
-            // Half floats reach 65504, the Sun's middle is 58,000 in our unit, and their error is 0.12 of a 255th at most.
+            // Half floats reach 65504; the centre of the Sun's disc has radiance 58,000. Their rounding error is at most 0.12 of a display level.
             ColourFormat::Rgba32Float if !keep_hdr => TextureFormat::Rgba16Float,
             ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => TextureFormat::Rgba32Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
         }
     }
 
-    /// Sends a plan's bytes and draws it; answers how many bytes of maps went.
+    /// Uploads a plan's data and submits its passes. Returns the bytes of maps that were uploaded.
     pub(super) fn submit(
         &self,
         state: &mut State,
         plan: &Plan,
         modules: &impl ModuleProvider,
-        onto: RenderTarget<'_>,
+        target: RenderTarget<'_>,
     ) -> Result<u64, GpuError> {
         let sent_before = state.uploads.sent_bytes;
         state.uploads.begin_frame();
-        self.targets(state, plan, onto)?;
-        let mut bytes = Bytes::default();
+        self.update_targets(state, plan, target)?;
+        let mut bytes = FrameBytes::default();
         let mut prepared = Vec::new();
-        // Places first, because the buffers' sizes follow from all draws.
+        // All draws first, because they determine the sizes of the buffers.
         let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
-        let places: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.place(d, align)).collect()).collect();
-        state.buffers.send(&self.device, &self.queue, &bytes);
+        let offsets: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.append(d, align)).collect()).collect();
+        state.buffers.upload(&self.device, &self.queue, &bytes);
         let formats: Vec<TextureFormat> = state.targets.iter().map(|t| t.format).collect();
-        let keys = keys(plan, |k| formats[k]);
-        state.pipelines.make(&self.device, &keys, modules)?;
+        let keys = pipeline_keys(plan, |k| formats[k]);
+        state.pipelines.create(&self.device, &keys, modules)?;
         let mut keys = keys.iter();
-        for (pass_index, (pass, places)) in plan.passes.iter().zip(places).enumerate() {
-            let draws = pass.draws.iter().zip(places).filter(|(d, _)| touches(d)).zip(&mut keys);
+        for (pass_index, (pass, offsets)) in plan.passes.iter().zip(offsets).enumerate() {
+            let draws = pass.draws.iter().zip(offsets).filter(|(d, _)| is_visible(d)).zip(&mut keys);
             let all: Result<Vec<_>, _> = draws.map(|((d, at), key)| self.prepare(state, key, pass_index, d, at)).collect();
             prepared.push(all?);
         }
-        if self.timestamps && state.clock.is_none() && matches!(onto, RenderTarget::Own { .. }) {
+        if self.timestamps && state.clock.is_none() && matches!(target, RenderTarget::Owned { .. }) {
             state.clock = Some(Clock::new(&self.device));
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -327,27 +327,27 @@ impl GpuRenderer {
             self.encode(&mut encoder, state, pass, draws, k);
         }
         if let Some(clock) = &state.clock {
-            let timed = timed(plan);
+            let timed = timed_passes(plan);
             encoder.resolve_query_set(&clock.queries, 0..2 * timed, &clock.resolved, 0);
             encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.read, 0, u64::from(16 * timed));
         }
         self.queue.submit([encoder.finish()]);
-        if matches!(onto, RenderTarget::Given(_)) {
-            // It is its owner's again.
+        if matches!(target, RenderTarget::External(_)) {
+            // The caller keeps its texture.
             state.targets.pop();
         }
         Ok(state.uploads.sent_bytes - sent_before)
     }
 
-    /// The pixels of the last pass, and those of the linear picture where they are wanted.
-    fn read(&self, state: &mut State, keep_hdr: bool) -> Result<Frame, GpuError> {
+    /// Reads back the pixels of the last pass, and of the HDR image if `keep_hdr`.
+    fn read_back(&self, state: &mut State, keep_hdr: bool) -> Result<Frame, GpuError> {
         let last = state.targets.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
-            let is_light = |t: &&Target| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
-            if let Some(scene) = state.targets.iter().find(is_light).filter(|_| keep_hdr) {
+            let is_hdr = |t: &&Target| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
+            if let Some(scene) = state.targets.iter().find(is_hdr).filter(|_| keep_hdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }
         } else if last.format == TextureFormat::Rgba32Float {
@@ -356,17 +356,17 @@ impl GpuRenderer {
         Ok(frame)
     }
 
-    /// Targets as the plan's passes want them; those of the last frame stay where they fit.
-    fn targets(&self, state: &mut State, plan: &Plan, onto: RenderTarget<'_>) -> Result<(), GpuError> {
+    /// Creates the targets of the plan's passes; those of the last frame are reused if they fit.
+    fn update_targets(&self, state: &mut State, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
         let most = self.device.limits().max_texture_dimension_2d;
         state.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
-            let given = match onto {
-                RenderTarget::Given(texture) if k + 1 == plan.passes.len() => Some(texture),
+            let external = match target {
+                RenderTarget::External(texture) if k + 1 == plan.passes.len() => Some(texture),
                 _ => None,
             };
-            let format =
-                given.map_or_else(|| self.format(pass.format, matches!(onto, RenderTarget::Own { hdr: true })), wgpu::Texture::format);
+            let format = external
+                .map_or_else(|| self.format(pass.format, matches!(target, RenderTarget::Owned { hdr: true })), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
             if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
                 return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, most });
@@ -374,12 +374,12 @@ impl GpuRenderer {
             let fits = |t: &Target| {
                 (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
             };
-            if given.is_none() && state.targets.get(k).is_some_and(fits) {
+            if external.is_none() && state.targets.get(k).is_some_and(fits) {
                 continue;
             }
-            let resolves = self.resolves.then_some(&mut state.resolves);
-            let made = Target::new(&self.device, resolves, pass, format, samples, given);
-            if k < state.targets.len() { state.targets[k] = made } else { state.targets.push(made) }
+            let resolve_pipelines = self.shader_resolve.then_some(&mut state.resolve_pipelines);
+            let new = Target::new(&self.device, resolve_pipelines, pass, format, samples, external);
+            if k < state.targets.len() { state.targets[k] = new } else { state.targets.push(new) }
         }
         Ok(())
     }
@@ -401,9 +401,9 @@ impl GpuRenderer {
             let view = match &source.source {
                 TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(fault)?,
                 TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(fault)?,
-                TextureSource::OnGpu(picture) => {
-                    let kept = self.pictures.lock().get(picture);
-                    kept.ok_or_else(|| fault("reads a picture of another device".into()))?
+                TextureSource::OnGpu(image) => {
+                    let view = self.images.lock().get(image);
+                    view.ok_or_else(|| fault("reads a picture of another device".into()))?
                 }
                 TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),
                 TextureSource::PassOutput(k) => return Err(fault(format!("reads pass {k}, which is not drawn before it"))),
@@ -412,8 +412,8 @@ impl GpuRenderer {
         }
         let mut samplers = Vec::new();
         for sampler in &pipeline.layout.samplers {
-            let given = draw.samplers.iter().find(|s| s.binding == sampler.binding).ok_or_else(|| missing(sampler.binding))?;
-            samplers.push((sampler.binding, state.pipelines.sampler(&self.device, given.state)));
+            let bound = draw.samplers.iter().find(|s| s.binding == sampler.binding).ok_or_else(|| missing(sampler.binding))?;
+            samplers.push((sampler.binding, state.pipelines.sampler(&self.device, bound.state)));
         }
         let mut entries = Vec::new();
         if pipeline.layout.uniform_size > 0 {
@@ -425,17 +425,17 @@ impl GpuRenderer {
         }
         entries.extend(views.iter().map(|(binding, v)| BindGroupEntry { binding: *binding, resource: BindingResource::TextureView(v) }));
         entries.extend(samplers.iter().map(|(binding, s)| BindGroupEntry { binding: *binding, resource: BindingResource::Sampler(s) }));
-        let group =
-            self.device.create_bind_group(&BindGroupDescriptor { label: Some(&draw.label), layout: &pipeline.group, entries: &entries });
-        Ok(Prepared { draw, pipeline, group, uniform_offset, attributes, indices })
+        let descriptor = BindGroupDescriptor { label: Some(&draw.label), layout: &pipeline.bind_group_layout, entries: &entries };
+        let bind_group = self.device.create_bind_group(&descriptor);
+        Ok(Prepared { draw, pipeline, bind_group, uniform_offset, attributes, indices })
     }
 
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &State, pass: &Pass, draws: &[Prepared<'_>], k: usize) {
         let target = &state.targets[k];
         let [r, g, b, a] = pass.clear.map(f64::from);
-        let (view, resolve_target, store) = match (&target.sampled, &target.resolve) {
-            (Some(sampled), None) => (sampled, Some(&target.view), StoreOp::Discard),
-            (Some(sampled), Some(_)) => (sampled, None, StoreOp::Store),
+        let (view, resolve_target, store) = match (&target.multisampled, &target.resolve) {
+            (Some(multisampled), None) => (multisampled, Some(&target.view), StoreOp::Discard),
+            (Some(multisampled), Some(_)) => (multisampled, None, StoreOp::Store),
             (None, _) => (&target.view, None, StoreOp::Store),
         };
         let colour = RenderPassColorAttachment {
@@ -474,7 +474,7 @@ impl GpuRenderer {
                 continue;
             }
             rendering.set_pipeline(&p.pipeline.pipeline);
-            rendering.set_bind_group(0, &p.group, p.uniform_offset.as_slice());
+            rendering.set_bind_group(0, &p.bind_group, p.uniform_offset.as_slice());
             rendering.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
             if let Some(buffer) = &state.buffers.attributes {
                 for (slot, (at, length)) in (0..).zip(&p.attributes) {
@@ -490,7 +490,7 @@ impl GpuRenderer {
                 _ => {}
             }
         }
-        // On GL the last draw's rectangle would also cut the samples' way into the picture, which ends the pass.
+        // On GL the scissor rectangle of the last draw would also clip the resolve at the end of the pass.
         rendering.set_scissor_rect(0, 0, pass.width, pass.height);
         drop(rendering);
         if let Some(resolve) = &target.resolve {

@@ -1,8 +1,8 @@
-//! Samples to pixels by a shader of our own, where the driver's way is slow.
+//! Resolves multisampled targets with a shader, on drivers whose own resolve is slow.
 //!
-//! In: a target of several samples. Out: a pass that writes their mean. A driver that computes on the processor resolves by a shader of its own that it
-//! compiles anew at each start; ours comes out of its cache as all modules do. On hardware resolving is the driver's: there are circuits
-//! for it, and samples need not leave the chip.
+//! In: a multisampled target. Out: a pass that writes the mean of the samples. Software drivers resolve with a shader that they recompile at each
+//! start; this shader stays in their disk cache. On hardware the driver resolves: it has fixed-function units for it, and the samples need not
+//! leave the chip.
 
 use std::collections::HashMap;
 use wgpu::{
@@ -14,32 +14,32 @@ use wgpu::{
 
 const SHADER: &str = concat!(include_str!("../../../shaders/lib/screen.wesl"), include_str!("resolve.wgsl"));
 
-/// Pipelines by what they write and of how many samples.
+/// Resolve pipelines by target format and number of samples.
 #[derive(Default)]
-pub struct Resolves {
-    made: HashMap<(TextureFormat, u32), RenderPipeline>,
+pub struct ResolvePipelines {
+    by_format: HashMap<(TextureFormat, u32), RenderPipeline>,
 }
 
-/// One target's way from samples to pixels.
-pub struct Resolve {
+/// The resolve pass of one target.
+pub struct ResolvePass {
     pipeline: RenderPipeline,
-    group: BindGroup,
+    bind_group: BindGroup,
 }
 
-impl Resolves {
-    pub fn of(&mut self, device: &Device, samples: &TextureView, format: TextureFormat, count: u32) -> Resolve {
-        let pipeline = self.made.entry((format, count)).or_insert_with(|| pipeline(device, format, count)).clone();
+impl ResolvePipelines {
+    pub fn resolve_pass(&mut self, device: &Device, samples: &TextureView, format: TextureFormat, count: u32) -> ResolvePass {
+        let pipeline = self.by_format.entry((format, count)).or_insert_with(|| create_pipeline(device, format, count)).clone();
         let entries = [BindGroupEntry { binding: 0, resource: BindingResource::TextureView(samples) }];
         let layout = &pipeline.get_bind_group_layout(0);
-        let group = device.create_bind_group(&BindGroupDescriptor { label: Some("resolve"), layout, entries: &entries });
-        Resolve { pipeline, group }
+        let bind_group = device.create_bind_group(&BindGroupDescriptor { label: Some("resolve"), layout, entries: &entries });
+        ResolvePass { pipeline, bind_group }
     }
 }
 
-impl Resolve {
-    pub fn encode(&self, encoder: &mut CommandEncoder, into: &TextureView, timestamp_writes: Option<RenderPassTimestampWrites<'_>>) {
+impl ResolvePass {
+    pub fn encode(&self, encoder: &mut CommandEncoder, target: &TextureView, timestamp_writes: Option<RenderPassTimestampWrites<'_>>) {
         let ops = Operations { load: LoadOp::Clear(Color::TRANSPARENT), store: StoreOp::Store };
-        let colour = RenderPassColorAttachment { view: into, depth_slice: None, resolve_target: None, ops };
+        let colour = RenderPassColorAttachment { view: target, depth_slice: None, resolve_target: None, ops };
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some("resolve"),
             color_attachments: &[Some(colour)],
@@ -47,12 +47,12 @@ impl Resolve {
             ..RenderPassDescriptor::default()
         });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.group, &[]);
+        pass.set_bind_group(0, &self.bind_group, &[]);
         pass.draw(0..3, 0..1);
     }
 }
 
-fn pipeline(device: &Device, format: TextureFormat, count: u32) -> RenderPipeline {
+fn create_pipeline(device: &Device, format: TextureFormat, count: u32) -> RenderPipeline {
     let source = ShaderSource::Wgsl(format!("const SAMPLES: i32 = {count};\n{SHADER}").into());
     let module = &device.create_shader_module(ShaderModuleDescriptor { label: Some("resolve"), source });
     let compilation_options = PipelineCompilationOptions::default();

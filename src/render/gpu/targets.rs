@@ -1,35 +1,35 @@
-//! What passes draw into: colour, samples, depth.
+//! Render targets of passes: colour, samples, depth.
 
 use super::pipelines::DEPTH_FORMAT;
-use super::resolve::{Resolve, Resolves};
+use super::resolve::{ResolvePass, ResolvePipelines};
 use crate::render::plan::Pass;
 use wgpu::{Device, Extent3d, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView};
 
-/// What the passes of the last frame drew into.
+/// The render target of one pass.
 pub(super) struct Target {
     pub width: u32,
     pub height: u32,
     pub format: TextureFormat,
     pub samples: u32,
-    /// The colour that a later pass reads: resolved.
+    /// The resolved colour, which later passes read.
     pub colour: wgpu::Texture,
     pub view: TextureView,
-    /// With several samples.
-    pub sampled: Option<TextureView>,
-    /// `None`: the driver resolves.
-    pub resolve: Option<Resolve>,
+    /// The samples, if there are several per pixel.
+    pub multisampled: Option<TextureView>,
+    /// `None` if the driver resolves.
+    pub resolve: Option<ResolvePass>,
     pub depth: Option<TextureView>,
 }
 
 impl Target {
-    /// `given`: a texture that is there and takes the colour. `resolves`: where samples become pixels by a shader of ours.
+    /// `external`: the caller's texture for the colour. `resolve_pipelines`: given if a shader is to resolve the samples.
     pub fn new(
         device: &Device,
-        resolves: Option<&mut Resolves>,
+        resolve_pipelines: Option<&mut ResolvePipelines>,
         pass: &Pass,
         format: TextureFormat,
         samples: u32,
-        given: Option<&wgpu::Texture>,
+        external: Option<&wgpu::Texture>,
     ) -> Self {
         let texture = |format: TextureFormat, samples: u32, usage: TextureUsages| {
             device.create_texture(&TextureDescriptor {
@@ -44,12 +44,12 @@ impl Target {
             })
         };
         let view = |t: &wgpu::Texture| t.create_view(&wgpu::TextureViewDescriptor::default());
-        let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let own = || texture(format, 1, drawn | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
-        let colour = given.cloned().unwrap_or_else(own);
-        let usage = if resolves.is_some() { drawn | TextureUsages::TEXTURE_BINDING } else { drawn };
-        let sampled = (samples > 1).then(|| view(&texture(format, samples, usage)));
-        let resolve = resolves.zip(sampled.as_ref()).map(|(resolves, s)| resolves.of(device, s, format, samples));
+        let attachment = TextureUsages::RENDER_ATTACHMENT;
+        let owned = || texture(format, 1, attachment | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
+        let colour = external.cloned().unwrap_or_else(owned);
+        let usage = if resolve_pipelines.is_some() { attachment | TextureUsages::TEXTURE_BINDING } else { attachment };
+        let multisampled = (samples > 1).then(|| view(&texture(format, samples, usage)));
+        let resolve = resolve_pipelines.zip(multisampled.as_ref()).map(|(p, view)| p.resolve_pass(device, view, format, samples));
         Self {
             width: pass.width,
             height: pass.height,
@@ -57,9 +57,9 @@ impl Target {
             samples,
             view: view(&colour),
             colour,
-            sampled,
+            multisampled,
             resolve,
-            depth: pass.depth.then(|| view(&texture(DEPTH_FORMAT, samples, drawn))),
+            depth: pass.depth.then(|| view(&texture(DEPTH_FORMAT, samples, attachment))),
         }
     }
 }

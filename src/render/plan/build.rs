@@ -1,7 +1,7 @@
-//! From a scene to a plan: which pass, which module, which bytes.
+//! Builds the plan of a scene: its passes, the modules of its draws and their uniform bytes.
 //!
 //! In: the scene, the layouts of the modules (read from the modules themselves) and the decoded maps. Out: a [`Plan`]. Uniform fields are
-//! filled by name from [`DrawUniforms`]; a field that the module wants and scene does not give is an error, not a zero.
+//! filled by name from [`DrawUniforms`]; a field of the module that the scene does not supply is an error, not zero.
 
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
@@ -24,17 +24,17 @@ use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 use std::sync::Arc;
 
-/// How finely the frame is drawn.
+/// Samples per pixel and anisotropic filtering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SamplingQuality {
     /// 1 or 4.
     pub samples: u8,
-    /// Taps along a footprint on a map, 1..=16.
+    /// Most taps along a pixel's footprint on a map, 1..=16.
     pub anisotropy: u8,
 }
 
 impl SamplingQuality {
-    /// What a quality draws with.
+    /// The sampling of a quality level.
     pub fn of(quality: Quality) -> Self {
         match quality {
             Quality::Draft => Self { samples: 1, anisotropy: 1 },
@@ -54,11 +54,12 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     all
 }
 
-/// Linear light of the scene, and the bytes that are shown.
+/// Resource names of the scene's linear HDR image and of the display-encoded image.
 pub(super) const HDR_TARGET: &str = "light";
 pub const DISPLAY_TARGET: &str = "picture";
 
-/// Below this white a level of the display may be less than the least step of half floats, 2^-24: half a level on black is 1.5e-4 of white.
+/// If white has less than this radiance, a display level may be smaller than the smallest step of half floats, 2^-24: half a level on black is
+/// 1.5e-4 of white.
 const DIM_WHITE: f64 = 4e-4;
 
 /// Plans one frame.
@@ -66,14 +67,15 @@ pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQ
     Ok(graph::compile(&steps(scene, provider, sampling)?, DISPLAY_TARGET)?)
 }
 
-/// What draws of a body are called among the steps.
-fn kind(draw: &Draw) -> &'static str {
+/// Name of the step that a body's draw belongs to.
+fn step_name(draw: &Draw) -> &'static str {
     if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame. The sky and its stars come first, for everything else stands before them. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
-/// neither can wait until all of the other are drawn; the corona has its place among them. A refracted limb comes with its body: what it takes away before, what it
-/// adds after. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
+/// The steps of one frame. The sky and its stars come first: everything else is in front of them. Opaque bodies and translucent layers (rings,
+/// shells) are drawn together from far to near: an antialiased limb is blended over what is behind it, which may be a ring. The corona is drawn
+/// among them by its distance. A refracted limb is drawn with its body: what it occludes before the body, the light that it adds after it. Then
+/// lines, points and the glow, then the tone map; over the display image the outline and the labels. What a scene does not have makes no pass.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
     steps_with(scene, provider, sampling, None)
 }
@@ -90,7 +92,7 @@ pub(super) fn steps_with(
     Ok(steps)
 }
 
-/// The steps that make the light, [`HDR_TARGET`], on a background. `over_stars`: what is drawn over the stars and behind all bodies.
+/// The steps that draw [`HDR_TARGET`] over a background colour. `over_stars`: a draw over the stars and behind all bodies.
 pub(super) fn light_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -99,7 +101,7 @@ pub(super) fn light_steps(
     over_stars: Option<PlanDraw>,
 ) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let light = Target {
+    let hdr = Target {
         resource: HDR_TARGET,
         width,
         height,
@@ -108,54 +110,54 @@ pub(super) fn light_steps(
         clear: background,
         depth: true,
     };
-    let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
+    let over_hdr = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let [.., opacity] = background;
-    let background = Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] };
-    let sky = over_light("sky", sky::background(scene, provider, opacity)?);
-    let sky_lines = over_light("sky lines", shared::lines_in_order("sky lines", &scene.sky_lines, scene, provider)?);
-    let sky_images = over_light("sky images", sky::images(scene, provider)?);
-    let mut steps = vec![background, sky, sky_images, sky_lines, over_light("stars", shared::stars(scene, provider)?)];
-    steps.extend(over_stars.map(|draw| over_light("faces", vec![draw])));
+    let background = Step { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
+    let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
+    let sky_lines = over_hdr("sky lines", shared::lines_in_order("sky lines", &scene.sky_lines, scene, provider)?);
+    let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
+    let mut steps = vec![background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)];
+    steps.extend(over_stars.map(|draw| over_hdr("faces", vec![draw])));
     let of_body = |body| move |d: &Draw| d.body == body;
     let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
         let mut from = first;
         for run in draws.chunk_by(|a, b| a.body == b.body) {
             let (body, end) = (run[0].body, from + run.len());
-            // Moons may stand between the layers of a ringed body.
-            let begins = !scene.draws[..from].iter().any(of_body(body));
-            let ends = !scene.draws[end..].iter().any(of_body(body));
+            // The layers of a ringed body need not be consecutive: moons may be between them.
+            let is_first = !scene.draws[..from].iter().any(of_body(body));
+            let is_last = !scene.draws[end..].iter().any(of_body(body));
             from = end;
             let limb = scene.limbs.iter().find(|l| l.body == body);
             let (unbent, bent) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
-            steps.extend(unbent.flatten().filter(|_| begins).map(|draw| over_light("unbent Sun", vec![draw])));
-            for of_kind in run.chunk_by(|a, b| kind(a) == kind(b)) {
-                let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
-                steps.push(over_light(kind(&of_kind[0]), draws));
-                let lines = scene.ground_lines.as_ref().filter(|(id, _)| *id == body && of_kind[0].part == Part::Globe);
+            steps.extend(unbent.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
+            for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
+                let draws = layers.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
+                steps.push(over_hdr(step_name(&layers[0]), draws));
+                let lines = scene.ground_lines.as_ref().filter(|(id, _)| *id == body && layers[0].part == Part::Globe);
                 if let Some((_, pieces)) = lines {
-                    steps.push(over_light("ground lines", shared::lines_in_order("ground lines", pieces, scene, provider)?));
+                    steps.push(over_hdr("ground lines", shared::lines_in_order("ground lines", pieces, scene, provider)?));
                 }
             }
-            steps.extend(bent.filter(|_| ends).map(|draw| over_light("refracted limb", vec![draw])));
+            steps.extend(bent.filter(|_| is_last).map(|draw| over_hdr("refracted limb", vec![draw])));
         }
         Ok(())
     };
     let behind = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
     bodies(&mut steps, 0, &scene.draws[..behind])?;
-    steps.push(over_light("corona", shared::corona(scene, provider)?));
+    steps.push(over_hdr("corona", shared::corona(scene, provider)?));
     bodies(&mut steps, behind, &scene.draws[behind..])?;
     steps.extend([
-        over_light("orbits", small_bodies::orbits(scene, provider)?),
-        over_light("lines", shared::lines(scene, provider)?),
-        over_light("minor planets", small_bodies::minor_planets(scene, provider)?),
-        over_light("comets", small_bodies::comets(scene, provider)?),
-        over_light("points", shared::points(scene, provider)?),
-        over_light("glow", shared::glow(scene, provider)?),
+        over_hdr("orbits", small_bodies::orbits(scene, provider)?),
+        over_hdr("lines", shared::lines(scene, provider)?),
+        over_hdr("minor planets", small_bodies::minor_planets(scene, provider)?),
+        over_hdr("comets", small_bodies::comets(scene, provider)?),
+        over_hdr("points", shared::points(scene, provider)?),
+        over_hdr("glow", shared::glow(scene, provider)?),
     ]);
     Ok(steps)
 }
 
-/// The steps from light to the picture.
+/// The steps from the HDR image to the display image.
 fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let mut steps = Vec::new();
@@ -173,7 +175,7 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
     Ok(steps)
 }
 
-/// Writes each field that the layout has, by name; fails on a name that the draw does not have. `map_taps`: taps on a map at most.
+/// Writes each field of the layout by name; fails on a name that the draw does not have. `map_taps`: most taps on a map.
 pub fn uniforms_of(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut w = layout.writer();
     for field in &layout.fields {
@@ -197,14 +199,14 @@ fn put(w: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Resul
     }
 }
 
-/// A closed shape hides its far side before depth does.
+/// Back faces of a closed mesh are culled: its front always hides them.
 fn cull_of(features: &DrawFeatures) -> Cull {
     if features.flags.two_sided { Cull::None } else { Cull::Back }
 }
 
-/// The attributes of shaders/lib/mesh.wesl by location: place, normal, map place, height of the Sun, colour.
+/// The attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, height of the Sun, colour.
 fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
-    let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, and its {what} are not there", draw.name));
+    let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, and its {what} are missing", draw.name));
     let mesh = draw.uniforms.mesh.as_ref().ok_or_else(|| missing("triangles"))?;
     let model = &mesh.model;
     let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: values.clone() };
@@ -220,8 +222,8 @@ fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
 }
 
-/// Depth orders bodies: globes, and lines and points among them. The layers of one body may be closer than it can tell: they lie over what was drawn before
-/// them (scene's order), and leave its depth.
+/// Depth orders globes, and lines and points among them. The layers of one body may be closer together than depth resolves: they are drawn in the
+/// scene's order, without testing or writing depth.
 fn depth_of(part: Part) -> DepthState {
     let globe = part == Part::Globe;
     DepthState { test: globe, write: globe }
@@ -251,7 +253,7 @@ fn body_draw(
         samplers,
         vertices,
         instances: Instances { count: 1, attributes: Vec::new() },
-        // Work adds up; light is covered.
+        // Shading costs of overlapping draws add; radiance is composited by coverage.
         blend: if draw.features.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         cull,
         depth: depth_of(draw.part),

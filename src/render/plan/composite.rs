@@ -1,25 +1,25 @@
-//! Plans of pictures that several frames make: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
+//! Plans of pictures that are composed of several frames: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
 //!
-//! In: a [`Composite`] of scene. Out: one plan: the passes of every frame, then those that put them together. Always: tone map and bloom come after the faces of a
-//! dome or sphere are one picture, so that no seam shows; both eyes are finished pictures before they share one, since an anaglyph is a matter of the
-//! display. Not here: which frames there are (scene::composite).
+//! In: the scene module's [`Composite`]. Out: one plan: the passes of every frame, then those that combine them. Always: bloom and tone map come
+//! after the faces of a dome or sphere are combined, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph
+//! combines display values. Not here: which frames there are (scene::composite).
 
 use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, light_steps, modules, plan, steps_with};
 use super::error::PlanError;
 use super::graph;
 use super::passes::{Attribute, Blend, ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource, Vertices};
 use super::provider::ResourceProvider;
-use super::shared::over_all;
+use super::shared::full_screen_draw;
 use crate::scene::composite::{Arrangement, BORDER_PX, Composite, Eyes, Faces};
 use crate::scene::request::{Projection, StereoLayout, WarpMesh};
 use crate::shader::ModuleId;
 use glam::{DVec2, Vec2};
 use std::sync::Arc;
 
-/// The pass that makes a picture of both eyes, and that of a warped picture.
+/// Names of the pass that combines both eyes, and of the pass that warps.
 const STEREO_TARGET: &str = "both eyes";
 const SCREEN_TARGET: &str = "screen";
-/// Places in a pixel, along each side, at which faces and a warped picture are read.
+/// Taps per pixel along each axis when faces or a warped picture are resampled.
 const TAPS: f32 = 4.0;
 const DRAFT_TAPS: f32 = 2.0;
 
@@ -64,10 +64,10 @@ fn taps(sampling: SamplingQuality) -> f32 {
     if sampling.samples > 1 { TAPS } else { DRAFT_TAPS }
 }
 
-/// Plans a picture of several frames. `screen`: the mesh that it is warped by, and the size of what comes out.
+/// Plans a picture of several frames. `screen`: the mesh that warps it, and the output size in pixels.
 ///
 /// # Errors
-/// As of one frame.
+/// As for one frame.
 pub fn composite(
     composite: &Composite,
     provider: &impl ResourceProvider,
@@ -76,11 +76,11 @@ pub fn composite(
 ) -> Result<Plan, PlanError> {
     let mut whole = match &composite.arrangement {
         Arrangement::Single => plan(&composite.whole, provider, sampling)?,
-        Arrangement::Eyes(eyes) => of_eyes(composite, eyes, provider, sampling)?,
-        Arrangement::Faces(faces) => of_faces(composite, faces, provider, sampling)?,
+        Arrangement::Eyes(eyes) => plan_eyes(composite, eyes, provider, sampling)?,
+        Arrangement::Faces(faces) => plan_faces(composite, faces, provider, sampling)?,
     };
     if let Some((mesh, size)) = screen {
-        let (picture, picture_px) = last_of(&whole);
+        let (picture, picture_px) = last_pass(&whole);
         let draw = warp_draw(mesh, size, picture_px, provider, sampling)?;
         let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(picture) }];
         let [width, height] = size;
@@ -89,8 +89,8 @@ pub fn composite(
     Ok(whole)
 }
 
-/// The last pass, and its size.
-fn last_of(plan: &Plan) -> (usize, [u32; 2]) {
+/// Index and size of the last pass.
+fn last_pass(plan: &Plan) -> (usize, [u32; 2]) {
     (plan.passes.len().saturating_sub(1), plan.passes.last().map_or([1, 1], |p| [p.width, p.height]))
 }
 
@@ -99,19 +99,19 @@ fn display_pass(name: &'static str, [width, height]: [u32; 2], samples: u8, draw
     Pass { name, width, height, format: ColourFormat::Rgba8Unorm, samples, clear, depth: false, draws: vec![draw] }
 }
 
-fn of_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
+fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
     let mut whole = Plan { passes: Vec::new() };
     let mut pictures = Vec::new();
     for scene in &composite.scenes {
         append(&mut whole, plan(scene, provider, sampling)?.passes);
-        pictures.push(last_of(&whole));
+        pictures.push(last_pass(&whole));
     }
-    // The right eye's frame begins where its picture does; both frames are wider by the left one's column.
+    // Both frames are wider than an eye's picture by the column offset of the left one; the right eye's picture starts at column 0.
     let [infinity, _] = eyes.columns;
     let eye_px = pictures.first().map_or([1, 1], |(_, [w, h])| [w - infinity, *h]);
     let side_by_side = eyes.layout == StereoLayout::SideBySide;
     let size = if side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
-    let draw = over_all(stereo_module(eyes.layout), size, provider, |w| {
+    let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
         w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
         if side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
@@ -120,31 +120,36 @@ fn of_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvider,
     Ok(whole)
 }
 
-fn of_faces(composite: &Composite, faces: &Faces, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
+fn plan_faces(
+    composite: &Composite,
+    faces: &Faces,
+    provider: &impl ResourceProvider,
+    sampling: SamplingQuality,
+) -> Result<Plan, PlanError> {
     let mut whole = Plan { passes: Vec::new() };
-    let mut lights = Vec::new();
+    let mut hdr_passes = Vec::new();
     for (scene, used) in composite.scenes.iter().zip(&faces.used) {
-        // Opacity is kept: stars are drawn behind the faces.
-        let mut of_face = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
-        for draw in of_face.passes.iter_mut().flat_map(|p| &mut p.draws) {
+        // On a transparent background: the stars are drawn behind the faces.
+        let mut face_plan = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
+        for draw in face_plan.passes.iter_mut().flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;
             let [x0, y0] = [x0.max(used[0]), y0.max(used[1])];
             draw.scissor = [x0, y0, x1.min(used[2]).max(x0), y1.min(used[3]).max(y0)];
         }
-        append(&mut whole, of_face.passes);
-        lights.push(whole.passes.len() - 1);
+        append(&mut whole, face_plan.passes);
+        hdr_passes.push(whole.passes.len() - 1);
     }
     let draw = sphere_draw(faces, provider, taps(sampling))?;
     let module = draw.module.clone();
-    let once = SamplingQuality { samples: 1, ..sampling };
-    let mut picture = graph::compile(&steps_with(&composite.whole, provider, once, Some(draw))?, DISPLAY_TARGET)?;
-    // A face that the picture does not show is not read: any will do in its place.
-    let of_face = |frame: Option<usize>| lights.get(frame.unwrap_or(0)).copied().unwrap_or(0);
+    let single_sample = SamplingQuality { samples: 1, ..sampling };
+    let mut picture = graph::compile(&steps_with(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
+    // A face that the picture does not show is never read; any pass may be bound for it.
+    let pass_of = |frame: Option<usize>| hdr_passes.get(frame.unwrap_or(0)).copied().unwrap_or(0);
     let before = whole.passes.len();
     append(&mut whole, std::mem::take(&mut picture.passes));
     for draw in whole.passes[before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
         let bound =
-            (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(of_face(*f)) });
+            (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
         draw.textures = bound.collect();
     }
     Ok(whole)
@@ -154,7 +159,7 @@ fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Re
     let picture = &faces.picture;
     let (width, height) = (picture.width, picture.height);
     let scale = picture.radians_per_pixel().as_vec2();
-    let draw = over_all(sphere_module(picture.projection), [width, height], provider, |w| {
+    let draw = full_screen_draw(sphere_module(picture.projection), [width, height], provider, |w| {
         w.vec2("middle", Vec2::new(width as f32, height as f32) / 2.0)?;
         if picture.projection == Projection::Fisheye {
             w.f32("radians_per_pixel", scale.x)?;
@@ -169,7 +174,7 @@ fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Re
     Ok(PlanDraw { blend: Blend::PremultipliedOver, ..draw })
 }
 
-/// The mesh over the whole screen, `picture_px` of the picture spread over it.
+/// Draws the warp mesh over the whole screen, textured with a picture of `picture_px` pixels.
 fn warp_draw(
     mesh: &WarpMesh,
     [width, height]: [u32; 2],
@@ -187,7 +192,7 @@ fn warp_draw(
         values: Arc::new((0..nodes.len()).flat_map(|k| of(k).to_array()).collect()),
     };
     let gradients = mesh.gradients();
-    // Texels per pixel: v runs upwards and rows downwards, and so do y and the rows of the screen.
+    // Texels per pixel. v points up and texture rows run down; likewise y and the rows of the screen.
     let texels = |per_unit: DVec2| (per_unit * picture / per_unit_px * flipped).as_vec2();
     let place = |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
     let attributes = vec![
@@ -196,6 +201,6 @@ fn warp_draw(
         two(&|k| texels(gradients[k][0])),
         two(&|k| -texels(gradients[k][1])),
     ];
-    let draw = over_all("warp", [width, height], provider, |w| w.f32("taps", taps(sampling)))?;
+    let draw = full_screen_draw("warp", [width, height], provider, |w| w.f32("taps", taps(sampling)))?;
     Ok(PlanDraw { vertices: Vertices::Mesh { attributes, indices: Arc::new(mesh.triangles().to_vec()) }, ..draw })
 }

@@ -1,14 +1,14 @@
-//! The frame graph: steps say what they read and what they write, by name; order, targets and clears follow.
+//! The frame graph: steps name the resources that they read and write; order, targets and clears follow.
 //!
-//! In: [`Step`]s in any order, and the resource that is the picture. Out: a [`Plan`] whose passes stand in an order in which each resource is
-//! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that its samples and
-//! depth never leave the renderer. Always holds: each resource is made once, each read has a maker, everything that is drawn reaches the picture; what breaks this is a
-//! [`GraphError`] that names the step. Both renderers walk the resulting passes and know nothing of resources.
+//! In: [`Step`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
+//! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
+//! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
+//! to the final image; a violation is a [`GraphError`] that names the step. The renderers execute the passes and know nothing of resources.
 
 use super::passes::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
 use std::collections::BTreeMap;
 
-/// A colour target that a step makes.
+/// A colour target that a step creates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
     pub resource: &'static str,
@@ -23,13 +23,13 @@ pub struct Target {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Write {
-    /// Makes a resource: it begins with the clear colour.
+    /// Creates a resource, filled with the clear colour.
     New(Target),
-    /// Draws over what earlier steps have drawn.
+    /// Draws over the content of a resource.
     Over(&'static str),
 }
 
-/// A finished resource as a texture of the step's draws.
+/// A finished resource that the step's draws read as a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Read {
     pub resource: &'static str,
@@ -59,7 +59,7 @@ pub enum GraphError {
 }
 
 impl Step {
-    /// What it draws on.
+    /// The resource that it writes.
     pub fn resource(&self) -> &'static str {
         match &self.writes {
             Write::New(target) => target.resource,
@@ -68,8 +68,8 @@ impl Step {
     }
 }
 
-/// Resources in an order in which each comes after those that it is made from. `by_resource`: the steps that write each.
-fn ordered(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
+/// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each.
+fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
     #[derive(Clone, Copy, PartialEq)]
     enum Mark {
         Open,
@@ -100,10 +100,10 @@ fn ordered(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: &'static s
     Ok(order)
 }
 
-/// The plan of the steps; `picture` is made last.
+/// Compiles the steps to a plan, whose last pass is `picture`.
 ///
 /// # Errors
-/// The step that breaks what always holds.
+/// A violation of the rules above, with the step.
 pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError> {
     let mut makers: BTreeMap<&'static str, (&Step, &Target)> = BTreeMap::new();
     for step in steps {
@@ -115,8 +115,7 @@ pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError
     }
     let mut by_resource: BTreeMap<&'static str, Vec<&Step>> = BTreeMap::new();
     for step in steps {
-        let features = step.reads.iter().map(|r| r.resource).chain([step.resource()]);
-        for resource in features {
+        for resource in step.reads.iter().map(|r| r.resource).chain([step.resource()]) {
             if !makers.contains_key(resource) {
                 return Err(GraphError::NotMade { step: step.name, resource });
             }
@@ -126,18 +125,18 @@ pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError
     if !makers.contains_key(picture) {
         return Err(GraphError::NoPicture(picture));
     }
-    let order = ordered(&by_resource, picture)?;
-    // A circle that the picture does not reach is unconnected all the same.
+    let order = topological_order(&by_resource, picture)?;
+    // A cycle that the final image does not depend on is reported as unconnected.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }
-    let place = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
+    let pass_of = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
     let passes = order.iter().map(|resource| {
         let (_, target) = makers[resource];
         let draws = by_resource[resource].iter().flat_map(|step| {
             step.draws.iter().map(|draw| {
                 let mut draw = draw.clone();
-                let read = |r: &Read| TextureBinding { binding: r.binding, source: TextureSource::PassOutput(place(r.resource)) };
+                let read = |r: &Read| TextureBinding { binding: r.binding, source: TextureSource::PassOutput(pass_of(r.resource)) };
                 draw.textures.extend(step.reads.iter().map(read));
                 draw
             })
@@ -156,7 +155,7 @@ pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError
     Ok(Plan { passes: passes.collect() })
 }
 
-/// The steps for a reader, pass by pass in the order in which they are drawn.
+/// Text that lists passes, steps and draws in drawing order.
 pub fn outline(steps: &[Step], plan: &Plan) -> String {
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {

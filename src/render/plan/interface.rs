@@ -1,8 +1,8 @@
-//! The window's own frame: the interface's triangles, the picture of the sky among their textures.
+//! The window's frame: the triangles of the user interface, one of which is textured with the rendered view.
 //!
-//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: one step and its plan, which either renderer walks. Always: blending is the
-//! interface's (premultiplied, in display colours). It is a plan of its own because a window turns more often than its picture is drawn: what the
-//! picture's plan made comes in as a texture. It knows nothing of panels.
+//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: one step and its plan, for either renderer. Always:
+//! blending is premultiplied, in display colours. It is a plan of its own because the window is redrawn more often than the view: the view's image
+//! is a texture here. It knows nothing of panels.
 
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
@@ -10,51 +10,55 @@ use super::passes::{
     AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices,
 };
 use super::provider::ResourceProvider;
-use super::shared::over_all;
+use super::shared::full_screen_draw;
 use crate::image::{Level, TexelFormat, Texture};
 use std::sync::Arc;
 
-/// The module of all pieces: shaders/entry/interface.wesl.
+/// The module of all primitives: shaders/entry/interface.wesl.
 pub const INTERFACE_MODULE: &str = "interface";
-/// What the step makes.
+/// The resource that the step creates.
 const WINDOW: &str = "window";
 const TEXTURE_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 
-/// Triangles with one texture, within one rectangle.
+/// Triangles with one texture and one scissor rectangle.
 #[derive(Clone, Debug)]
 pub struct UiPrimitive {
-    /// Two numbers a corner: pixels from the window's left top corner.
+    /// Two numbers a vertex: pixels from the window's top-left corner.
     pub corners_px: Vec<f32>,
-    /// Two numbers a corner, 0 to 1 from the texture's left top corner.
-    pub places: Vec<f32>,
-    /// Four numbers a corner: sRGB-encoded, premultiplied, 0 to 1.
+    /// Two numbers a vertex: texture coordinates, 0 to 1 from the texture's top-left corner.
+    pub uvs: Vec<f32>,
+    /// Four numbers a vertex: sRGB-encoded, premultiplied, 0 to 1.
     pub colours: Vec<f32>,
     pub indices: Vec<u32>,
     pub texture: TextureSource,
     pub sampler: SamplerState,
-    /// Pixels that may be touched: x0, y0, x1, y1 (exclusive).
+    /// Pixels that may be drawn: x0, y0, x1, y1 (exclusive).
     pub scissor: [u32; 4],
 }
 
-/// The step that makes a window of its pieces.
+/// The step that draws a window's primitives.
 ///
 /// # Errors
-/// What the module lacks.
-pub fn interface_step(pieces: Vec<UiPrimitive>, [width, height]: [u32; 2], provider: &impl ResourceProvider) -> Result<Step, PlanError> {
+/// A uniform of the module that is not filled, or an unknown module.
+pub fn interface_step(
+    primitives: Vec<UiPrimitive>,
+    [width, height]: [u32; 2],
+    provider: &impl ResourceProvider,
+) -> Result<Step, PlanError> {
     let pixel_size = glam::Vec2::new(2.0 / width as f32, 2.0 / height as f32);
-    let plain = over_all(INTERFACE_MODULE, [width, height], provider, |w| w.vec2("pixel_size", pixel_size))?;
-    let draws = pieces.into_iter().map(|piece| {
+    let plain = full_screen_draw(INTERFACE_MODULE, [width, height], provider, |w| w.vec2("pixel_size", pixel_size))?;
+    let draws = primitives.into_iter().map(|primitive| {
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
         PlanDraw {
-            textures: vec![TextureBinding { binding: TEXTURE_BINDING, source: piece.texture }],
-            samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state: piece.sampler }],
+            textures: vec![TextureBinding { binding: TEXTURE_BINDING, source: primitive.texture }],
+            samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state: primitive.sampler }],
             vertices: Vertices::Mesh {
-                attributes: vec![attribute(2, piece.corners_px), attribute(2, piece.places), attribute(4, piece.colours)],
-                indices: Arc::new(piece.indices),
+                attributes: vec![attribute(2, primitive.corners_px), attribute(2, primitive.uvs), attribute(4, primitive.colours)],
+                indices: Arc::new(primitive.indices),
             },
             blend: Blend::PremultipliedOver,
-            scissor: piece.scissor,
+            scissor: primitive.scissor,
             ..plain.clone()
         }
     });
@@ -67,24 +71,24 @@ pub fn interface_step(pieces: Vec<UiPrimitive>, [width, height]: [u32; 2], provi
 ///
 /// # Errors
 /// See [`interface_step`].
-pub fn interface(pieces: Vec<UiPrimitive>, size: [u32; 2], provider: &impl ResourceProvider) -> Result<Plan, PlanError> {
-    Ok(graph::compile(&[interface_step(pieces, size, provider)?], WINDOW)?)
+pub fn interface(primitives: Vec<UiPrimitive>, size: [u32; 2], provider: &impl ResourceProvider) -> Result<Plan, PlanError> {
+    Ok(graph::compile(&[interface_step(primitives, size, provider)?], WINDOW)?)
 }
 
-/// The plan of a window of one white pixel: drawn to no end, a device has made by it what any window needs.
+/// A plan that draws one white pixel: rendering it once makes the device create what any window needs.
 ///
 /// # Errors
 /// See [`interface_step`].
 pub fn warm_up_interface(provider: &impl ResourceProvider) -> Result<Plan, PlanError> {
     let white = Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width: 1, height: 1, bytes: vec![255; 4] }] };
-    let piece = UiPrimitive {
+    let primitive = UiPrimitive {
         corners_px: vec![0.0, 0.0, 2.0, 0.0, 0.0, 2.0],
-        places: vec![0.5; 6],
+        uvs: vec![0.5; 6],
         colours: vec![1.0; 12],
         indices: vec![0, 1, 2],
         texture: TextureSource::Image(Arc::new(white)),
         sampler: SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true },
         scissor: [0, 0, 1, 1],
     };
-    interface(vec![piece], [1, 1], provider)
+    interface(vec![primitive], [1, 1], provider)
 }

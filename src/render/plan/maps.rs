@@ -1,6 +1,6 @@
-//! Which image and sampler each texture variable of a body's module is bound to: by the variable's name, read from the module.
+//! Binds images and samplers to the texture variables of a body's module, by the variable's name.
 //!
-//! In: a draw and its module's layout. Out: bindings. Always: a texture that the module does not have is not asked for.
+//! In: a draw and its module's layout. Out: bindings. Always: only textures that the module declares are requested.
 
 use super::error::PlanError;
 use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, TextureSource};
@@ -22,23 +22,23 @@ const MAPS: [(&str, MapRole); 7] = [
     ("overlay_map", MapRole::Overlay(0)),
     ("overlay_map_2", MapRole::Overlay(1)),
 ];
-/// Their samplers: one of all maps, and one of each overlay, by its place.
+/// Their samplers: one for all maps, and one for each overlay, by its index.
 const MAP_SAMPLER: &str = "map_sampler";
 const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
 /// The variable of the ring's profile.
 pub const RING_PROFILE: &str = "ring_profile";
-/// The variable of the table of light that the ring sends onto its globe.
+/// The variable of the ring-shine table: light that the ring sends onto its globe.
 pub const RING_SHINE: &str = "ring_shine_table";
 
-/// The variable of the table of the Moon's own limb.
+/// The variable of the Moon's limb profile.
 pub const LIMB_TABLE: &str = "limb_table";
 
-/// What the image of a texture variable is to the draw; `None`: it is none of a body's maps.
+/// The role of a texture variable's image; `None` if it is none of a body's maps.
 pub fn role_of(texture: &str) -> Option<MapRole> {
     MAPS.iter().find(|(name, _)| *name == texture).map(|(_, role)| *role)
 }
 
-/// Albedo and night maps and overlays hold colours, normal, water and cloud maps plain numbers.
+/// Albedo maps, night maps and overlays hold sRGB colours; normal, specular and cloud maps hold linear values.
 pub fn map_format(role: MapRole) -> TexelFormat {
     match role {
         MapRole::Normal | MapRole::Specular | MapRole::Clouds => TexelFormat::Rgba8Unorm,
@@ -46,7 +46,7 @@ pub fn map_format(role: MapRole) -> TexelFormat {
     }
 }
 
-/// How a draw's map is read. A mesh has map coordinates of its own: its maps need not be those of a whole sphere, so they are taken as they are.
+/// How a draw's map is decoded. Maps of a mesh need not be equirectangular, so they get no pole filter.
 pub fn map_decoding(role: MapRole, shape: Shape) -> MapDecoding {
     let poles = match (shape, role) {
         (Shape::Mesh, _) => PoleFilter::None,
@@ -56,7 +56,7 @@ pub fn map_decoding(role: MapRole, shape: Shape) -> MapDecoding {
     MapDecoding { format: map_format(role), poles }
 }
 
-/// What the module's textures are bound to. The canonical key may read fewer maps than the draw has (a depth view reads none).
+/// The texture bindings of the draw. The module of the canonical key may read fewer maps than the draw has (a depth view reads none).
 pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourceProvider) -> Result<Vec<TextureBinding>, PlanError> {
     let ring = &draw.uniforms.ring;
     let image_of = |name: &str| -> Result<Option<SharedTexture>, PlanError> {
@@ -80,7 +80,7 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
     Ok(all)
 }
 
-/// Maps go on over the date line; an overlay does where it goes around the body.
+/// Maps repeat across the date line, and so do overlays that go all around the body.
 pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     let around = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let state_of = |name: &str| {
@@ -94,7 +94,7 @@ pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
 }
 
-/// The bytes of a table as a texture holds them.
+/// The bytes of a table, little-endian as in a texture.
 fn little_endian(texels: &[f32]) -> Vec<u8> {
     if cfg!(target_endian = "little") {
         return bytemuck::cast_slice(texels).to_vec();
@@ -102,19 +102,19 @@ fn little_endian(texels: &[f32]) -> Vec<u8> {
     texels.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-/// The ring's table as a texture of one level: it is read by texel.
+/// The ring's profile as a texture of one level, read with `textureLoad`.
 pub fn ring_profile(table: &RingTable) -> SharedTexture {
     let level = Level { width: table.width, height: table.height, bytes: little_endian(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
-/// Light from the ring as a texture of one level: it is read by texel.
+/// Ring-shine as a texture of one level, read with `textureLoad`.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
     let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes: little_endian(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
-/// The Moon's limb as a texture of one level: it is read by texel.
+/// The Moon's limb profile as a texture of one level, read with `textureLoad`.
 pub fn limb_table(table: &LimbTable) -> SharedTexture {
     let level = Level { width: LIMB_COLUMNS as u32, height: LIMB_ROWS as u32, bytes: little_endian(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })

@@ -1,4 +1,4 @@
-//! The render plan: passes, order, uniform bytes. Plain values, shared by every renderer.
+//! The render plan: passes in order, with their draws and uniform bytes. Plain values for every renderer.
 
 mod build;
 mod composite;

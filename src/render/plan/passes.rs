@@ -2,7 +2,7 @@
 
 use crate::image::SharedTexture;
 use crate::shader::ModuleId;
-use crate::shader::{Library, ShaderError, ShaderModule};
+use crate::shader::{ShaderError, ShaderLibrary, ShaderModule};
 use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,22 +19,22 @@ pub struct SamplerState {
     pub linear: bool,
 }
 
-/// What a texture binding reads.
+/// The image that a texture binding reads.
 #[derive(Clone, Debug)]
 pub enum TextureSource {
     Image(SharedTexture),
-    /// The same, of an owner that holds it while it is unchanged: known by its place in memory, however often it is read.
+    /// An image that its owner holds as long as it is unchanged, so that its address identifies it.
     Persistent(SharedTexture),
     /// The colour target that an earlier pass wrote (resolved), by pass index.
     PassOutput(usize),
-    /// What an earlier plan made, on the device that drew it.
+    /// The image of an earlier plan, in the memory of the GPU that drew it.
     OnGpu(GpuImage),
 }
 
-/// A finished picture that stays on the device that drew it until the last of these is dropped.
+/// A finished image that stays in the memory of the GPU that drew it until the last handle is dropped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GpuImage {
-    /// One of its kind in this process.
+    /// Unique in this process.
     pub id: Arc<u64>,
     pub width: u32,
     pub height: u32,
@@ -109,15 +109,15 @@ pub struct PlanDraw {
     pub blend: Blend,
     pub cull: Cull,
     pub depth: DepthState,
-    /// Pixels that may be touched: x0, y0, x1, y1 (exclusive).
+    /// Pixels that may be drawn: x0, y0, x1, y1 (exclusive).
     pub scissor: [u32; 4],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColourFormat {
-    /// Linear HDR working target, where half floats will do.
+    /// Linear HDR target; half floats suffice.
     Rgba32Float,
-    /// The same for light so dim that half floats would lose it: a night sky.
+    /// Linear HDR target for radiances below the range of half floats: a night sky.
     Rgba32FloatDim,
     /// Display-ready bytes, already encoded by the shader.
     Rgba8Unorm,
@@ -136,17 +136,17 @@ pub struct Pass {
     pub draws: Vec<PlanDraw>,
 }
 
-/// Passes in order; the last one is the picture.
+/// Passes in order; the last one is the final image.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub passes: Vec<Pass>,
 }
 
-/// What a shared module was given for one of its draws.
+/// The uniforms of one draw of a simple shader.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimpleDraw {
     pub module: &'static str,
-    /// The pass that it draws in, and the draw.
+    /// The draw and its pass.
     pub label: String,
     pub uniform_bytes: Vec<u8>,
 }
@@ -160,7 +160,7 @@ impl Plan {
         all
     }
 
-    /// The draws of shared modules, in their order.
+    /// The draws of simple shaders, in order.
     pub fn simple_draws(&self) -> Vec<SimpleDraw> {
         let of_draw = |pass: &Pass, d: &PlanDraw| match d.module {
             ModuleId::Simple(module) => {
@@ -176,11 +176,11 @@ impl Plan {
 /// Where a plan's modules come from.
 pub trait ModuleProvider: Sync {
     /// # Errors
-    /// Why there is no such module.
+    /// A module that does not exist or does not compile.
     fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError>;
 }
 
-impl ModuleProvider for Library {
+impl ModuleProvider for ShaderLibrary {
     fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         self.get(name)
     }

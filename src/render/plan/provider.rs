@@ -1,4 +1,4 @@
-//! What a plan is made of besides its scene.
+//! What a plan needs besides its scene.
 
 use super::error::PlanError;
 use crate::image::{GlyphAtlas, MapDecoding, SharedTexture};
@@ -6,13 +6,13 @@ use crate::shader::Layout;
 use crate::shader::ModuleId;
 use std::sync::Arc;
 
-/// What the plan asks of the outside: layouts of modules and decoded maps.
+/// Supplies the layouts of modules, decoded maps and glyphs.
 pub trait ResourceProvider {
     fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError>;
-    /// A map by its file name, as colour or as plain numbers.
-    fn map(&self, file: &str, reading: MapDecoding) -> Result<SharedTexture, PlanError>;
+    /// A map by its file name.
+    fn map(&self, file: &str, decoding: MapDecoding) -> Result<SharedTexture, PlanError>;
     /// A colour image premultiplied by its alpha.
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
-    /// The letters of all bodies' names for texts of a size, pixels.
+    /// The glyph atlas for texts of a size in pixels.
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas>;
 }

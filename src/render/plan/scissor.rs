@@ -1,12 +1,12 @@
-//! From a rectangle in clip space to pixels.
+//! Converts a rectangle in clip space to a scissor rectangle.
 
 use glam::Vec4;
 
-/// Pixels that a clip rectangle touches.
+/// The pixels that a rectangle in clip space touches.
 pub(super) fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
     let across = |clip: f32, size: u32| f64::from(clip).mul_add(0.5, 0.5) * f64::from(size);
     let (x0, x1) = (across(rect.x, width), across(rect.z, width));
     let (y0, y1) = (across(-rect.y, height), across(-rect.w, height));
-    // `as` saturates: nothing outside the viewport survives.
+    // `as` saturates, which clamps negative values to the viewport.
     [x0.floor() as u32, y0.floor() as u32, (x1.ceil() as u32).min(width), (y1.ceil() as u32).min(height)]
 }

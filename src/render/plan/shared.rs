@@ -1,7 +1,7 @@
-//! The draws that are not planets: stars, points, lines, corona, refracted limbs, glow, tone map, bloom, outline, names. One shared module each.
+//! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glow, tone map, bloom, outline, labels.
 //!
-//! In: the scene and the layouts of the shared modules. Out: draws and steps with their uniform bytes filled by field name. Always: a module that
-//! [`modules`] does not name is not run. Not here: what is drawn (scene decides), planets.
+//! In: the scene and the layouts of the simple shaders. Out: draws and steps with their uniform bytes filled by field name. Always: only modules
+//! that [`modules`] names are used. Not here: what is drawn (scene decides), bodies.
 
 use super::error::PlanError;
 use super::graph::{Read, Step, Target, Write};
@@ -22,30 +22,30 @@ use crate::shader::reflect::LayoutError;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
-/// The binding of the first picture that a screen-wide module reads; others follow it.
+/// The binding of the first image that a full-screen draw reads; others follow it.
 pub(super) const READS_BINDING: u32 = 1;
 
-/// Part of white up to which the tone map leaves a photograph as it is.
+/// Fraction of white up to which the filmic tone map is linear.
 const FILM_TRUE_TO: f32 = 0.8;
 
-/// What bloom adds: these parts of the light beyond white, spread by Gaussians of these standard deviations in parts of the picture's height. Chosen by
-/// eye, after the halo of a clean camera lens; no measurement.
+/// Bloom: the fraction of the radiance above white that is added, and the standard deviation of its Gaussian as a fraction of the image height.
+/// Chosen by eye after the halo of a clean camera lens; not measured.
 pub(super) const BLOOM_NEAR: (f32, f32) = (0.10, 0.006);
 pub(super) const BLOOM_FAR: (f32, f32) = (0.05, 0.03);
-/// Light beyond white that counts at most, in whites: the Sun's disc, a million whites beside a planet, has its own law in the glow.
+/// Greatest radiance above white that blooms, in units of white: the Sun's disc, up to a million times white, has its own glare (`glow`).
 pub(super) const BLOOM_MOST: f32 = 16.0;
-/// What each of bloom's two pictures is smaller by.
+/// Factor by which each of bloom's two images is smaller.
 const SHRINK: u32 = 4;
 
-/// Standard deviation of the outline's fall in parts of the picture's height, and in pixels at least.
+/// Standard deviation of the outline's blur as a fraction of the image height, and its minimum in pixels.
 const OUTLINE_SIGMA: f32 = 0.0025;
 const OUTLINE_SIGMA_LEAST_PX: f32 = 1.5;
-/// Standard deviations that a blur reaches: shaders/entry/blur.wesl.
+/// Radius of a blur in standard deviations, as in shaders/entry/blur.wesl.
 const BLUR_REACH: f32 = 3.0;
 
-/// The shared modules that a scene's plan runs.
+/// The simple shaders that a scene's plan runs.
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
-    let wanted = [
+    let conditions = [
         (scene.background.is_some(), "sky_background"),
         (!scene.sky_images.is_empty(), "sky_image"),
         (!scene.points.is_empty() || !scene.stars.is_empty() || !scene.comets.heads.is_empty(), "point"),
@@ -64,21 +64,21 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.labels.is_some() || scene.texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
     ];
-    wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, name)| name).collect()
+    conditions.into_iter().filter(|(used, _)| *used).map(|(_, name)| name).collect()
 }
 
-/// A draw of a shared module over the scene's picture.
-pub(super) fn of_module(
+/// A draw of a simple shader over the whole image of the scene.
+pub(super) fn simple_draw(
     module: &'static str,
     scene: &Scene,
     provider: &impl ResourceProvider,
     fill: impl FnOnce(&mut UniformWriter<'_>) -> Result<(), LayoutError>,
 ) -> Result<PlanDraw, PlanError> {
-    over_all(module, [scene.camera.width, scene.camera.height], provider, fill)
+    full_screen_draw(module, [scene.camera.width, scene.camera.height], provider, fill)
 }
 
-/// A draw of a shared module: one triangle over a whole target, without depth, until something else is said.
-pub(super) fn over_all(
+/// A draw of a simple shader: by default one triangle over the whole target, without depth.
+pub(super) fn full_screen_draw(
     module: &'static str,
     [width, height]: [u32; 2],
     provider: &impl ResourceProvider,
@@ -103,39 +103,41 @@ pub(super) fn over_all(
     })
 }
 
-/// Numbers an instance, and which.
-pub(super) type Column<T> = (u32, fn(&T) -> Vec<f32>);
+/// An instance attribute: its number of components, and their values.
+pub(super) type InstanceAttribute<T> = (u32, fn(&T) -> Vec<f32>);
 
-/// Rectangles, one an instance, with an attribute of each column.
-pub(super) fn rectangles<T>(all: &[T], attributes: &[Column<T>]) -> (Vertices, Instances) {
-    let attribute =
-        |(components, values): &Column<T>| Attribute { components: *components, values: Arc::new(all.iter().flat_map(values).collect()) };
+/// Rectangles, one per instance, with these attributes.
+pub(super) fn instanced_rectangles<T>(all: &[T], attributes: &[InstanceAttribute<T>]) -> (Vertices, Instances) {
+    let attribute = |(components, values): &InstanceAttribute<T>| Attribute {
+        components: *components,
+        values: Arc::new(all.iter().flat_map(values).collect()),
+    };
     let count = u32::try_from(all.len()).unwrap_or(u32::MAX);
     (Vertices::Count(6), Instances { count, attributes: attributes.iter().map(attribute).collect() })
 }
 
-/// Hidden by what is nearer.
-pub(super) const BEHIND: DepthState = DepthState { test: true, write: false };
+/// Hidden by nearer bodies.
+pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
-/// Reach of a sprite in pixels, and the radiances at its centre for a flux of 1.
-fn shape(radius_px: f32) -> Vec<f32> {
+/// Radius of a sprite in pixels, and the radiances of its core and glare at the centre for a flux of 1.
+fn sprite_shape(radius_px: f32) -> Vec<f32> {
     let [core, glare] = point_spread(f64::from(radius_px));
     vec![radius_px, core as f32, glare as f32]
 }
 
-/// Points of light that are added to the frame, in one draw.
+/// Point sprites, blended additively, in one draw.
 pub(super) fn sprites<T>(
     label: &str,
     all: &[T],
-    attributes: &[Column<T>],
+    attributes: &[InstanceAttribute<T>],
     scene: &Scene,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PlanDraw>, PlanError> {
     if all.is_empty() {
         return Ok(Vec::new());
     }
-    let (vertices, instances) = rectangles(all, attributes);
-    let draw = of_module("point", scene, provider, |w| {
+    let (vertices, instances) = instanced_rectangles(all, attributes);
+    let draw = simple_draw("point", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
         w.f32("glare_width_px", GLARE_WIDTH_PX as f32)
@@ -143,26 +145,26 @@ pub(super) fn sprites<T>(
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
 
-/// Columns of sprites that are not of a body of the catalog.
-pub(super) const STAR_SPRITE: [Column<StarSprite>; 3] =
-    [(3, |s| s.centre.to_array().to_vec()), (3, |s| shape(s.radius_px)), (3, |s| s.flux.to_array().to_vec())];
+/// Attributes of sprites that belong to no body of the catalog.
+pub(super) const STAR_SPRITE: [InstanceAttribute<StarSprite>; 3] =
+    [(3, |s| s.centre.to_array().to_vec()), (3, |s| sprite_shape(s.radius_px)), (3, |s| s.flux.to_array().to_vec())];
 
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     sprites("stars", &scene.stars, &STAR_SPRITE, scene, provider)
 }
 
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let attributes: [Column<Point>; 3] =
-        [(3, |p| p.centre.to_array().to_vec()), (3, |p| shape(p.radius_px)), (3, |p| p.flux.to_array().to_vec())];
+    let attributes: [InstanceAttribute<Point>; 3] =
+        [(3, |p| p.centre.to_array().to_vec()), (3, |p| sprite_shape(p.radius_px)), (3, |p| p.flux.to_array().to_vec())];
     sprites("points", &scene.points, &attributes, scene, provider)
 }
 
-/// Traces of past motion, among the bodies.
+/// Traces of past motion, depth-tested against the bodies.
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    strokes("traces", &scene.lines, BEHIND, scene, provider)
+    strokes("traces", &scene.lines, DEPTH_TESTED, scene, provider)
 }
 
-/// Lines that are drawn in the order of steps, without depth.
+/// Lines without depth, drawn in step order.
 pub(super) fn lines_in_order(
     label: &str,
     pieces: &[LineSegment],
@@ -182,7 +184,7 @@ fn strokes(
     if pieces.is_empty() {
         return Ok(Vec::new());
     }
-    let (vertices, instances) = rectangles::<LineSegment>(
+    let (vertices, instances) = instanced_rectangles::<LineSegment>(
         pieces,
         &[
             (3, |p| p.ends[0].to_array().to_vec()),
@@ -193,7 +195,7 @@ fn strokes(
             (3, |p| p.colour.to_array().to_vec()),
         ],
     );
-    let draw = of_module("line", scene, provider, |w| {
+    let draw = simple_draw("line", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
@@ -203,7 +205,7 @@ fn strokes(
 
 pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(corona) = &scene.corona else { return Ok(Vec::new()) };
-    let draw = of_module("corona", scene, provider, |w| {
+    let draw = simple_draw("corona", scene, provider, |w| {
         w.vec3("middle", corona.middle)?;
         w.vec3("across", corona.across)?;
         w.vec3("up", corona.up)?;
@@ -222,7 +224,7 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
 
 pub(super) fn glow(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(glow) = &scene.glow else { return Ok(Vec::new()) };
-    let draw = of_module("glow", scene, provider, |w| {
+    let draw = simple_draw("glow", scene, provider, |w| {
         w.vec3("sun_direction", glow.sun_direction)?;
         w.f32("least_sq", glow.least_sq)?;
         w.vec3("strength", glow.strength)?;
@@ -233,14 +235,15 @@ pub(super) fn glow(scene: &Scene, provider: &impl ResourceProvider) -> Result<Ve
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
 }
 
-/// The refracted limb of a body: what it adds, and what it takes away first of the Sun that was drawn unbent behind it.
+/// The draws of a body's refracted limb: one that occludes the Sun as it was drawn without refraction (if it is there), and one that adds the
+/// refracted light.
 pub(super) fn refracted_limb(
     scene: &Scene,
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    let over = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
-        let draw = of_module("refracted_limb", scene, provider, |w| {
+    let limb_draw = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
+        let draw = simple_draw("refracted_limb", scene, provider, |w| {
             w.vec4("rect_in_clip", rays.rect_in_clip)?;
             w.vec3("anchor_origin", rays.anchor_origin)?;
             w.vec3("anchor_du", rays.anchor_du)?;
@@ -261,18 +264,18 @@ pub(super) fn refracted_limb(
             w.f32("hides", hides)
         })?;
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
-        Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: BEHIND, scissor, ..draw })
+        Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, scissor, ..draw })
     };
-    let unbent = limb.unbent.as_ref().map(|rays| over(rays, 1.0)).transpose()?;
-    Ok((unbent, over(&limb.rays, 0.0)?))
+    let occluding = limb.unbent.as_ref().map(|rays| limb_draw(rays, 1.0)).transpose()?;
+    Ok((occluding, limb_draw(&limb.rays, 0.0)?))
 }
 
-/// Bloom's resources: a quarter and a sixteenth of the picture's sides.
+/// Bloom's resources, a quarter and a sixteenth of the image's sides.
 const BEYOND: [&str; 3] = ["beyond white", "beyond white across", "near halo"];
 const HALO: [&str; 3] = ["near halo shrunk", "near halo across", "far halo"];
 
-/// A target of linear light of a size.
-fn linear(resource: &'static str, [width, height]: [u32; 2]) -> Target {
+/// A linear HDR target of a size.
+fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> Target {
     Target { resource, width, height, format: ColourFormat::Rgba32Float, samples: 1, clear: [0.0; 4], depth: false }
 }
 
@@ -283,20 +286,20 @@ pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: Ta
 }
 
 fn blur(scene: &Scene, provider: &impl ResourceProvider, axis: Vec2, sigma_px: f32) -> Result<PlanDraw, PlanError> {
-    let draw = of_module("blur", scene, provider, |w| {
+    let draw = simple_draw("blur", scene, provider, |w| {
         w.vec2("axis", axis)?;
         w.f32("sigma_px", sigma_px)
     })?;
     Ok(PlanDraw { label: format!("blur along {}", if axis == Vec2::X { "x" } else { "y" }), ..draw })
 }
 
-/// Light beyond white, spread near and far.
-pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, light: &'static str) -> Result<Vec<Step>, PlanError> {
-    let smaller = |size: [u32; 2]| size.map(|s| s.div_ceil(SHRINK));
-    let quarter = smaller([scene.camera.width, scene.camera.height]);
-    let sixteenth = smaller(quarter);
+/// The steps of bloom: radiance above white, downsampled and blurred at two scales.
+pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: &'static str) -> Result<Vec<Step>, PlanError> {
+    let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(SHRINK));
+    let quarter = downsampled([scene.camera.width, scene.camera.height]);
+    let sixteenth = downsampled(quarter);
     let shrink = |exposure: f32, beyond: f32, most: f32| {
-        of_module("shrink", scene, provider, |w| {
+        simple_draw("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
             w.f32("beyond", beyond)?;
             w.f32("most", most)
@@ -306,26 +309,31 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, light
     let [near_px, far_px] = [BLOOM_NEAR.1 * height / SHRINK as f32, BLOOM_FAR.1 * height / (SHRINK * SHRINK) as f32];
     let blur = |axis: Vec2, sigma_px: f32| blur(scene, provider, axis, sigma_px);
     Ok(vec![
-        screen_step("bloom, beyond white", &[light], linear(BEYOND[0], quarter), shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MOST)?),
-        screen_step("bloom, near, across", &[BEYOND[0]], linear(BEYOND[1], quarter), blur(Vec2::X, near_px)?),
-        screen_step("bloom, near", &[BEYOND[1]], linear(BEYOND[2], quarter), blur(Vec2::Y, near_px)?),
-        screen_step("bloom, shrunk", &[BEYOND[2]], linear(HALO[0], sixteenth), shrink(1.0, 0.0, f32::MAX)?),
-        screen_step("bloom, far, across", &[HALO[0]], linear(HALO[1], sixteenth), blur(Vec2::X, far_px)?),
-        screen_step("bloom, far", &[HALO[1]], linear(HALO[2], sixteenth), blur(Vec2::Y, far_px)?),
+        screen_step(
+            "bloom, beyond white",
+            &[hdr],
+            linear_target(BEYOND[0], quarter),
+            shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MOST)?,
+        ),
+        screen_step("bloom, near, across", &[BEYOND[0]], linear_target(BEYOND[1], quarter), blur(Vec2::X, near_px)?),
+        screen_step("bloom, near", &[BEYOND[1]], linear_target(BEYOND[2], quarter), blur(Vec2::Y, near_px)?),
+        screen_step("bloom, shrunk", &[BEYOND[2]], linear_target(HALO[0], sixteenth), shrink(1.0, 0.0, f32::MAX)?),
+        screen_step("bloom, far, across", &[HALO[0]], linear_target(HALO[1], sixteenth), blur(Vec2::X, far_px)?),
+        screen_step("bloom, far", &[HALO[1]], linear_target(HALO[2], sixteenth), blur(Vec2::Y, far_px)?),
     ])
 }
 
-/// From light to bytes, with the light that bloom spread where there is some.
+/// The tone map from the resource `hdr` to the resource `display`, with bloom if the scene has it.
 pub(super) fn tone_map_step(
     scene: &Scene,
     provider: &impl ResourceProvider,
-    light: &'static str,
-    picture: &'static str,
+    hdr: &'static str,
+    display: &'static str,
 ) -> Result<Step, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let film = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
-    let (module, reads) = if scene.bloom { ("tone_map_bloom", &[light, BEYOND[2], HALO[2]][..]) } else { ("tone_map", &[light][..]) };
-    let draw = of_module(module, scene, provider, |w| {
+    let (module, reads) = if scene.bloom { ("tone_map_bloom", &[hdr, BEYOND[2], HALO[2]][..]) } else { ("tone_map", &[hdr][..]) };
+    let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
         w.f32("true_to", if film { FILM_TRUE_TO } else { f32::MAX })?;
         if scene.bloom {
@@ -335,23 +343,23 @@ pub(super) fn tone_map_step(
         Ok(())
     })?;
     let black = [0.0, 0.0, 0.0, 1.0];
-    let target = Target { resource: picture, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
+    let target = Target { resource: display, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
     Ok(screen_step("tone map", reads, target, draw))
 }
 
 const SHAPE: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
 
-/// sRGB bytes as the shaders take them.
+/// sRGB bytes scaled to 0..=1, still encoded.
 pub(super) fn colour(bytes: [u8; 3]) -> Vec3 {
     Vec3::from_array(bytes.map(f32::from)) / 255.0
 }
 
-/// The selected body's outline: its shape as a mask, blurred, and what of that lies beside the shape.
+/// The selected body's outline: a mask of its shape, blurred; the part of the blurred mask outside the shape is drawn over `display`.
 pub(super) fn outline_steps(
     scene: &Scene,
     shape: PlanDraw,
     provider: &impl ResourceProvider,
-    picture: &'static str,
+    display: &'static str,
 ) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_SIGMA_LEAST_PX);
@@ -365,9 +373,9 @@ pub(super) fn outline_steps(
         step.draws.iter_mut().for_each(|d| d.scissor = around);
         Ok(step)
     };
-    // A planet's module writes depth.
+    // A body's module writes depth, so the mask needs a depth target.
     let shape_target = Target { depth: true, ..mask(SHAPE[0]) };
-    let line = of_module("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
+    let line = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
     let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: around, ..line };
     let reads = [SHAPE[0], SHAPE[2]];
     let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
@@ -375,6 +383,6 @@ pub(super) fn outline_steps(
         Step { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
         blurred("outline, blurred across", SHAPE[0], SHAPE[1], Vec2::X)?,
         blurred("outline, blurred", SHAPE[1], SHAPE[2], Vec2::Y)?,
-        Step { name: "outline", reads, writes: Write::Over(picture), draws: vec![line] },
+        Step { name: "outline", reads, writes: Write::Over(display), draws: vec![line] },
     ])
 }

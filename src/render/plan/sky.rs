@@ -1,33 +1,33 @@
-//! The draws of diffuse light from beyond all bodies, and of images of the sky over it: one triangle over the whole picture each.
+//! The draws of the diffuse sky (Milky Way, zodiacal light) and of images of the sky over it: one full-screen triangle each.
 
 use super::error::PlanError;
 use super::passes::{AddressMode, Blend, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
-use super::shared::of_module;
+use super::shared::simple_draw;
 use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::sky::images::SkyImageDraw;
 use glam::Vec3;
 use std::sync::{Arc, LazyLock};
 
-/// Its module: shaders/entry/sky_background.wesl.
+/// The module of the diffuse sky: shaders/entry/sky_background.wesl.
 const MODULE: &str = "sky_background";
 const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 
-/// How a panorama of the sky is read.
+/// How a panorama of the sky is decoded.
 pub const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
 
-/// Stands where there is no panorama.
+/// Bound if there is no panorama.
 static BLACK: LazyLock<SharedTexture> = LazyLock::new(|| {
     Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level { width: 1, height: 1, bytes: vec![0, 0, 0, 255] }] })
 });
 
-/// `opacity`: 0 in a face, which is laid over the stars.
+/// The diffuse sky. `opacity`: 0 in a face of a composed picture, which is drawn over the stars.
 pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
     let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK.clone()), |file| provider.map(file, SKY_DECODING))?;
-    let draw = of_module(MODULE, scene, provider, |w| {
+    let draw = simple_draw(MODULE, scene, provider, |w| {
         w.vec3("middle", sky.middle)?;
         w.vec3("across", sky.across)?;
         w.vec3("up", sky.up)?;
@@ -48,11 +48,11 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
     Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
 }
 
-/// The user's images: white is white, whatever the exposure.
+/// The user's images of the sky. Their white is display white at every exposure.
 pub(super) fn images(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let draw = |image: &SkyImageDraw| {
         let map = provider.overlay(&image.image)?;
-        let draw = of_module("sky_image", scene, provider, |w| {
+        let draw = simple_draw("sky_image", scene, provider, |w| {
             w.vec3("middle", image.middle)?;
             w.vec3("across", image.across)?;
             w.vec3("up", image.up)?;

@@ -1,11 +1,12 @@
-//! The draws of what moves about the Sun and is no planet's disc: minor planets, comets, and the orbits of bodies.
+//! The draws of minor planets, comets, and the orbits of bodies.
 //!
-//! In: the scene and the layouts of the shared modules. Out: draws with their uniform bytes filled by field name, and columns of instances. What is drawn, scene decides.
+//! In: the scene and the layouts of the simple shaders. Out: draws with their uniform bytes filled by field name, and their instance attributes.
+//! Not here: what is drawn (scene decides).
 
 use super::error::PlanError;
 use super::passes::{Attribute, Blend, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
-use super::shared::{BEHIND, STAR_SPRITE, of_module, rectangles, sprites};
+use super::shared::{DEPTH_TESTED, STAR_SPRITE, instanced_rectangles, simple_draw, sprites};
 use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::scene::orbits::{self, OrbitArc};
 use crate::scene::sky::comets::TailPiece;
@@ -18,7 +19,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
     let column = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
     let (orbits, count) = (&all.columns, u32::try_from(all.times.len()).unwrap_or(u32::MAX));
     let attributes = vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &all.times)];
-    let draw = of_module("minor_planets", scene, provider, |w| {
+    let draw = simple_draw("minor_planets", scene, provider, |w| {
         w.vec3("right", all.axes[0])?;
         w.vec3("up", all.axes[1])?;
         w.vec3("forward", all.axes[2])?;
@@ -37,14 +38,14 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.f32("near_au", NEAR_AU as f32)
     })?;
     let (vertices, instances) = (Vertices::Count(3), Instances { count, attributes });
-    Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw }])
+    Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw }])
 }
 
 pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     if scene.orbits.is_empty() {
         return Ok(Vec::new());
     }
-    let (_, instances) = rectangles::<OrbitArc>(
+    let (_, instances) = instanced_rectangles::<OrbitArc>(
         &scene.orbits,
         &[
             (3, |a| a.point.to_array().to_vec()),
@@ -55,7 +56,7 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
             (3, |a| a.colour.to_array().to_vec()),
         ],
     );
-    let draw = of_module("orbit", scene, provider, |w| {
+    let draw = simple_draw("orbit", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())?;
@@ -63,15 +64,15 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.f32("near", NEAR_DEPTH_KM as f32)
     })?;
     let vertices = Vertices::Count(6 * orbits::PIECES);
-    Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
+    Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, ..draw }])
 }
 
 /// Tails and heads of comets.
 pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let heads = sprites("comets", &scene.comets.heads, &STAR_SPRITE, scene, provider)?;
-    let mut draws: Vec<PlanDraw> = heads.into_iter().map(|draw| PlanDraw { depth: BEHIND, ..draw }).collect();
+    let mut draws: Vec<PlanDraw> = heads.into_iter().map(|draw| PlanDraw { depth: DEPTH_TESTED, ..draw }).collect();
     if !scene.comets.tails.is_empty() {
-        let (vertices, instances) = rectangles::<TailPiece>(
+        let (vertices, instances) = instanced_rectangles::<TailPiece>(
             &scene.comets.tails,
             &[
                 (3, |p| p.ends[0].to_array().to_vec()),
@@ -83,8 +84,8 @@ pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<
                 (3, |p| p.colour.to_array().to_vec()),
             ],
         );
-        let draw = of_module("comet_tail", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
-        draws.push(PlanDraw { label: "comet tails".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw });
+        let draw = simple_draw("comet_tail", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+        draws.push(PlanDraw { label: "comet tails".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw });
     }
     Ok(draws)
 }

@@ -1,4 +1,4 @@
-//! What a fragment does to the colour that is there.
+//! Blending of a fragment's colour with that of the target.
 
 use crate::render::plan::Blend;
 
@@ -15,7 +15,7 @@ pub fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
     }
 }
 
-/// Whole lanes, component by component: the same arithmetic as [`blended`].
+/// The same arithmetic as [`blended`] for several pixels, one array per component.
 #[inline(always)]
 pub fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];

@@ -1,6 +1,6 @@
 //! Why a plan could not be executed.
 
-/// One line each: what, where, and what to do where that is known.
+/// Each message is one line: what is wrong, in which draw or pass, and the remedy where there is one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenderError {
     #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to 16384")]
@@ -23,12 +23,12 @@ pub enum RenderError {
     Binding { draw: String, binding: u32 },
     #[error("draw {draw}: binding {binding} reads pass {pass}, which is not an earlier one")]
     PassOrder { draw: String, binding: u32, pass: usize },
-    #[error("draw {draw}: the texture at binding {binding} is not whole: {what}")]
+    #[error("draw {draw}: the texture at binding {binding} cannot be read: {what}")]
     Texture { draw: String, binding: u32, what: String },
     #[error("draw {draw}: {what}")]
     Module { draw: String, what: String },
     #[error("draw {draw}: a loop of its {stage} stage does not end, or takes too long; it was stopped. Give it a bound")]
-    Endless { draw: String, stage: &'static str },
+    LoopLimit { draw: String, stage: &'static str },
     #[error("the plan has no pass")]
     NoPass,
     #[error("this machine has no {0} kernels")]
@@ -37,7 +37,7 @@ pub enum RenderError {
     Threads(String),
 }
 
-/// A vector of `count` values; an error, not an abort, when memory is short.
+/// A vector of `count` values; returns an error, and does not abort, when there is too little memory.
 pub fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<Vec<T>, RenderError> {
     let mut vec = Vec::new();
     if vec.try_reserve_exact(count).is_err() {
@@ -47,7 +47,7 @@ pub fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<V
     Ok(vec)
 }
 
-/// Room for `more` values; an error, not an abort, when memory is short.
+/// Reserves memory for `more` values; returns an error, and does not abort, when there is too little.
 pub fn try_grow<T>(vec: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), RenderError> {
     let bytes = (vec.len() as u128 + more as u128) * size_of::<T>() as u128;
     vec.try_reserve(more).map_err(|_| RenderError::Memory { what, bytes })

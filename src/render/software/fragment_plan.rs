@@ -1,13 +1,13 @@
-//! What a fragment program takes and gives, worked out once for a draw of a pass.
+//! The inputs and outputs of a fragment program, resolved once for a draw of a pass.
 //!
 //! In: the program's lane inputs and outputs, the draw's depth state. Out: [`FragmentPlan`]. Not here: triangles, tiles.
 
 use super::program::{LaneInput, LaneOutput};
 use crate::render::plan::DepthState;
 
-/// What a fragment program reads, by lane input.
+/// The value that a lane input gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feed {
+pub enum InputSource {
     PixelX,
     PixelY,
     Depth,
@@ -20,12 +20,12 @@ pub enum Feed {
 /// The fragment stage of one draw, prepared once per pass.
 #[derive(Clone, Debug)]
 pub struct FragmentPlan {
-    pub(super) feeds: Vec<Feed>,
-    /// Where the program's outputs have red, green, blue and alpha.
+    pub(super) input_sources: Vec<InputSource>,
+    /// Indices of the program's outputs for red, green, blue and alpha.
     pub(super) colour: [Option<usize>; 4],
     pub(super) depth_output: Option<usize>,
     /// Depth is tested before shading.
-    pub(super) early: bool,
+    pub(super) early_depth_test: bool,
     pub(super) depth: DepthState,
 }
 
@@ -33,32 +33,32 @@ impl FragmentPlan {
     /// `has_depth`: the pass has a depth target.
     pub fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
         let mut varyings = 0;
-        let feeds = inputs
+        let input_sources = inputs
             .iter()
             .map(|input| match *input {
-                LaneInput::FragCoord { component: 0 } => Feed::PixelX,
-                LaneInput::FragCoord { component: 1 } => Feed::PixelY,
-                LaneInput::FragCoord { component: 2 } => Feed::Depth,
-                LaneInput::FragCoord { .. } => Feed::InverseW,
+                LaneInput::FragCoord { component: 0 } => InputSource::PixelX,
+                LaneInput::FragCoord { component: 1 } => InputSource::PixelY,
+                LaneInput::FragCoord { component: 2 } => InputSource::Depth,
+                LaneInput::FragCoord { .. } => InputSource::InverseW,
                 LaneInput::Location { flat, .. } => {
                     varyings += 1;
-                    Feed::Varying { index: varyings - 1, flat }
+                    InputSource::Varying { index: varyings - 1, flat }
                 }
-                LaneInput::FrontFacing => Feed::FrontFacing,
-                // One shading per pixel: the sample index is that of the first.
-                LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => Feed::Zero,
+                LaneInput::FrontFacing => InputSource::FrontFacing,
+                // Each pixel is shaded once, as sample 0.
+                LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => InputSource::Zero,
             })
             .collect();
         let colour = [0, 1, 2, 3]
             .map(|c| outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c)));
         let depth_output = outputs.iter().position(|o| matches!(o, LaneOutput::FragDepth));
         let depth = DepthState { test: depth.test && has_depth, write: depth.write && has_depth };
-        Self { feeds, colour, depth_output, early: !uses_discard && depth_output.is_none(), depth }
+        Self { input_sources, colour, depth_output, early_depth_test: !uses_discard && depth_output.is_none(), depth }
     }
 
-    /// Every covered pixel is drawn: no lane dies, and no depth is asked for.
-    pub fn tests_nothing(&self) -> bool {
-        self.early && !self.uses_depth()
+    /// Whether every covered pixel is drawn: there is neither discard nor a depth test.
+    pub fn draws_all_covered(&self) -> bool {
+        self.early_depth_test && !self.uses_depth()
     }
 
     pub fn uses_depth(&self) -> bool {

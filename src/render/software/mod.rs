@@ -2,8 +2,8 @@
 //!
 //! module IR → [`lower`] → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
 //!
-//! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and spreads the tiles over the cores, [`shade`] fills batches of
-//! lanes and [`tiles`] keeps what comes out; `own_pixel` lets the tone map take it from there.
+//! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills
+//! batches of lanes, [`tiles`] holds a tile's colour and depth; `pass_fusion` lets the tone map read a tile before it is stored.
 
 pub mod blend;
 pub mod error;
@@ -14,8 +14,8 @@ pub mod lower;
 pub mod math;
 mod named;
 mod nearest;
-mod own_pixel;
 pub mod pass;
+mod pass_fusion;
 pub mod program;
 pub mod raster;
 pub mod renderer;

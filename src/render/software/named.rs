@@ -1,7 +1,8 @@
 //! What one draw computes at one pixel: its colour and every named value of its module.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or nothing where the draw does not shade the
-//! pixel. Of a mesh the nearest triangle is run alone. The module is lowered anew with its names; the rasteriser, the kernels and the textures are those of every picture.
+//! pixel. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs; rasteriser, kernels and
+//! textures are those that draw images.
 
 use super::RenderError;
 use super::exec::{ExecutionCounts, LaneMask};
@@ -10,13 +11,13 @@ use super::math::Real;
 use super::nearest::nearest_triangle;
 use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
-use super::renderer::{Entries, Precision, SoftwareRenderer};
+use super::renderer::{EntryPoints, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::ModuleProvider;
 use crate::render::plan::{Blend, ColourFormat, DepthState, Pass, PlanDraw};
 use parking_lot::Mutex;
 
-/// One named value: a scalar, a vector; NaN where the pixel never came to it.
+/// One named value, a scalar or the components of a vector; NaN if the pixel's control flow does not reach it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedValue {
     pub name: String,
@@ -32,7 +33,7 @@ pub struct PixelValues {
 }
 
 impl SoftwareRenderer {
-    /// Runs a draw of a picture of `size` at one pixel, at its middle.
+    /// Runs a draw of an image of `size` at the centre of one pixel.
     ///
     /// # Errors
     /// As [`SoftwareRenderer::render`].
@@ -64,9 +65,9 @@ impl SoftwareRenderer {
         if !(x0..x1).contains(&x) || !(y0..y1).contains(&y) {
             return Ok(None);
         }
-        let entries = Entries { vertex: own_outputs(vertex), fragment: fragment.program };
-        let bound = self.bind::<R>(draw, &entries, &[])?;
-        let one = PlanDraw {
+        let entry_points = EntryPoints { vertex: without_named_outputs(vertex), fragment: fragment.program };
+        let bound = self.bind::<R>(draw, &entry_points, &[])?;
+        let single_pixel = PlanDraw {
             vertices: nearest_triangle(draw, &bound.vertex, [width, height], [x, y])?.unwrap_or_else(|| draw.vertices.clone()),
             scissor: [x, y, x + 1, y + 1],
             blend: Blend::Replace,
@@ -81,7 +82,7 @@ impl SoftwareRenderer {
             samples: 1,
             clear: [f32::NAN; 4],
             depth: false,
-            draws: vec![one],
+            draws: vec![single_pixel],
         };
         let lane = (y % 2 * 2 + x % 2) as usize;
         let watched = Watched { inner: &bound.fragment, lane, seen: Mutex::default() };
@@ -95,22 +96,22 @@ impl SoftwareRenderer {
         let at = |k: usize| seen.get(k).copied().unwrap_or(f64::NAN);
         let colour = [0, 1, 2, 3].map(|c| {
             let is = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
-            entries.fragment.outputs.iter().position(is).map_or(f64::NAN, at)
+            entry_points.fragment.outputs.iter().position(is).map_or(f64::NAN, at)
         });
         let values = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(at).collect() });
         Ok(Some(PixelValues { colour, values: values.collect() }))
     }
 }
 
-/// The program without what its names added.
-fn own_outputs(mut program: Program) -> Program {
+/// The program without the outputs that were added for named values.
+fn without_named_outputs(mut program: Program) -> Program {
     let own = program.outputs.iter().take_while(|o| !matches!(o, LaneOutput::Location { index: 1000.., .. })).count();
     program.outputs.truncate(own);
     program.output_operands.truncate(own);
     program
 }
 
-/// A fragment stage of which one lane is watched: of the last run in which it lived.
+/// A fragment stage that records the outputs of one lane, from the last run in which it was not discarded.
 struct Watched<'a, R: Real> {
     inner: &'a dyn LaneProgram<R>,
     lane: usize,
@@ -152,7 +153,7 @@ impl<R: Real> LaneRun<R> for WatchedRun<'_, R> {
     fn output(&self, k: usize) -> &[R; LANES] {
         self.run.output(k)
     }
-    fn work(&self) -> ExecutionCounts {
-        self.run.work()
+    fn counts(&self) -> ExecutionCounts {
+        self.run.counts()
     }
 }

@@ -1,16 +1,16 @@
-//! One pass: geometry of every draw, bins, tiles over all cores.
+//! Executes one pass: sets up the triangles of every draw, bins them into tiles, and shades the tiles on all cores.
 //!
-//! Bins hold, per tile, the triangles in the order of the draws, so a tile's picture does not depend on which thread draws it or when:
-//! the same bits come from one thread and from many. Tiles write disjoint parts of the target.
+//! Bins hold, per tile, the triangles in the order of the draws, so a tile's pixels do not depend on which thread draws it or when:
+//! one thread and many give the same bits. Tiles write disjoint parts of the target.
 //!
-//! Two passes can be drawn as one ([`execute_pair`]): where the second reads nothing of the first but each pixel's own (own_pixel.rs), a tile goes through
-//! both before the next is begun, and the first makes no picture.
+//! Two passes can be fused ([`execute_fused`]): if the second reads each pixel of the first only where it writes that pixel (pass_fusion.rs),
+//! a tile goes through both passes before the next tile is started, and the first pass's image is never stored.
 
 use super::RenderError;
 use super::fragment_plan::FragmentPlan;
 use super::math::Real;
-use super::own_pixel::TileTexture;
-use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_place, covers_all};
+use super::pass_fusion::TileTexture;
+use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
 use super::shade::{Batch, DrawJob, TileShader};
 use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{TileTarget, unorm8};
@@ -38,25 +38,26 @@ pub enum PassImage {
     Unorm(Vec<[u8; 4]>),
 }
 
-/// A pass whose draws are ready for its tiles.
+/// A pass whose triangles are set up and binned.
 struct PassJobs<'a, R: Real> {
     pass: &'a Pass,
     jobs: Vec<DrawJob<'a, R>>,
     bins: Bins,
 }
 
-/// A second pass: a draw that makes a picture of the first pass's pixels, and the draws over it.
-struct Mapped<'a, R: Real> {
-    map: DrawJob<'a, R>,
-    over: PassJobs<'a, R>,
-    /// What the map makes of a pixel that no draw of the first pass has touched, where that is the same everywhere.
-    blank: Option<[f32; 4]>,
-    /// The map has read other pixels than its own: what was drawn is no picture.
-    read_elsewhere: AtomicBool,
+/// A second pass that is executed tile by tile with the first: a full-screen draw that reads the first pass, and the draws over it.
+struct FusedPass<'a, R: Real> {
+    full_screen: DrawJob<'a, R>,
+    overlay: PassJobs<'a, R>,
+    /// What the full-screen draw makes of the first pass's clear colour, if that is the same at every pixel.
+    mapped_clear: Option<[f32; 4]>,
+    /// The full-screen draw has read pixels other than its own: the image is invalid.
+    read_other_pixels: AtomicBool,
 }
 
 /// The triangles of every tile, in draw order, one tile after the other.
 struct Bins {
+    /// Tiles in a row.
     across: usize,
     /// Where each tile's entries begin, and the end of the last.
     starts: Vec<usize>,
@@ -79,7 +80,7 @@ impl Bins {
                 }
             }
         };
-        // Counted first, so that memory is asked for once and a refusal is an error.
+        // Counted first, so that the memory is reserved once and a failure is an error.
         let mut starts = super::try_vec(across * down + 1, 0_usize, "the tiles")?;
         each(&mut |tile, _| starts[tile + 1] += 1);
         for k in 1..starts.len() {
@@ -100,10 +101,10 @@ impl Bins {
     }
 }
 
-/// Executes a pass whose draws' stages are given in order. Must be called inside the thread pool that shall do the work.
+/// Executes a pass. `stages`: of its draws, in order. Must be called inside the thread pool that is to do the work.
 pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(PassImage, PassTimings), RenderError> {
-    let whole = Instant::now();
-    let (jobs, mut timings) = ready(pass, stages)?;
+    let start = Instant::now();
+    let (jobs, mut timings) = prepare_pass(pass, stages)?;
     let image = match pass.format {
         ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => {
             PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", |c| c, [&mut timings, &mut PassTimings::default()])?)
@@ -112,44 +113,45 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
             PassImage::Unorm(draw_tiles(&jobs, None, "a pass of display bytes", unorm8, [&mut timings, &mut PassTimings::default()])?)
         }
     };
-    timings.wall_ms = 1e3 * whole.elapsed().as_secs_f64();
+    timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
     Ok((image, timings))
 }
 
-/// Executes two passes as one; the picture is the second's. `None` where that cannot be: the second's first draw does not cover all of it, or reads other
-/// pixels than its own. The first pass's wall time is that of both.
-pub fn execute_pair<R: Real>(
+/// Executes two fused passes; the image is that of the second. `None` if they cannot be fused: the first draw of the second pass does not cover
+/// its whole target, or reads pixels other than its own. The first pass's wall time is that of both.
+pub fn execute_fused<R: Real>(
     first: &Pass,
     first_stages: &[DrawStages<'_, R>],
     second: &Pass,
     second_stages: &[DrawStages<'_, R>],
 ) -> Result<Option<(PassImage, [PassTimings; 2])>, RenderError> {
-    let whole = Instant::now();
-    let (light, mut of_light) = ready(first, first_stages)?;
-    let (mut over, mut of_second) = ready(second, second_stages)?;
-    let covers = |job: &DrawJob<'_, R>| match &job.geometry.triangles[..] {
-        [one] => covers_all(one, [second.width, second.height]) && job.fragment_plan.tests_nothing(),
+    let start = Instant::now();
+    let (first_jobs, mut first_timings) = prepare_pass(first, first_stages)?;
+    let (mut overlay, mut second_timings) = prepare_pass(second, second_stages)?;
+    let is_full_screen = |job: &DrawJob<'_, R>| match &job.geometry.triangles[..] {
+        [triangle] => covers_all(triangle, [second.width, second.height]) && job.fragment_plan.draws_all_covered(),
         _ => false,
     };
-    if !over.jobs.first().is_some_and(covers) {
+    if !overlay.jobs.first().is_some_and(is_full_screen) {
         return Ok(None);
     }
-    let map = over.jobs.remove(0);
-    over.bins = Bins::new(second.width, second.height, &over.jobs)?;
-    let blank = map.fragment.is_same_everywhere().then(|| Worker::new(&light, None).map_blank(&light, &map));
-    let mapped = Mapped { map, over, blank, read_elsewhere: AtomicBool::new(false) };
-    let image = draw_tiles(&light, Some(&mapped), "a pass of display bytes", unorm8, [&mut of_light, &mut of_second])?;
-    of_light.wall_ms = 1e3 * whole.elapsed().as_secs_f64();
-    Ok((!mapped.read_elsewhere.into_inner()).then_some((PassImage::Unorm(image), [of_light, of_second])))
+    let full_screen = overlay.jobs.remove(0);
+    overlay.bins = Bins::new(second.width, second.height, &overlay.jobs)?;
+    let mapped_clear =
+        full_screen.fragment.is_position_independent().then(|| Worker::new(&first_jobs, None).map_clear_colour(&first_jobs, &full_screen));
+    let fused = FusedPass { full_screen, overlay, mapped_clear, read_other_pixels: AtomicBool::new(false) };
+    let image = draw_tiles(&first_jobs, Some(&fused), "a pass of display bytes", unorm8, [&mut first_timings, &mut second_timings])?;
+    first_timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
+    Ok((!fused.read_other_pixels.into_inner()).then_some((PassImage::Unorm(image), [first_timings, second_timings])))
 }
 
-/// Runs the vertex stages of a pass and sorts its triangles.
-fn ready<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Result<(PassJobs<'a, R>, PassTimings), RenderError> {
+/// Runs the vertex stages of a pass, sets up its triangles and bins them.
+fn prepare_pass<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Result<(PassJobs<'a, R>, PassTimings), RenderError> {
     check(pass)?;
     let mut timings = PassTimings { name: pass.name.to_owned(), ..PassTimings::default() };
     let mut jobs = Vec::with_capacity(pass.draws.len());
     for (draw, stages) in pass.draws.iter().zip(stages) {
-        jobs.push(prepare(pass, draw, stages, &mut timings)?);
+        jobs.push(prepare_draw(pass, draw, stages, &mut timings)?);
     }
     let start = Instant::now();
     let bins = Bins::new(pass.width, pass.height, &jobs)?;
@@ -168,12 +170,12 @@ fn check(pass: &Pass) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// Where a module's picture is its own cost: the instructions that a texture read is shown as.
+/// For the pixel view of shading cost: the instructions that a texture read counts as.
 fn instructions_per_read(module: &ModuleId) -> Option<f64> {
     if let ModuleId::Planet(key) = module { key.instructions_per_read() } else { None }
 }
 
-fn prepare<'a, R: Real>(
+fn prepare_draw<'a, R: Real>(
     pass: &Pass,
     draw: &PlanDraw,
     stages: &DrawStages<'a, R>,
@@ -185,66 +187,67 @@ fn prepare<'a, R: Real>(
     timings.vertex_ms += 1e3 * vertex_seconds;
     timings.setup_ms += 1e3 * setup_seconds;
     timings.given += given;
-    // Each one that is seen has its surface.
-    timings.culled += given - geometry.surfaces.len();
+    // Each triangle that is not culled has one entry.
+    timings.culled += given - geometry.source_triangles.len();
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
     Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, instructions_per_read: instructions_per_read(&draw.module) })
 }
 
-/// The picture of a pass, or of the second of two; each pixel is written once, by the thread that draws its tile: to touch 16 MB for the first time is a cost of its own.
+/// The image of a pass, or of the second of two fused ones. Each pixel is written once, by the thread that draws its tile: initialising the
+/// memory first would cost page faults for 16 MB.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
-    light: &PassJobs<'_, R>,
-    mapped: Option<&Mapped<'_, R>>,
+    first: &PassJobs<'_, R>,
+    fused: Option<&FusedPass<'_, R>>,
     what: &'static str,
     convert: impl Fn([f32; 4]) -> T + Sync,
     timings: [&mut PassTimings; 2],
 ) -> Result<Vec<T>, RenderError> {
-    let pass = light.pass;
+    let pass = first.pass;
     let count = pass.width as usize * pass.height as usize;
     let mut image = Vec::new();
     super::try_grow(&mut image, count, what)?;
     let pixels = TilePixels::new();
-    // Tiles of this colour need no drawing; `None`: no two tiles need be alike.
-    let blank = mapped.map_or(Some(pass.clear), |m| m.blank).map(&convert);
+    // Colour of a tile without triangles; `None` if it differs from pixel to pixel, and such tiles are shaded too.
+    let empty = fused.map_or(Some(pass.clear), |f| f.mapped_clear).map(&convert);
     let idle: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
     let tile = TILE as usize;
     image.spare_capacity_mut()[..count].par_chunks_mut(tile * pass.width as usize).enumerate().for_each(|(ty, band)| {
-        let blank = |tx: usize| {
+        let fill_colour = |tx: usize| {
             let drawn = |bins: &Bins| !bins.tile(tx, ty).is_empty();
-            blank.filter(|_| !drawn(&light.bins) && !mapped.is_some_and(|m| drawn(&m.over.bins)))
+            empty.filter(|_| !drawn(&first.bins) && !fused.is_some_and(|f| drawn(&f.overlay.bins)))
         };
         let mut tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
-            (0..light.bins.across).map(|tx| Vec::with_capacity(if blank(tx).is_none() { tile } else { 0 })).collect();
+            (0..first.bins.across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile } else { 0 })).collect();
         for row in band.chunks_mut(pass.width as usize) {
             for (tx, part) in row.chunks_mut(tile).enumerate() {
-                match blank(tx) {
-                    Some(blank) => part.fill(MaybeUninit::new(blank)),
+                match fill_colour(tx) {
+                    Some(colour) => part.fill(MaybeUninit::new(colour)),
                     None => tiles[tx].push(part),
                 }
             }
         }
-        tiles.par_iter_mut().enumerate().filter(|(tx, _)| blank(*tx).is_none()).for_each(|(tx, rows)| {
+        tiles.par_iter_mut().enumerate().filter(|(tx, _)| fill_colour(*tx).is_none()).for_each(|(tx, rows)| {
             let free = idle.lock().pop();
-            let mut worker = free.unwrap_or_else(|| Worker::new(light, mapped));
-            worker.draw_tile(light, mapped, [tx, ty], &pixels);
+            let mut worker = free.unwrap_or_else(|| Worker::new(first, fused));
+            worker.draw_tile(first, fused, [tx, ty], &pixels);
             let start = Instant::now();
             worker.finished().write_to(rows, &convert);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
             idle.lock().push(worker);
         });
     });
-    // SAFETY: the rows of all tiles are all of the picture; a tile that is drawn has written each pixel of its rows, any other was filled.
+    // SAFETY: the rows of all tiles make up the image; a tile that is drawn has written each pixel of its rows, any other was filled.
     unsafe { image.set_len(count) };
-    let [first, second] = timings;
+    let [first_timings, second_timings] = timings;
     for worker in idle.into_inner() {
-        first.shading_thread_ms += 1e3 * worker.light.shading_seconds;
-        let last = if let Some((mapped, _)) = worker.mapped {
-            second.shading_thread_ms += 1e3 * mapped.shading_seconds;
-            &mut *second
+        first_timings.shading_thread_ms += 1e3 * worker.first.shading_seconds;
+        let last = if let Some((second, _)) = worker.second {
+            second_timings.shading_thread_ms += 1e3 * second.shading_seconds;
+            &mut *second_timings
         } else {
-            &mut *first
+            &mut *first_timings
         };
         last.resolve_thread_ms += 1e3 * worker.resolve_seconds;
     }
@@ -263,88 +266,92 @@ struct PassWorker<'a, R: Real> {
 }
 
 impl<'a, R: Real> PassWorker<'a, R> {
-    fn new(of: &PassJobs<'a, R>) -> Self {
-        Self { target: TileTarget::new(of.pass.samples), runs: of.jobs.iter().map(|_| None).collect(), shading_seconds: 0.0 }
+    fn new(jobs: &PassJobs<'a, R>) -> Self {
+        Self { target: TileTarget::new(jobs.pass.samples), runs: jobs.jobs.iter().map(|_| None).collect(), shading_seconds: 0.0 }
     }
 
-    /// Draws the triangles of a tile over what is there.
-    fn draw(&mut self, of: &PassJobs<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
+    /// Draws a tile's triangles over the content of the target.
+    fn draw(&mut self, jobs: &PassJobs<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
         let tile = [tx as u32 * TILE, ty as u32 * TILE];
-        let mut shader = TileShader { target: &mut self.target, pixels, tile, samples: of.pass.samples };
-        for of_draw in of.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
-            let d = of_draw[0].0 as usize;
-            let job = &of.jobs[d];
+        let mut shader = TileShader { target: &mut self.target, pixels, tile, samples: jobs.pass.samples };
+        for draw_entries in jobs.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
+            let d = draw_entries[0].0 as usize;
+            let job = &jobs.jobs[d];
             let run = self.runs[d].get_or_insert_with(|| job.fragment.start());
-            let triangles: Vec<u32> = of_draw.iter().map(|(_, t)| *t).collect();
+            let triangles: Vec<u32> = draw_entries.iter().map(|(_, t)| *t).collect();
             shader.draw(job, &triangles, run.as_mut(), batch);
         }
     }
 }
 
-/// A thread's buffers, handed from tile to tile.
+/// A thread's buffers, reused from tile to tile.
 struct Worker<'a, R: Real> {
-    light: PassWorker<'a, R>,
-    /// Of the second pass, and of its map.
-    mapped: Option<(PassWorker<'a, R>, Run<'a, R>)>,
+    first: PassWorker<'a, R>,
+    /// Buffers of the fused second pass, and the state of its full-screen draw.
+    second: Option<(PassWorker<'a, R>, Run<'a, R>)>,
     batch: Batch,
     resolve_seconds: f64,
 }
 
 impl<'a, R: Real> Worker<'a, R> {
-    fn new(light: &PassJobs<'a, R>, mapped: Option<&Mapped<'a, R>>) -> Self {
-        let mapped = mapped.map(|m| (PassWorker::new(&m.over), m.map.fragment.start()));
-        Self { light: PassWorker::new(light), mapped, batch: Batch::new(), resolve_seconds: 0.0 }
+    fn new(first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>) -> Self {
+        let second = fused.map(|f| (PassWorker::new(&f.overlay), f.full_screen.fragment.start()));
+        Self { first: PassWorker::new(first), second, batch: Batch::new(), resolve_seconds: 0.0 }
     }
 
-    /// The target that holds the picture.
+    /// The target that holds the final image of the tile.
     fn finished(&self) -> &TileTarget {
-        self.mapped.as_ref().map_or(&self.light.target, |(of_second, _)| &of_second.target)
+        self.second.as_ref().map_or(&self.first.target, |(second, _)| &second.target)
     }
 
-    fn draw_tile(&mut self, light: &PassJobs<'a, R>, mapped: Option<&Mapped<'a, R>>, at: [usize; 2], pixels: &TilePixels) {
+    fn draw_tile(&mut self, first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>, at: [usize; 2], pixels: &TilePixels) {
         let start = Instant::now();
-        let pass = light.pass;
-        let depth = light.bins.tile(at[0], at[1]).iter().any(|(d, _)| light.jobs[*d as usize].fragment_plan.uses_depth());
-        self.light.target.clear(pass.clear, depth);
-        self.light.draw(light, at, pixels, &mut self.batch);
-        self.light.shading_seconds += start.elapsed().as_secs_f64();
+        let pass = first.pass;
+        let depth = first.bins.tile(at[0], at[1]).iter().any(|(d, _)| first.jobs[*d as usize].fragment_plan.uses_depth());
+        self.first.target.clear(pass.clear, depth);
+        self.first.draw(first, at, pixels, &mut self.batch);
+        self.first.shading_seconds += start.elapsed().as_secs_f64();
         let start = Instant::now();
-        self.light.target.merge_samples();
+        self.first.target.merge_samples();
         self.resolve_seconds += start.elapsed().as_secs_f64();
-        if let (Some(mapped), Some((of_second, map_run))) = (mapped, &mut self.mapped) {
+        if let (Some(fused), Some((second, full_screen_run))) = (fused, &mut self.second) {
             let start = Instant::now();
-            if mapped.blank.is_none() {
-                self.light.target.touch_all();
+            if fused.mapped_clear.is_none() {
+                self.first.target.touch_all();
             }
-            of_second.target.clear(mapped.blank.unwrap_or(mapped.over.pass.clear), false);
+            second.target.clear(fused.mapped_clear.unwrap_or(fused.overlay.pass.clear), false);
             let tile = at.map(|k| k as u32 * TILE);
             let texture =
-                TileTexture { resolved: &self.light.target, tile, size: [pass.width, pass.height], read_elsewhere: Cell::new(false) };
-            let mut shader = TileShader { target: &mut of_second.target, pixels, tile, samples: 1 };
+                TileTexture { resolved: &self.first.target, tile, size: [pass.width, pass.height], read_other_pixels: Cell::new(false) };
+            let mut shader = TileShader { target: &mut second.target, pixels, tile, samples: 1 };
             for block in 0..TILE_BLOCKS {
-                let [x, y] = block_place(block);
+                let [x, y] = block_position(block);
                 let inside = tile[0] + x < pass.width && tile[1] + y < pass.height;
-                if inside && (mapped.blank.is_none() || self.light.target.is_touched(block)) {
-                    shader.map_block(&mapped.map, block, &texture, map_run.as_mut(), &mut self.batch);
+                if inside && (fused.mapped_clear.is_none() || self.first.target.is_touched(block)) {
+                    shader.shade_block_with_texture(&fused.full_screen, block, &texture, full_screen_run.as_mut(), &mut self.batch);
                 }
             }
-            mapped.read_elsewhere.fetch_or(texture.read_elsewhere.get(), Ordering::Relaxed);
-            of_second.draw(&mapped.over, at, pixels, &mut self.batch);
-            of_second.shading_seconds += start.elapsed().as_secs_f64();
+            fused.read_other_pixels.fetch_or(texture.read_other_pixels.get(), Ordering::Relaxed);
+            second.draw(&fused.overlay, at, pixels, &mut self.batch);
+            second.shading_seconds += start.elapsed().as_secs_f64();
         }
     }
 
-    /// What a map that is the same everywhere makes of the first pass's clear colour.
-    fn map_blank(&mut self, light: &PassJobs<'a, R>, map: &DrawJob<'a, R>) -> [f32; 4] {
-        let (pass, pixels) = (light.pass, TilePixels::new());
-        self.light.target.clear(pass.clear, false);
-        self.light.target.touch_all();
-        let mut blank = TileTarget::new(1);
-        blank.clear([0.0; 4], false);
-        let texture =
-            TileTexture { resolved: &self.light.target, tile: [0, 0], size: [pass.width, pass.height], read_elsewhere: Cell::new(false) };
-        let mut shader = TileShader { target: &mut blank, pixels: &pixels, tile: [0, 0], samples: 1 };
-        shader.map_block(map, 0, &texture, map.fragment.start().as_mut(), &mut self.batch);
-        blank.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
+    /// What a position-independent full-screen draw makes of the first pass's clear colour.
+    fn map_clear_colour(&mut self, first: &PassJobs<'a, R>, full_screen: &DrawJob<'a, R>) -> [f32; 4] {
+        let (pass, pixels) = (first.pass, TilePixels::new());
+        self.first.target.clear(pass.clear, false);
+        self.first.target.touch_all();
+        let mut mapped = TileTarget::new(1);
+        mapped.clear([0.0; 4], false);
+        let texture = TileTexture {
+            resolved: &self.first.target,
+            tile: [0, 0],
+            size: [pass.width, pass.height],
+            read_other_pixels: Cell::new(false),
+        };
+        let mut shader = TileShader { target: &mut mapped, pixels: &pixels, tile: [0, 0], samples: 1 };
+        shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.start().as_mut(), &mut self.batch);
+        mapped.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }
 }

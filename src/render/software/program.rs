@@ -68,10 +68,10 @@ pub enum Constant {
 /// Why stored programs cannot be run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
-    /// The bytes are none of ours.
+    /// The bytes are no serialized program.
     #[error(transparent)]
     Bytes(#[from] postcard::Error),
-    /// A program that would reach beyond its own values.
+    /// An index outside the program's registers, slots, textures or tape.
     #[error("program '{0}': an operand lies outside its registers, slots or tape")]
     OutOfRange(String),
 }
@@ -130,7 +130,7 @@ impl Program {
             Operand::Slot(s) => u32::from(s) < self.slots,
             Operand::Reg(r) => u32::from(r) < self.registers,
         };
-        let inside = self.inputs.len() < self.slots as usize
+        let valid = self.inputs.len() < self.slots as usize
             && self.slots < 60_000
             && self.registers < 60_000
             && self.constants.len() <= self.registers as usize
@@ -145,6 +145,6 @@ impl Program {
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())
                     && i.target().is_none_or(|t| t as usize <= self.lane_tape.len())
             });
-        if inside { Ok(()) } else { Err(ProgramError::OutOfRange(self.name.clone())) }
+        if valid { Ok(()) } else { Err(ProgramError::OutOfRange(self.name.clone())) }
     }
 }

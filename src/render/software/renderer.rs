@@ -1,14 +1,14 @@
-//! The renderer itself: a plan and its modules in, a frame and its timings out.
+//! Executes a plan on the CPU. In: a plan and its modules. Out: a frame and its timings.
 //!
-//! Passes run in order; a later one may read what an earlier one wrote. Programs are read from a module's tape once and kept. The renderer
-//! has its own thread pool, and its pictures do not depend on the number of threads.
+//! Passes run in order; a pass may read the output of an earlier one. A module's tape is decoded once and cached. The renderer
+//! has its own thread pool; the image does not depend on the number of threads.
 
 use super::RenderError;
 use super::kernels::KernelClass;
 use super::lower::programs_from_bytes;
 use super::math::Real;
-use super::own_pixel::next_reads_own_pixels;
-use super::pass::{DrawStages, PassImage, execute, execute_pair};
+use super::pass::{DrawStages, PassImage, execute, execute_fused};
+use super::pass_fusion::can_fuse_with_next;
 use super::program::{Program, Stage};
 use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
@@ -23,7 +23,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
 use std::time::Instant;
 
-/// What the lanes compute in.
+/// Floating-point type of the lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
     #[default]
@@ -32,10 +32,10 @@ pub enum Precision {
     F64,
 }
 
-/// How a renderer works; none of it changes what is drawn beyond rounding.
+/// Settings of a renderer. They change the image by rounding at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// 0: as many as the machine has.
+    /// Number of threads; 0: one per logical CPU.
     pub threads: usize,
     pub kernels: KernelClass,
     pub precision: Precision,
@@ -49,7 +49,7 @@ impl Default for Options {
 
 /// The entry points of one module.
 #[derive(Debug)]
-pub(super) struct Entries {
+pub(super) struct EntryPoints {
     pub vertex: Program,
     pub fragment: Program,
 }
@@ -59,11 +59,11 @@ pub(super) struct Entries {
 pub struct SoftwareRenderer {
     pool: rayon::ThreadPool,
     options: Options,
-    entries: Mutex<HashMap<ModuleId, Arc<Entries>>>,
+    entry_points: Mutex<HashMap<ModuleId, Arc<EntryPoints>>>,
 }
 
-/// Both stages of a draw.
-pub(super) struct Bindings<'a, R: Real> {
+/// Both stages of a draw, bound to its uniforms and textures.
+pub(super) struct BoundStages<'a, R: Real> {
     pub vertex: TapeStage<'a, R>,
     pub fragment: TapeStage<'a, R>,
 }
@@ -80,17 +80,17 @@ impl SoftwareRenderer {
             .thread_name(|k| format!("draw-{k}"))
             .build()
             .map_err(|e| RenderError::Threads(e.to_string()))?;
-        Ok(Self { pool, options, entries: Mutex::default() })
+        Ok(Self { pool, options, entry_points: Mutex::default() })
     }
 
-    /// Runs work inside the renderer's threads.
+    /// Runs `work` inside the renderer's thread pool.
     pub(super) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
     }
 
-    /// Forgets the programs it keeps: modules of the same names are no longer the same.
+    /// Drops the cached programs. To be called when a module's name now stands for another text.
     pub fn forget_modules(&self) {
-        self.entries.lock().clear();
+        self.entry_points.lock().clear();
     }
 
     pub fn options(&self) -> &Options {
@@ -102,10 +102,10 @@ impl SoftwareRenderer {
         self.pool.current_num_threads()
     }
 
-    /// Executes the plan. `keep_hdr`: the frame keeps the linear picture too.
+    /// Executes the plan. `keep_hdr`: the frame includes the linear HDR image.
     ///
     /// # Errors
-    /// What is missing or does not fit, by draw or pass; memory that is not there.
+    /// A binding, attribute or varying that is missing or does not fit, with its draw or pass; too little memory.
     pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
         match self.options.precision {
             Precision::F32 => self.pool.install(|| self.frame::<f32>(plan, modules, keep_hdr)),
@@ -120,20 +120,20 @@ impl SoftwareRenderer {
         let mut k = 0;
         while let Some(pass) = plan.passes.get(k) {
             if !keep_hdr
-                && next_reads_own_pixels(plan, k)
-                && let Some((image, of_passes, prepare_ms)) = self.pair::<R>([pass, &plan.passes[k + 1]], modules, &images)?
+                && can_fuse_with_next(plan, k)
+                && let Some((image, pass_timings, prepare_ms)) = self.fused_passes::<R>([pass, &plan.passes[k + 1]], modules, &images)?
             {
                 timings.prepare_ms += prepare_ms;
-                timings.passes.extend(of_passes);
-                // The light is no picture, and nothing else asks for it.
+                timings.passes.extend(pass_timings);
+                // The HDR image was never stored, and no other pass reads it.
                 images.push((PassImage::Float(Vec::new()), pass.width, pass.height));
                 images.push((image, pass.width, pass.height));
                 k += 2;
                 continue;
             }
-            let (image, of_pass, prepare_ms) = self.pass::<R>(pass, modules, &images)?;
+            let (image, pass_timings, prepare_ms) = self.pass::<R>(pass, modules, &images)?;
             timings.prepare_ms += prepare_ms;
-            timings.passes.push(of_pass);
+            timings.passes.push(pass_timings);
             images.push((image, pass.width, pass.height));
             k += 1;
         }
@@ -143,7 +143,7 @@ impl SoftwareRenderer {
             PassImage::Unorm(bytes) => {
                 frame.display = bytes;
                 if keep_hdr {
-                    // The scene's light comes first; what is made of it may be as large.
+                    // The scene's HDR image is the first of this size; bloom passes may have the same size.
                     let scene = images.into_iter().find_map(|(image, w, h)| match image {
                         PassImage::Float(hdr) if (w, h) == (width, height) => Some(hdr),
                         _ => None,
@@ -164,52 +164,51 @@ impl SoftwareRenderer {
         earlier: &[(PassImage, u32, u32)],
     ) -> Result<(PassImage, PassTimings, f64), RenderError> {
         let start = Instant::now();
-        let entries = self.entries_of(pass, modules)?;
-        let bound = self.bind_all::<R>(pass, &entries, &outputs_of(earlier))?;
+        let entry_points = self.entry_points_of_pass(pass, modules)?;
+        let bound = self.bind_all::<R>(pass, &entry_points, &outputs_of(earlier))?;
         let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
         let (image, timings) = execute(pass, &stages_of(&bound))?;
-        check_ended(pass, &bound)?;
+        check_loop_limits(pass, &bound)?;
         Ok((image, timings, prepare_ms))
     }
 
-    /// Two passes as one, where the second can be drawn so.
-    fn pair<R: Real>(
+    /// Executes two passes as one; `None` if they cannot be fused.
+    fn fused_passes<R: Real>(
         &self,
-        [light, picture]: [&Pass; 2],
+        [first, second]: [&Pass; 2],
         modules: &impl ModuleProvider,
         earlier: &[(PassImage, u32, u32)],
     ) -> Result<Option<(PassImage, [PassTimings; 2], f64)>, RenderError> {
         let start = Instant::now();
-        let entries = [self.entries_of(light, modules)?, self.entries_of(picture, modules)?];
+        let entry_points = [self.entry_points_of_pass(first, modules)?, self.entry_points_of_pass(second, modules)?];
         let mut outputs = outputs_of(earlier);
-        let light_bound = self.bind_all::<R>(light, &entries[0], &outputs)?;
-        // Bound in the light's place, and never read.
-        outputs.push(texels_of(&UNREAD, 1, 1));
-        let picture_bound = self.bind_all::<R>(picture, &entries[1], &outputs)?;
+        let first_bound = self.bind_all::<R>(first, &entry_points[0], &outputs)?;
+        outputs.push(texels_of(&PLACEHOLDER, 1, 1));
+        let second_bound = self.bind_all::<R>(second, &entry_points[1], &outputs)?;
         let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
-        let done = execute_pair(light, &stages_of(&light_bound), picture, &stages_of(&picture_bound))?;
-        check_ended(light, &light_bound)?;
-        check_ended(picture, &picture_bound)?;
-        Ok(done.map(|(image, timings)| (image, timings, prepare_ms)))
+        let fused = execute_fused(first, &stages_of(&first_bound), second, &stages_of(&second_bound))?;
+        check_loop_limits(first, &first_bound)?;
+        check_loop_limits(second, &second_bound)?;
+        Ok(fused.map(|(image, timings)| (image, timings, prepare_ms)))
     }
 
-    fn entries_of(&self, pass: &Pass, modules: &impl ModuleProvider) -> Result<Vec<Arc<Entries>>, RenderError> {
-        pass.draws.iter().map(|d| self.entries(d, modules)).collect()
+    fn entry_points_of_pass(&self, pass: &Pass, modules: &impl ModuleProvider) -> Result<Vec<Arc<EntryPoints>>, RenderError> {
+        pass.draws.iter().map(|d| self.entry_points(d, modules)).collect()
     }
 
     /// The stages of a pass's draws, each with its uniforms and textures.
     fn bind_all<'a, R: Real>(
         &self,
         pass: &'a Pass,
-        entries: &'a [Arc<Entries>],
+        entry_points: &'a [Arc<EntryPoints>],
         outputs: &[Result<Arc<Texels<'a>>, String>],
-    ) -> Result<Vec<Bindings<'a, R>>, RenderError> {
-        pass.draws.iter().zip(entries).map(|(draw, entries)| self.bind::<R>(draw, entries, outputs)).collect()
+    ) -> Result<Vec<BoundStages<'a, R>>, RenderError> {
+        pass.draws.iter().zip(entry_points).map(|(draw, entry_points)| self.bind::<R>(draw, entry_points, outputs)).collect()
     }
 
     /// The programs of the draw's module.
-    fn entries(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<Entries>, RenderError> {
-        if let Some(known) = self.entries.lock().get(&draw.module) {
+    fn entry_points(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<EntryPoints>, RenderError> {
+        if let Some(known) = self.entry_points.lock().get(&draw.module) {
             return Ok(Arc::clone(known));
         }
         let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
@@ -225,45 +224,45 @@ impl SoftwareRenderer {
         let (Some(vertex), Some(fragment)) = (vertex, fragment) else {
             return Err(fault(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
-        let entries = Arc::new(Entries { vertex, fragment });
-        self.entries.lock().insert(draw.module.clone(), Arc::clone(&entries));
-        Ok(entries)
+        let entry_points = Arc::new(EntryPoints { vertex, fragment });
+        self.entry_points.lock().insert(draw.module.clone(), Arc::clone(&entry_points));
+        Ok(entry_points)
     }
 
     pub(super) fn bind<'a, R: Real>(
         &self,
         draw: &'a PlanDraw,
-        entries: &'a Entries,
+        entry_points: &'a EntryPoints,
         outputs: &[Result<Arc<Texels<'a>>, String>],
-    ) -> Result<Bindings<'a, R>, RenderError> {
+    ) -> Result<BoundStages<'a, R>, RenderError> {
         let mut images = HashMap::new();
         let mut stage = |program: &'a Program| {
             let textures = textures_of(draw, program, outputs, &mut images, self.options.kernels)?;
             TapeStage::new(program, &draw.uniform_bytes, Box::new(textures), self.options.kernels)
                 .map_err(|what| RenderError::Module { draw: draw.label.clone(), what })
         };
-        Ok(Bindings { vertex: stage(&entries.vertex)?, fragment: stage(&entries.fragment)? })
+        Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment: stage(&entry_points.fragment)? })
     }
 }
 
-/// Stands in a binding for light that is read in its tile.
-static UNREAD: LazyLock<PassImage> = LazyLock::new(|| PassImage::Unorm(vec![[0; 4]]));
+/// Bound in place of the output of a fused pass, which is read from its tile instead.
+static PLACEHOLDER: LazyLock<PassImage> = LazyLock::new(|| PassImage::Unorm(vec![[0; 4]]));
 
 fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, String>> {
     earlier.iter().map(|(image, w, h)| texels_of(image, *w, *h)).collect()
 }
 
-fn stages_of<'a, R: Real>(bound: &'a [Bindings<'_, R>]) -> Vec<DrawStages<'a, R>> {
+fn stages_of<'a, R: Real>(bound: &'a [BoundStages<'_, R>]) -> Vec<DrawStages<'a, R>> {
     bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, fragment: &b.fragment as _ }).collect()
 }
 
 /// # Errors
-/// A stage that was stopped in a loop: what was drawn is no picture.
-fn check_ended<R: Real>(pass: &Pass, bound: &[Bindings<'_, R>]) -> Result<(), RenderError> {
+/// A stage that was stopped at the loop limit: the image is incomplete.
+fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Result<(), RenderError> {
     for (draw, bound) in pass.draws.iter().zip(bound) {
-        for (stage, gave_up) in [("vertex", bound.vertex.gave_up()), ("fragment", bound.fragment.gave_up())] {
-            if gave_up {
-                return Err(RenderError::Endless { draw: draw.label.clone(), stage });
+        for (stage, stopped) in [("vertex", bound.vertex.hit_loop_limit()), ("fragment", bound.fragment.hit_loop_limit())] {
+            if stopped {
+                return Err(RenderError::LoopLimit { draw: draw.label.clone(), stage });
             }
         }
     }
@@ -278,7 +277,7 @@ fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_
     Texels::new(format, std::iter::once((width, height, bytes))).map(Arc::new)
 }
 
-/// The program's texture uses, each bound to what the draw brings.
+/// The textures that a program reads, each with the draw's texture and sampler.
 fn textures_of<'a>(
     draw: &'a PlanDraw,
     program: &Program,
@@ -288,26 +287,26 @@ fn textures_of<'a>(
 ) -> Result<Textures<'a>, RenderError> {
     let missing = |binding| RenderError::Binding { draw: draw.label.clone(), binding };
     let mut bound = Vec::new();
-    for of_program in &program.textures {
-        let binding = of_program.texture_binding;
-        let broken = |what: &String| RenderError::Texture { draw: draw.label.clone(), binding, what: what.clone() };
+    for texture_use in &program.textures {
+        let binding = texture_use.texture_binding;
+        let invalid = |what: &String| RenderError::Texture { draw: draw.label.clone(), binding, what: what.clone() };
         let source = &draw.textures.iter().find(|t| t.binding == binding).ok_or_else(|| missing(binding))?.source;
         let texels = match source {
             TextureSource::PassOutput(pass) => {
                 let output = outputs.get(*pass).ok_or_else(|| RenderError::PassOrder { draw: draw.label.clone(), binding, pass: *pass })?;
-                Arc::clone(output.as_ref().map_err(broken)?)
+                Arc::clone(output.as_ref().map_err(invalid)?)
             }
-            TextureSource::OnGpu(_) => return Err(broken(&"it is on a device".to_owned())),
+            TextureSource::OnGpu(_) => return Err(invalid(&"it is in GPU memory only".to_owned())),
             TextureSource::Image(texture) | TextureSource::Persistent(texture) => match images.get(&binding) {
                 Some(known) => Arc::clone(known),
                 None => {
-                    let texels = Arc::new(Texels::of_texture(texture).map_err(|what| broken(&what))?);
+                    let texels = Arc::new(Texels::of_texture(texture).map_err(|what| invalid(&what))?);
                     images.insert(binding, Arc::clone(&texels));
                     texels
                 }
             },
         };
-        let sampler = match of_program.sampler_binding {
+        let sampler = match texture_use.sampler_binding {
             Some(at) => Some(draw.samplers.iter().find(|s| s.binding == at).ok_or_else(|| missing(at))?.state),
             None => None,
         };

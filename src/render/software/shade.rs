@@ -1,14 +1,14 @@
 //! Shading a tile: quads of one draw are gathered into batches, run, depth-tested and blended.
 //!
 //! A batch is 32 quads in the order in which they were covered. Quads of several triangles of one draw share a batch, so small triangles
-//! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. Without discard and written depth
-//! the depth test comes first and hidden quads are never shaded. Results leave a batch in quad order, so the order of triangles holds.
+//! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. A program that neither discards nor writes
+//! depth is depth-tested before shading, so hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
-use super::fragment_plan::{Feed, FragmentPlan};
+use super::fragment_plan::{FragmentPlan, InputSource};
 use super::math::Real;
-use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, quad_place, sample_positions, walk_tile};
-use super::raster::setup::{Geometry, Plane, SUBPIXEL, Surface};
+use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, quad_position, sample_positions, walk_tile};
+use super::raster::setup::{Geometry, Plane, SUBPIXEL, SourceTriangle};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use super::tiles::TileTarget;
 use crate::render::plan::{Blend, DepthState};
@@ -18,59 +18,60 @@ const QUADS: usize = LANES / 4;
 #[derive(Clone, Copy, Debug)]
 struct Quad {
     /// Index inside the tile.
-    place: u16,
+    index: u16,
     coverage: u16,
-    surface: u32,
+    source_triangle: u32,
 }
 
-/// A draw ready for its tiles.
+/// A draw whose triangles are set up, ready to be shaded tile by tile.
 pub struct DrawJob<'a, R: Real> {
     pub geometry: Geometry,
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
-    /// The target takes what the pixel cost in place of what it shows: the instructions that a texture read is shown as.
+    /// Set in the pixel view of shading cost: instruction counts are stored in place of colour, and a texture read counts as this many.
     pub instructions_per_read: Option<f64>,
 }
 
-/// One tile under work on one thread.
+/// Shades one tile on one thread.
 pub struct TileShader<'a> {
     pub target: &'a mut TileTarget,
     pub pixels: &'a TilePixels,
+    /// Top-left pixel of the tile.
     pub tile: [u32; 2],
     pub samples: u8,
 }
 
-/// The samples of the pixels of a quad, by which of its four lanes live.
-const SAMPLES_OF: [u16; 16] = {
-    let mut samples = [0; 16];
-    let mut living = 0;
-    while living < 16 {
+/// Coverage of a quad whose remaining lanes are given as four bits: all samples of those pixels.
+const COVERAGE_OF_LANES: [u16; 16] = {
+    let mut coverage = [0; 16];
+    let mut lanes = 0;
+    while lanes < 16 {
         let mut corner = 0;
         while corner < 4 {
-            samples[living] |= if living >> corner & 1 == 1 { 0xf << (4 * corner) } else { 0 };
+            coverage[lanes] |= if lanes >> corner & 1 == 1 { 0xf << (4 * corner) } else { 0 };
             corner += 1;
         }
-        living += 1;
+        lanes += 1;
     }
-    samples
+    coverage
 };
 
-/// Components of a colour that a program does not write: red, green and blue, and alpha.
-static ABSENT: [[f32; LANES]; 2] = [[0.0; LANES], [1.0; LANES]];
+/// Values of colour components that a program does not write: 0 for red, green and blue; 1 for alpha.
+static DEFAULT_COMPONENTS: [[f32; LANES]; 2] = [[0.0; LANES], [1.0; LANES]];
 
-/// Quads waiting for a full batch.
+/// Quads that are collected until the batch is full.
 #[derive(Clone, Debug)]
 pub struct Batch {
     quads: [Quad; QUADS],
     count: usize,
-    /// Colour of the last run narrowed to f32, where the lanes are wider.
+    /// Colour of the last run, converted to f32 where the lanes are f64.
     narrowed: [[f32; LANES]; 4],
 }
 
 impl Batch {
     pub fn new() -> Self {
-        Self { quads: [Quad { place: 0, coverage: 0, surface: 0 }; QUADS], count: 0, narrowed: [[0.0; LANES]; 4] }
+        Self { quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS], count: 0, narrowed: [[0.0; LANES]; 4] }
     }
 }
 
@@ -80,37 +81,37 @@ impl Default for Batch {
     }
 }
 
-/// A run with other textures.
-struct ReadingRun<'a, R: Real> {
+/// A run that reads `texture` in place of the bound textures.
+struct RunWithTexture<'a, R: Real> {
     run: &'a mut dyn LaneRun<R>,
     texture: &'a dyn TextureUnit<R>,
 }
 
-impl<R: Real> LaneRun<R> for ReadingRun<'_, R> {
+impl<R: Real> LaneRun<R> for RunWithTexture<'_, R> {
     fn input(&mut self, k: usize) -> &mut [R; LANES] {
         self.run.input(k)
     }
     fn run(&mut self, active: LaneMask) -> LaneMask {
-        self.run.run_reading(active, self.texture)
+        self.run.run_with_textures(active, self.texture)
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.run.output(k)
     }
-    fn work(&self) -> ExecutionCounts {
-        self.run.work()
+    fn counts(&self) -> ExecutionCounts {
+        self.run.counts()
     }
 }
 
-/// A plane's values at pixels that lie so far from where it has the value `at`.
+/// Evaluates a plane at the offsets `x` and `y` (pixels) from the point where its value is `at_origin`.
 #[inline(always)]
-fn evaluate<R: Real>(lanes: &mut [R], [x, y]: [&[R]; 2], at: R, plane: &Plane) {
+fn evaluate<R: Real>(lanes: &mut [R], [x, y]: [&[R]; 2], at_origin: R, plane: &Plane) {
     if plane.dx == 0.0 && plane.dy == 0.0 {
-        lanes.fill(at);
+        lanes.fill(at_origin);
         return;
     }
     let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
     for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
-        *lane = at + dx * *x + dy * *y;
+        *lane = at_origin + dx * *x + dy * *y;
     }
 }
 
@@ -120,21 +121,21 @@ impl TileShader<'_> {
         let plan = &job.fragment_plan;
         for &t in triangles {
             let triangle = &job.geometry.triangles[t as usize];
-            let surface = &job.geometry.surfaces[triangle.surface as usize];
+            let source_triangle = &job.geometry.source_triangles[triangle.source_triangle as usize];
             let samples = self.samples;
-            let early = (plan.early && plan.uses_depth()).then(|| self.depth_at_samples(surface));
+            let early_depth = (plan.early_depth_test && plan.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
-                if count == QUADS && batch.count == 0 && early.is_none() {
-                    self.shade_block(job, first, triangle.surface, run, batch);
+                if count == QUADS && batch.count == 0 && early_depth.is_none() {
+                    self.shade_block(job, first, triangle.source_triangle, run, batch);
                     return;
                 }
-                for place in first..first + count {
-                    let coverage = early.as_ref().map_or(coverage, |depth| self.test_quad(place, coverage, depth, plan.depth));
+                for index in first..first + count {
+                    let coverage = early_depth.as_ref().map_or(coverage, |depth| self.test_quad(index, coverage, depth, plan.depth));
                     if coverage == 0 {
                         continue;
                     }
-                    batch.quads[batch.count] = Quad { place: place as u16, coverage, surface: triangle.surface };
+                    batch.quads[batch.count] = Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle };
                     batch.count += 1;
                     if batch.count == QUADS {
                         self.flush(job, run, batch, None);
@@ -145,30 +146,32 @@ impl TileShader<'_> {
         self.flush(job, run, batch, None);
     }
 
-    /// The depth plane relative to the tile's corner: one constant per sample, and the steps in x and y. In f64 until the sum: near a
+    /// The depth plane relative to the tile's top-left corner: one constant per sample, and the steps in x and y. In f64, because near a
     /// horizon the depth is a small difference of large terms.
-    fn depth_at_samples(&self, surface: &Surface) -> ([f64; 4], f64, f64) {
-        let corner = self.corner(surface);
+    fn depth_at_samples(&self, source_triangle: &SourceTriangle) -> ([f64; 4], f64, f64) {
+        let corner = self.corner_from_origin(source_triangle);
         let mut at = [0.0; 4];
         for (value, [sx, sy]) in at.iter_mut().zip(sample_positions(self.samples)) {
             // Pixel positions below are centres.
             let (dx, dy) = (*sx as f64 / SUBPIXEL as f64 - 0.5, *sy as f64 / SUBPIXEL as f64 - 0.5);
-            *value = surface.depth.at(corner[0] + dx, corner[1] + dy);
+            *value = source_triangle.depth.at(corner[0] + dx, corner[1] + dy);
         }
-        (at, surface.depth.dx, surface.depth.dy)
+        (at, source_triangle.depth.dx, source_triangle.depth.dy)
     }
 
-    fn corner(&self, surface: &Surface) -> [f64; 2] {
-        [f64::from(self.tile[0]) - surface.origin[0], f64::from(self.tile[1]) - surface.origin[1]]
+    /// Offset of the tile's corner from the origin of the planes.
+    fn corner_from_origin(&self, source_triangle: &SourceTriangle) -> [f64; 2] {
+        [f64::from(self.tile[0]) - source_triangle.origin[0], f64::from(self.tile[1]) - source_triangle.origin[1]]
     }
 
-    fn test_quad(&mut self, place: usize, coverage: u16, depth: &([f64; 4], f64, f64), state: DepthState) -> u16 {
+    /// Depth test of a quad; returns the coverage that passes.
+    fn test_quad(&mut self, index: usize, coverage: u16, depth: &([f64; 4], f64, f64), state: DepthState) -> u16 {
         let (at, dx, dy) = depth;
         let mut passed = 0;
         for corner in 0..4 {
             let covered = coverage >> (4 * corner) & 0xf;
             if covered != 0 {
-                let pixel = place * 4 + corner;
+                let pixel = index * 4 + corner;
                 let step = dx * f64::from(self.pixels.x[pixel]) + dy * f64::from(self.pixels.y[pixel]);
                 passed |= self.target.test_depth(pixel, covered, at.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
             }
@@ -176,8 +179,8 @@ impl TileShader<'_> {
         passed
     }
 
-    /// Draws a block by a job that covers all of the target. It reads `texture` in place of those that were bound.
-    pub fn map_block<R: Real>(
+    /// Shades one block of a full-screen draw, which reads `texture` in place of the bound textures.
+    pub fn shade_block_with_texture<R: Real>(
         &mut self,
         job: &DrawJob<'_, R>,
         block: usize,
@@ -185,82 +188,89 @@ impl TileShader<'_> {
         run: &mut dyn LaneRun<R>,
         batch: &mut Batch,
     ) {
-        self.shade_block(job, block * BLOCK_QUADS as usize, 0, &mut ReadingRun { run, texture }, batch);
+        self.shade_block(job, block * BLOCK_QUADS as usize, 0, &mut RunWithTexture { run, texture }, batch);
     }
 
-    /// Shades a wholly covered block; the batch is empty before and after.
-    fn shade_block<R: Real>(&mut self, job: &DrawJob<'_, R>, first: usize, surface: u32, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+    /// Shades a fully covered block; the batch is empty before and after.
+    fn shade_block<R: Real>(
+        &mut self,
+        job: &DrawJob<'_, R>,
+        first: usize,
+        source_triangle: u32,
+        run: &mut dyn LaneRun<R>,
+        batch: &mut Batch,
+    ) {
         let coverage = full_coverage(self.samples);
         for (k, quad) in batch.quads.iter_mut().enumerate() {
-            *quad = Quad { place: (first + k) as u16, coverage, surface };
+            *quad = Quad { index: (first + k) as u16, coverage, source_triangle };
         }
         batch.count = QUADS;
         self.flush(job, run, batch, Some(first));
     }
 
-    /// Runs the quads that wait. `block`: they are all quads of one block, from this one on.
+    /// Shades the collected quads. `block`: index of the first quad, if they are the quads of one fully covered block.
     fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
-            // SAFETY: the instructions are there.
-            return unsafe { self.flush_by_avx2(job, run, batch, block) };
+            // SAFETY: AVX2 was detected.
+            return unsafe { self.flush_avx2(job, run, batch, block) };
         }
-        self.flush_all(job, run, batch, block);
+        self.flush_generic(job, run, batch, block);
     }
 
-    /// The same code, wider: no instruction of it rounds differently.
+    /// The same code compiled for AVX2: wider vectors, the same rounding.
     /// # Safety
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn flush_by_avx2<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
-        self.flush_all(job, run, batch, block);
+    unsafe fn flush_avx2<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
+        self.flush_generic(job, run, batch, block);
     }
 
     #[inline(always)]
-    fn flush_all<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
+    fn flush_generic<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
         }
-        // Unused lanes repeat the last quad, inactive: their values stay tame.
+        // Unused lanes repeat the last quad without coverage, so that they compute ordinary values.
         let last = batch.quads[count - 1];
         batch.quads[count..].fill(Quad { coverage: 0, ..last });
         let quads = &batch.quads;
-        // Helper lanes run with their quad, for the derivatives.
+        // Uncovered pixels of a quad run as helper lanes, for the derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        self.feed(job, run, quads, block.is_some());
+        self.fill_inputs(job, run, quads, block.is_some());
         let alive = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour.map(|output| output.map(|o| run.output(o)));
         for (narrowed, values) in batch.narrowed.iter_mut().zip(&outputs) {
-            if let Some(wide) = values.filter(|v| R::as_f32(&v[..]).is_none()) {
-                narrowed.iter_mut().zip(wide).for_each(|(to, from)| *to = from.f64() as f32);
+            if let Some(f64_values) = values.filter(|v| R::as_f32(&v[..]).is_none()) {
+                narrowed.iter_mut().zip(f64_values).for_each(|(to, from)| *to = from.f64() as f32);
             }
         }
-        let mut whole = block.filter(|_| plan.early);
-        if !plan.early {
+        let mut whole_block = block.filter(|_| plan.early_depth_test);
+        if !plan.early_depth_test {
             if alive == 0 {
                 return;
             }
-            let late = plan.depth_output.map(|o| run.output(o));
-            whole = block.filter(|first| alive == LaneMask::MAX && self.block_passes(plan, late, *first));
-            if whole.is_none() {
-                self.late(job, late, alive, &mut batch.quads[..count]);
+            let written_depth = plan.depth_output.map(|o| run.output(o));
+            whole_block = block.filter(|first| alive == LaneMask::MAX && self.block_passes(plan, written_depth, *first));
+            if whole_block.is_none() {
+                self.late_depth_test(job, written_depth, alive, &mut batch.quads[..count]);
             }
         }
         let colour = [0, 1, 2, 3].map(|k| match outputs[k] {
             Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
-            None => ABSENT[usize::from(k == 3)].as_slice(),
+            None => DEFAULT_COMPONENTS[usize::from(k == 3)].as_slice(),
         });
         if let Some(per_read) = job.instructions_per_read {
-            let work = run.work();
-            let reads = f64::from(work.texture_reads) * per_read;
-            let work = [work.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);
-            self.store(job, &batch.quads[..count], work.each_ref().map(|v| v.as_slice()));
+            let counts = run.counts();
+            let reads = f64::from(counts.texture_reads) * per_read;
+            let cost = [counts.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);
+            self.store(job, &batch.quads[..count], cost.each_ref().map(|v| v.as_slice()));
             return;
         }
-        if let Some(first) = whole
+        if let Some(first) = whole_block
             && self.target.store_lanes(first * 4, job.blend, colour)
         {
             return;
@@ -268,30 +278,30 @@ impl TileShader<'_> {
         self.store(job, &batch.quads[..count], colour);
     }
 
-    /// Fills the lane inputs. `is_block`: the quads are those of one block, of one surface.
+    /// Fills the lane inputs. `is_block`: the quads are those of one block and of one source triangle.
     #[inline(always)]
-    fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], is_block: bool) {
-        // Runs of quads with one surface.
-        let mut runs = [(0_usize, 0_usize, 0_u32); QUADS];
-        let mut run_count = 0;
+    fn fill_inputs<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], is_block: bool) {
+        // Consecutive quads of one source triangle: first, end, triangle.
+        let mut spans = [(0_usize, 0_usize, 0_u32); QUADS];
+        let mut span_count = 0;
         if is_block {
-            (runs[0], run_count) = ((0, QUADS, quads[0].surface), 1);
+            (spans[0], span_count) = ((0, QUADS, quads[0].source_triangle), 1);
         }
         for (q, quad) in quads.iter().enumerate().skip(if is_block { QUADS } else { 0 }) {
-            if run_count > 0 && runs[run_count - 1].2 == quad.surface {
-                runs[run_count - 1].1 = q + 1;
+            if span_count > 0 && spans[span_count - 1].2 == quad.source_triangle {
+                spans[span_count - 1].1 = q + 1;
             } else {
-                runs[run_count] = (q, q + 1, quad.surface);
-                run_count += 1;
+                spans[span_count] = (q, q + 1, quad.source_triangle);
+                span_count += 1;
             }
         }
-        let runs = &runs[..run_count];
-        // Pixel centres relative to the first quad of their run: near the triangle, where its planes round least.
+        let spans = &spans[..span_count];
+        // Pixel centres relative to the first quad of their span: with small offsets the plane equations round least.
         let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
-        for (from, to, _) in runs {
-            let [x0, y0] = quad_place(quads[*from].place.into()).map(|v| v as f32);
-            let at = usize::from(quads[*from].place) * 4;
-            if is_block || quads[*from..*to].windows(2).all(|w| w[1].place == w[0].place + 1) {
+        for (from, to, _) in spans {
+            let [x0, y0] = quad_position(quads[*from].index.into()).map(|v| v as f32);
+            let at = usize::from(quads[*from].index) * 4;
+            if is_block || quads[*from..*to].windows(2).all(|w| w[1].index == w[0].index + 1) {
                 let (lanes, pixels) = (from * 4..to * 4, at..at + (to - from) * 4);
                 for (lane, p) in x[lanes.clone()].iter_mut().zip(&self.pixels.x[pixels.clone()]) {
                     *lane = R::from_f32_bits((p - x0).to_bits());
@@ -302,69 +312,70 @@ impl TileShader<'_> {
                 continue;
             }
             for (q, quad) in quads.iter().enumerate().take(*to).skip(*from) {
-                let at = usize::from(quad.place) * 4;
+                let at = usize::from(quad.index) * 4;
                 for corner in 0..4 {
                     x[q * 4 + corner] = R::from_f64((self.pixels.x[at + corner] - x0).into());
                     y[q * 4 + corner] = R::from_f64((self.pixels.y[at + corner] - y0).into());
                 }
             }
         }
-        let run_corner = |from: usize| {
-            let [qx, qy] = quad_place(quads[from].place.into());
+        let span_origin = |from: usize| {
+            let [qx, qy] = quad_position(quads[from].index.into());
             [f64::from(self.tile[0] + qx), f64::from(self.tile[1] + qy)]
         };
-        let surfaces = &job.geometry.surfaces;
-        let evaluate = |lanes: &mut [R; LANES], from: usize, to: usize, plane: &Plane, surface: &Surface| {
-            let [cx, cy] = run_corner(from);
-            let at = R::from_f64(plane.at(cx - surface.origin[0], cy - surface.origin[1]));
+        let source_triangles = &job.geometry.source_triangles;
+        let evaluate = |lanes: &mut [R; LANES], from: usize, to: usize, plane: &Plane, source_triangle: &SourceTriangle| {
+            let [origin_x, origin_y] = span_origin(from);
+            let at_origin = R::from_f64(plane.at(origin_x - source_triangle.origin[0], origin_y - source_triangle.origin[1]));
             if is_block {
-                return evaluate(lanes, [&x, &y], at, plane);
+                return evaluate(lanes, [&x, &y], at_origin, plane);
             }
-            evaluate(&mut lanes[from * 4..to * 4], [&x[from * 4..to * 4], &y[from * 4..to * 4]], at, plane);
+            evaluate(&mut lanes[from * 4..to * 4], [&x[from * 4..to * 4], &y[from * 4..to * 4]], at_origin, plane);
         };
-        let feeds = &job.fragment_plan.feeds;
-        let divides =
-            feeds.iter().any(|f| matches!(f, Feed::Varying { flat: false, .. })) && !runs.iter().all(|r| surfaces[r.2 as usize].affine);
+        let sources = &job.fragment_plan.input_sources;
+        let perspective = sources.iter().any(|s| matches!(s, InputSource::Varying { flat: false, .. }))
+            && !spans.iter().all(|s| source_triangles[s.2 as usize].affine);
         let mut w = [R::ONE; LANES];
-        if divides {
-            for (from, to, s) in runs {
-                let surface = &surfaces[*s as usize];
-                if !surface.affine {
-                    evaluate(&mut w, *from, *to, &surface.inverse_w, surface);
+        if perspective {
+            for (from, to, s) in spans {
+                let source_triangle = &source_triangles[*s as usize];
+                if !source_triangle.affine {
+                    evaluate(&mut w, *from, *to, &source_triangle.inverse_w, source_triangle);
                     w[from * 4..to * 4].iter_mut().for_each(|v| *v = R::ONE / *v);
                 }
             }
         }
-        for (k, feed) in feeds.iter().enumerate() {
+        for (k, source) in sources.iter().enumerate() {
             let lanes = run.input(k);
-            for (from, to, s) in runs {
-                let surface = &surfaces[*s as usize];
-                match feed {
-                    Feed::PixelX | Feed::PixelY => {
-                        let (axis, local) = if *feed == Feed::PixelX { (0, &x) } else { (1, &y) };
-                        let origin = R::from_f64(run_corner(*from)[axis]);
+            for (from, to, s) in spans {
+                let source_triangle = &source_triangles[*s as usize];
+                match source {
+                    InputSource::PixelX | InputSource::PixelY => {
+                        let (axis, local) = if *source == InputSource::PixelX { (0, &x) } else { (1, &y) };
+                        let origin = R::from_f64(span_origin(*from)[axis]);
                         for (lane, v) in lanes[from * 4..to * 4].iter_mut().zip(&local[from * 4..to * 4]) {
                             *lane = origin + *v;
                         }
                     }
-                    Feed::Depth => evaluate(lanes, *from, *to, &surface.depth, surface),
-                    Feed::InverseW => evaluate(lanes, *from, *to, &surface.inverse_w, surface),
-                    Feed::Varying { index, flat } => {
-                        evaluate(lanes, *from, *to, &job.geometry.planes[surface.first_plane + index], surface);
-                        if !flat && !surface.affine {
+                    InputSource::Depth => evaluate(lanes, *from, *to, &source_triangle.depth, source_triangle),
+                    InputSource::InverseW => evaluate(lanes, *from, *to, &source_triangle.inverse_w, source_triangle),
+                    InputSource::Varying { index, flat } => {
+                        evaluate(lanes, *from, *to, &job.geometry.planes[source_triangle.first_plane + index], source_triangle);
+                        if !flat && !source_triangle.affine {
                             for (lane, w) in lanes[from * 4..to * 4].iter_mut().zip(&w[from * 4..to * 4]) {
                                 *lane = *lane * *w;
                             }
                         }
                     }
-                    Feed::FrontFacing => lanes[from * 4..to * 4].fill(R::from_mask(surface.front)),
-                    Feed::Zero => lanes[from * 4..to * 4].fill(R::ZERO),
+                    InputSource::FrontFacing => lanes[from * 4..to * 4].fill(R::from_mask(source_triangle.front)),
+                    InputSource::Zero => lanes[from * 4..to * 4].fill(R::ZERO),
                 }
             }
         }
     }
 
-    /// Whether every sample of a block passes the depth that its lanes wrote; it is kept then. Where one does not, or the depth is the surface's own, nothing is done.
+    /// Depth test of a whole block with the depth that the program wrote. If every sample passes, the depth is stored and the result is true.
+    /// Otherwise, or where the program writes no depth, nothing changes and the result is false. Without a depth test all samples pass.
     #[inline(always)]
     fn block_passes<R: Real>(&mut self, plan: &FragmentPlan, depth: Option<&[R; LANES]>, first: usize) -> bool {
         if !plan.uses_depth() {
@@ -378,13 +389,13 @@ impl TileShader<'_> {
         self.target.all_pass_depth(first * 4, &new, plan.depth.test, plan.depth.write)
     }
 
-    /// Drops dead lanes from the coverage and tests what is left.
-    fn late<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
+    /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
+    fn late_depth_test<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();
         let full = full_coverage(self.samples);
         for (q, quad) in quads.iter_mut().enumerate() {
-            quad.coverage &= SAMPLES_OF[(alive >> (q * 4)) as usize & 0xf];
+            quad.coverage &= COVERAGE_OF_LANES[(alive >> (q * 4)) as usize & 0xf];
             if !uses_depth || quad.coverage == 0 {
                 continue;
             }
@@ -392,7 +403,7 @@ impl TileShader<'_> {
                 Some(values) => {
                     if quad.coverage == full {
                         let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0));
-                        if self.target.all_pass_depth(usize::from(quad.place) * 4, &new, state.test, state.write) {
+                        if self.target.all_pass_depth(usize::from(quad.index) * 4, &new, state.test, state.write) {
                             continue;
                         }
                     }
@@ -400,8 +411,8 @@ impl TileShader<'_> {
                     for corner in 0..4 {
                         let covered = quad.coverage >> (4 * corner) & 0xf;
                         if covered != 0 {
-                            let pixel = usize::from(quad.place) * 4 + corner;
-                            // clamp leaves NaN, which passes no test.
+                            let pixel = usize::from(quad.index) * 4 + corner;
+                            // clamp keeps NaN, which fails every test.
                             let new = [(values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0); 4];
                             passed |= self.target.test_depth(pixel, covered, new, state.test, state.write) << (4 * corner);
                         }
@@ -409,9 +420,9 @@ impl TileShader<'_> {
                     quad.coverage = passed;
                 }
                 None => {
-                    let surface = &job.geometry.surfaces[quad.surface as usize];
-                    let at = self.depth_at_samples(surface);
-                    quad.coverage = self.test_quad(quad.place.into(), quad.coverage, &at, state);
+                    let source_triangle = &job.geometry.source_triangles[quad.source_triangle as usize];
+                    let at = self.depth_at_samples(source_triangle);
+                    quad.coverage = self.test_quad(quad.index.into(), quad.coverage, &at, state);
                 }
             }
         }
@@ -423,27 +434,27 @@ impl TileShader<'_> {
         let full = full_coverage(self.samples);
         let mut q = 0;
         while q < quads.len() {
-            // As many fully covered neighbours as there are go in one stroke.
-            let run = quads[q..]
+            // Consecutive fully covered quads are stored together.
+            let together = quads[q..]
                 .iter()
                 .enumerate()
-                .take_while(|(i, n)| n.coverage == full && usize::from(n.place) == usize::from(quads[q].place) + i)
+                .take_while(|(i, n)| n.coverage == full && usize::from(n.index) == usize::from(quads[q].index) + i)
                 .count();
-            if run > 0 {
-                let lanes = q * 4..(q + run) * 4;
+            if together > 0 {
+                let lanes = q * 4..(q + together) * 4;
                 let source = [0, 1, 2, 3].map(|k: usize| &colour[k][lanes.clone()]);
-                if self.target.store_lanes(usize::from(quads[q].place) * 4, blend, source) {
-                    q += run;
+                if self.target.store_lanes(usize::from(quads[q].index) * 4, blend, source) {
+                    q += together;
                     continue;
                 }
             }
-            for (i, quad) in quads.iter().enumerate().skip(q).take(run.max(1)) {
+            for (i, quad) in quads.iter().enumerate().skip(q).take(together.max(1)) {
                 for corner in 0..4 {
                     let covered = quad.coverage >> (4 * corner) & 0xf;
                     if covered != 0 {
                         let lane = i * 4 + corner;
                         self.target.store(
-                            usize::from(quad.place) * 4 + corner,
+                            usize::from(quad.index) * 4 + corner,
                             covered,
                             blend,
                             [0, 1, 2, 3].map(|k: usize| colour[k][lane]),
@@ -451,7 +462,7 @@ impl TileShader<'_> {
                     }
                 }
             }
-            q += run.max(1);
+            q += together.max(1);
         }
     }
 }

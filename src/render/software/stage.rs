@@ -1,8 +1,8 @@
-//! What the rasteriser asks of a shader stage: lanes in, lanes out.
+//! The interface between the rasteriser and a shader stage: lanes in, lanes out.
 //!
-//! The rasteriser knows no tape. A [`LaneProgram`] is one entry point bound to one draw's uniforms and textures; each thread takes its own
-//! [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. [`TapeStage`] is the real one; tests bring hand-written
-//! ones, so that coverage, interpolation and blending are checked without any shader compiler.
+//! The rasteriser does not depend on the tape. A [`LaneProgram`] is one entry point bound to one draw's uniforms and textures; each thread
+//! takes its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. [`TapeStage`] runs lowered programs; tests supply
+//! hand-written stages, so that coverage, interpolation and blending are checked without any shader compiler.
 
 use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
 use super::kernels::KernelClass;
@@ -16,13 +16,13 @@ pub use super::exec::LANES;
 pub trait LaneProgram<R: Real>: Sync {
     fn inputs(&self) -> &[LaneInput];
     fn outputs(&self) -> &[LaneOutput];
-    /// Lanes may end dead: depth is then tested after shading.
+    /// Whether lanes may be discarded: depth is then tested after shading.
     fn uses_discard(&self) -> bool;
-    /// Every lane computes a function of the texels under its own pixel alone, wherever that pixel is.
-    fn is_same_everywhere(&self) -> bool {
+    /// Whether the result at a pixel depends on the texels at that pixel alone, and not on where the pixel is.
+    fn is_position_independent(&self) -> bool {
         false
     }
-    /// A thread's own working state.
+    /// Creates the working state of one thread.
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_>;
 }
 
@@ -32,15 +32,15 @@ pub trait LaneRun<R: Real> {
     fn input(&mut self, k: usize) -> &mut [R; LANES];
     /// Runs the batch; `active` holds whole quads. Returns the active lanes that did not discard.
     fn run(&mut self, active: LaneMask) -> LaneMask;
-    /// The same with other textures than those that were bound; a stage that reads none takes no notice.
-    fn run_reading(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+    /// Like [`LaneRun::run`], with `textures` in place of the bound ones; a stage that reads no texture ignores them.
+    fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         let _ = textures;
         self.run(active)
     }
     /// The lanes of output `k` after a run; undefined in lanes that are not active.
     fn output(&self, k: usize) -> &[R; LANES];
-    /// What the run executed, where it is counted.
-    fn work(&self) -> ExecutionCounts {
+    /// Instructions and texture reads of the last run, if the stage counts them.
+    fn counts(&self) -> ExecutionCounts {
         ExecutionCounts::default()
     }
 }
@@ -51,13 +51,13 @@ pub struct TapeStage<'a, R: Real> {
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     class: KernelClass,
-    /// A batch was stopped in a loop that took too long: no other batch is begun.
-    gave_up: AtomicBool,
+    /// A batch was stopped at the loop limit; no further batch is run.
+    hit_loop_limit: AtomicBool,
 }
 
 impl<'a, R: Real> TapeStage<'a, R> {
     /// # Errors
-    /// A program that is not whole, or kernels that this machine lacks.
+    /// An invalid program, or a kernel class that this machine lacks.
     pub fn new(
         program: &'a Program,
         uniform_bytes: &[u8],
@@ -65,12 +65,12 @@ impl<'a, R: Real> TapeStage<'a, R> {
         class: KernelClass,
     ) -> Result<Self, String> {
         Executor::<R>::with_class(program, class)?;
-        Ok(Self { program, prepared: program.prepare_for(uniform_bytes, class), textures, class, gave_up: AtomicBool::new(false) })
+        Ok(Self { program, prepared: program.prepare_for(uniform_bytes, class), textures, class, hit_loop_limit: AtomicBool::new(false) })
     }
 
-    /// Whether a loop took too long: what was drawn is then no picture.
-    pub fn gave_up(&self) -> bool {
-        self.gave_up.load(Ordering::Relaxed)
+    /// Whether a batch was stopped at the loop limit: the image is then incomplete.
+    pub fn hit_loop_limit(&self) -> bool {
+        self.hit_loop_limit.load(Ordering::Relaxed)
     }
 }
 
@@ -84,13 +84,13 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn uses_discard(&self) -> bool {
         self.program.uses_discard
     }
-    fn is_same_everywhere(&self) -> bool {
-        self.program.is_same_everywhere()
+    fn is_position_independent(&self) -> bool {
+        self.program.is_position_independent()
     }
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
         match Executor::with_class(self.program, self.class) {
             Ok(executor) => Box::new(TapeRun { stage: self, executor }),
-            Err(what) => unreachable!("bound once already: {what}"),
+            Err(what) => unreachable!("TapeStage::new has bound this program: {what}"),
         }
     }
 }
@@ -106,22 +106,22 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
     }
     fn run(&mut self, active: LaneMask) -> LaneMask {
         let stage = self.stage;
-        self.run_reading(active, stage.textures.as_ref())
+        self.run_with_textures(active, stage.textures.as_ref())
     }
-    fn run_reading(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
-        if self.stage.gave_up() {
+    fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+        if self.stage.hit_loop_limit() {
             return 0;
         }
         let alive = self.executor.run(&self.stage.prepared, active, textures);
-        if self.executor.gave_up() {
-            self.stage.gave_up.store(true, Ordering::Relaxed);
+        if self.executor.hit_loop_limit() {
+            self.stage.hit_loop_limit.store(true, Ordering::Relaxed);
         }
         alive
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.executor.output(k)
     }
-    fn work(&self) -> ExecutionCounts {
-        self.executor.work()
+    fn counts(&self) -> ExecutionCounts {
+        self.executor.counts()
     }
 }

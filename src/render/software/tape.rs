@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Where an operand lies.
+/// Location of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Operand {
     /// One value per lane.
@@ -48,7 +48,7 @@ mod ops_list {
 }
 with_ops!(ops);
 
-/// One operation of a chain: its operand `at` is the result of the one before, which nothing else reads. The first's `at` is 0.
+/// One operation of a chain. Its operand number `at` is the result of the operation before it, which has no other reader; 0 for the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct FusedOp {
     pub op: Op,
@@ -62,12 +62,12 @@ pub enum WordKind {
     Int,
 }
 
-/// What a texture instruction asks for; the operands follow in this order.
+/// The kind of a texture instruction, with its operands in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TextureOp {
     /// u, v, du/dx, dv/dx, du/dy, dv/dy.
     Gradients,
-    /// The same, and the most taps along the footprint: `filtered_map` of shaders/lib/filtered_map.wesl as one operation.
+    /// The same, then the maximum number of taps along the footprint: `filtered_map` of shaders/lib/filtered_map.wesl as one operation.
     Filtered,
     /// u, v, level.
     Level,
@@ -75,7 +75,7 @@ pub enum TextureOp {
     Load,
 }
 
-/// One step. Jumps name the index of the instruction to go on with.
+/// One instruction. The target of a jump is the index of an instruction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Instr {
     /// dst slot = op(args), lane by lane; at least one argument is a slot, or `op` is Copy.
@@ -84,8 +84,8 @@ pub enum Instr {
         dst: u16,
         args: Vec<Operand>,
     },
-    /// dst slot = the last of several operations, lane by lane; the first's operands, then the rest of each further one's. Only chains that
-    /// have a kernel.
+    /// dst slot = result of a chain of operations, lane by lane. `args`: the operands of the first operation, then the remaining operands of
+    /// each further one. Only chains that have a kernel.
     FusedKernel {
         links: Vec<FusedOp>,
         dst: u16,
@@ -106,7 +106,7 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// The same per lane: the index is a slot.
+    /// Like `LoadUniform` with one index per lane: the index is a slot.
     GatherUniform {
         dst: u16,
         kind: WordKind,
@@ -130,12 +130,12 @@ pub enum Instr {
         axis: u8,
         level: Operand,
     },
-    /// Goes to `target` when no lane of the mask is set.
+    /// Jumps to `target` if the mask is set in no lane.
     SkipIfNone {
         mask: Operand,
         target: u32,
     },
-    /// Goes to `target` when the register is not zero equals `when`.
+    /// Jumps to `target` if `cond`, a register that holds a boolean, equals `when`.
     JumpIf {
         cond: Operand,
         when: bool,
@@ -151,7 +151,7 @@ impl Instr {
         matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
-    /// Whether it has the operands that it needs, each of the kind that it takes.
+    /// Whether the number and the kinds of its operands are right.
     pub(crate) fn is_well_formed(&self) -> bool {
         let is_register = |o: &Operand| matches!(o, Operand::Reg(_));
         match self {
@@ -172,7 +172,7 @@ impl Instr {
         }
     }
 
-    /// Everything read.
+    /// All operands that it reads.
     pub(crate) fn operands(&self) -> Vec<Operand> {
         match self {
             Self::Lane { args, .. } | Self::FusedKernel { args, .. } | Self::Scalar { args, .. } => args.clone(),

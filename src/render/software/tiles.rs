@@ -5,33 +5,34 @@
 //! what the target stores.
 
 use super::blend::{blend_lanes, blended};
-use super::raster::coverage::{self, BLOCK_PIXELS, TILE, TILE_BLOCKS, block_place};
+use super::raster::coverage::{self, BLOCK_PIXELS, TILE, TILE_BLOCKS, block_position};
 use crate::render::plan::{Blend, ColourFormat};
 use std::mem::MaybeUninit;
 
 const PIXELS: usize = (TILE * TILE) as usize;
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
-const WHOLE: u16 = u16::MAX;
+/// Entry of [`TileTarget::split`] for a pixel whose samples all agree.
+const UNSPLIT: u16 = u16::MAX;
 
 /// Pixels in lane order (see [`super::raster::coverage`]).
 #[derive(Clone, Debug)]
 pub struct TileTarget {
     samples: u8,
-    /// Whole pixels' colour, one array per component.
+    /// Colour of unsplit pixels, one array per component.
     colour: [Vec<f32>; 4],
-    /// Index into `split_colour`, or [`WHOLE`].
+    /// Index into `split_colour`, or [`UNSPLIT`].
     split: Vec<u16>,
     split_colour: Vec<[[f32; 4]; 4]>,
     /// The pixels of `split_colour`.
     split_pixels: Vec<u16>,
-    /// What the tile was begun with.
+    /// Clear colour.
     cleared: [f32; 4],
-    /// Bit `k`: something was stored in block `k` since the tile was begun. The colours of any other block are not there: they are `cleared`.
+    /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale and stand for `cleared`.
     touched: u32,
     /// Reversed depth per sample; only the first of four with one sample a pixel.
     depth: Vec<[f32; 4]>,
-    /// Bit `k`: block `k` has its depth; that of any other is infinitely far.
+    /// Bit `k`: the stored depth of block `k` is valid. That of the other blocks is stale and stands for infinitely far.
     has_depth: u32,
 }
 
@@ -41,7 +42,7 @@ impl TileTarget {
         Self {
             samples,
             colour: [plane(), plane(), plane(), plane()],
-            split: vec![WHOLE; PIXELS],
+            split: vec![UNSPLIT; PIXELS],
             split_colour: Vec::new(),
             split_pixels: Vec::new(),
             cleared: [0.0; 4],
@@ -51,7 +52,7 @@ impl TileTarget {
         }
     }
 
-    /// Begins a tile. `depth`: it will be tested or written; cleared to infinitely far.
+    /// Starts a new tile. `depth`: the tile tests or writes depth, which is cleared to infinitely far.
     pub fn clear(&mut self, colour: [f32; 4], depth: bool) {
         self.merge_samples();
         self.cleared = colour;
@@ -61,46 +62,46 @@ impl TileTarget {
         }
     }
 
-    /// Something will be stored in a block, which needs its colours first.
+    /// Marks a block as written; on its first write fills it with the clear colour.
     #[inline(always)]
     fn touch(&mut self, block: usize) {
         if self.touched >> block & 1 == 0 {
             self.touched |= 1 << block;
             for (plane, value) in self.colour.iter_mut().zip(self.cleared) {
-                if let Some(of_block) = plane.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
-                    of_block.fill(value);
+                if let Some(pixels) = plane.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
+                    pixels.fill(value);
                 }
             }
         }
     }
 
-    /// Gives every block its colours, for who reads them all.
+    /// Fills all blocks that were not written with the clear colour, before a reader of the whole tile.
     pub fn touch_all(&mut self) {
         for block in 0..TILE_BLOCKS {
             self.touch(block);
         }
     }
 
-    /// The depth of a block will be asked for.
+    /// Clears the depth of a pixel's block on its first use in this tile.
     #[inline(always)]
-    fn begin_depth(&mut self, pixel: usize) {
+    fn touch_depth(&mut self, pixel: usize) {
         let block = pixel / BLOCK_PIXELS;
         if self.has_depth >> block & 1 == 0 {
             self.has_depth |= 1 << block;
-            if let Some(of_block) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
-                of_block.fill([0.0; 4]);
+            if let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
+                pixels.fill([0.0; 4]);
             }
         }
     }
 
-    /// Depth test of one pixel: the samples of `covered` (four bits) whose new depth is greater, which are written if asked.
+    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater, and so nearer; stores it if `write`.
     #[inline(always)]
     pub fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
-        self.begin_depth(pixel);
+        self.touch_depth(pixel);
         let stored = &mut self.depth[pixel];
         let mut passed = 0;
         for s in 0..4 {
-            // Without branches: which samples pass is hard to foretell along an edge.
+            // Branch-free: along an edge the branches would be mispredicted.
             let hit = (covered >> s & 1 == 1) & (!test | (new[s] > stored[s]));
             passed |= u16::from(hit) << s;
             stored[s] = if hit & write & !new[s].is_nan() { new[s] } else { stored[s] };
@@ -108,11 +109,11 @@ impl TileTarget {
         passed
     }
 
-    /// The same for whole pixels in a row, all of one block and every sample of them covered: true where all samples passed, and then they are written if asked;
-    /// where one does not, nothing is done.
+    /// Depth test of consecutive, fully covered pixels of one block. If all samples pass, returns true and stores their depth if `write`;
+    /// otherwise changes nothing.
     #[inline(always)]
     pub fn all_pass_depth(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
-        self.begin_depth(pixel);
+        self.touch_depth(pixel);
         let Some(stored) = self.depth.get_mut(pixel..pixel + new.len()) else { return false };
         let mut all = true;
         for (stored, new) in stored.iter().zip(new) {
@@ -133,7 +134,7 @@ impl TileTarget {
     pub fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
         let all = if self.samples == 4 { 0xf } else { 1 };
         self.touch(pixel / BLOCK_PIXELS);
-        if self.split[pixel] == WHOLE {
+        if self.split[pixel] == UNSPLIT {
             let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
             let new = blended(blend, source, target);
             if covered == all {
@@ -155,15 +156,15 @@ impl TileTarget {
         }
     }
 
-    /// Blends whole lanes from `pixel` on; false (and nothing done) if one of them is split.
+    /// Blends fully covered pixels from `pixel` on. Returns false and changes nothing if one of them is split.
     #[inline(always)]
     pub fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) -> bool {
         let range = pixel..pixel + source[0].len();
-        // Without a way out early, so that it is vector code.
-        if !self.split_pixels.is_empty() && self.split[range.clone()].iter().fold(false, |any, s| any | (*s != WHOLE)) {
+        // No early exit, so that the compiler vectorises the loop.
+        if !self.split_pixels.is_empty() && self.split[range.clone()].iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
             return false;
         }
-        // Nothing over what is there leaves it as it is: light that has faded out, far from its middle, need not be kept.
+        // Blending zeros changes nothing: the block stays unwritten. Common far from the centre of a glow.
         let bits = |lanes: &[f32]| lanes.iter().fold(0, |all, v| all | v.to_bits());
         if blend != Blend::Replace && source.iter().all(|lanes| bits(lanes) == 0) {
             return true;
@@ -179,23 +180,23 @@ impl TileTarget {
         true
     }
 
-    /// Resolves the tile: every split pixel is whole again, with the mean of its samples.
+    /// Resolves the tile: every split pixel gets the mean of its samples.
     pub fn merge_samples(&mut self) {
         for (pixel, s) in self.split_pixels.drain(..).map(usize::from).zip(self.split_colour.drain(..)) {
-            self.split[pixel] = WHOLE;
+            self.split[pixel] = UNSPLIT;
             for (k, plane) in self.colour.iter_mut().enumerate() {
                 plane[pixel] = 0.25 * ((s[0][k] + s[1][k]) + (s[2][k] + s[3][k]));
             }
         }
     }
 
-    /// The colours of the pixels of a block, component by component; of a resolved tile, and of a block that something was stored in.
+    /// The colours of a block's pixels, one array per component. Valid once the tile is resolved, for a block that was written.
     pub fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
         let [r, g, b, a] = &self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK_PIXELS>().0.get(block));
         Some([(*r)?, (*g)?, (*b)?, (*a)?])
     }
 
-    /// Whether something was stored in a block since the tile was begun.
+    /// Whether a block was written since the tile was started.
     pub fn is_touched(&self, block: usize) -> bool {
         self.touched >> block & 1 == 1
     }
@@ -204,27 +205,27 @@ impl TileTarget {
     pub fn write_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
-            // SAFETY: the instructions are there.
-            return unsafe { self.write_by_avx2(rows, convert) };
+            // SAFETY: AVX2 was detected.
+            return unsafe { self.write_avx2(rows, convert) };
         }
         self.write(rows, convert);
     }
 
-    /// The same code, wider: no instruction of it rounds differently.
+    /// The same code compiled for AVX2: wider vectors, the same rounding.
     /// # Safety
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn write_by_avx2<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
+    unsafe fn write_avx2<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
         self.write(rows, convert);
     }
 
     #[inline(always)]
     fn write<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
-        // A block at a time: it stays in the first cache between the planes and the rows.
+        // One block at a time, which stays in the L1 cache.
         let mut converted = [const { MaybeUninit::<T>::uninit() }; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
-            let [x0, y0] = block_place(block).map(|v| v as usize);
+            let [x0, y0] = block_position(block).map(|v| v as usize);
             let Some([r, g, b, a]) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
             if self.is_touched(block) {
                 for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
@@ -243,7 +244,7 @@ impl TileTarget {
                             to[x] = of_rows[x / 2 * 2 + y % 2][x % 2];
                         }
                     }
-                    // The last columns of a width that is no multiple of a block's.
+                    // The last columns, where the width is no multiple of a block's width.
                     None => {
                         let of_row = of_rows.iter().skip(y % 2).step_by(2).flatten();
                         row.iter_mut().skip(x0).zip(of_row).for_each(|(to, from)| *to = *from);
@@ -254,7 +255,7 @@ impl TileTarget {
     }
 }
 
-/// Values 0..=1 to bytes, round to nearest, ties to even; NaN is 0. Free of conversions that saturate, so that loops over it become vector code.
+/// Values 0..=1 to bytes, round to nearest, ties to even; NaN is 0. Without saturating conversions, which would keep loops over it from being vectorised.
 #[inline(always)]
 pub fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     let byte = |v: f32| {
@@ -310,7 +311,7 @@ mod tests {
         for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != 9) {
             t.store(p, 1, Blend::Replace, [*x, *y, 0.0, 0.0]);
         }
-        let [x9, y9] = block_place(9).map(|v| v as usize);
+        let [x9, y9] = block_position(9).map(|v| v as usize);
         for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
             let mut room = vec![MaybeUninit::uninit(); width * height];
             t.write_to(&mut room.chunks_mut(width).collect::<Vec<_>>(), |c| c);

@@ -4,11 +4,11 @@
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PassTimings {
     pub name: String,
-    /// Triangles that the draws gave.
+    /// Triangles that the draws submitted.
     pub given: usize,
-    /// Of those, facing away, without area, or beside the target.
+    /// Of those: back-facing, without area, or outside the target.
     pub culled: usize,
-    /// Of those, cut by the near plane or the guard band and still seen.
+    /// Of those: clipped by the near plane or the guard band, and still visible.
     pub clipped: usize,
     /// Raster triangles after clipping and culling.
     pub triangles: usize,
@@ -20,9 +20,9 @@ pub struct PassTimings {
     pub binning_ms: f64,
     /// Coverage, fragment programs, depth and blending: summed over threads.
     pub shading_thread_ms: f64,
-    /// Mean of samples and conversion to the target's format: summed over threads.
+    /// Resolve of the samples and conversion to the target's format: summed over threads.
     pub resolve_thread_ms: f64,
-    /// From the pass's start to its end; of two that are drawn as one the first has the time of both.
+    /// From the pass's start to its end; the first of two fused passes has the time of both.
     pub wall_ms: f64,
 }
 

@@ -1,6 +1,6 @@
 //! The vertex stage: attributes to lanes, lanes to triangles.
 //!
-//! In: a draw's vertices and instances and its vertex program. Out: the draw's raster triangles in order, with the surfaces they are parts
+//! In: a draw's vertices and instances and its vertex program. Out: the draw's raster triangles in order, with the source_triangles they are parts
 //! of. Each vertex of each instance is run once, however many triangles share it.
 
 use super::RenderError;
@@ -13,10 +13,10 @@ use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Triangles that one thread sets up in one go.
-const SET_UP_TOGETHER: usize = 4096;
+/// Triangles that one thread sets up at a time.
+const SETUP_CHUNK: usize = 4096;
 
-/// The triangles of one draw, and what they took.
+/// The triangles of one draw, and the time that they took.
 #[derive(Clone, Debug)]
 pub struct Assembled {
     pub geometry: Geometry,
@@ -78,12 +78,12 @@ fn source<'a>(draw: &'a PlanDraw, vertex_attributes: &'a [Attribute], input: &La
     })
 }
 
-/// Vertices that an attribute array holds.
-fn length(attribute: &Attribute) -> usize {
+/// Number of elements of an attribute array.
+fn element_count(attribute: &Attribute) -> usize {
     attribute.values.len() / (attribute.components as usize).max(1)
 }
 
-/// What the vertex program gives for every vertex of every instance.
+/// Outputs of the vertex program for every vertex of every instance.
 pub struct ShadedVertices {
     /// For each vertex its clip position, then the varyings.
     values: Vec<f64>,
@@ -126,7 +126,7 @@ fn shade<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>, varyings: &[Vary
     let (vertex_attributes, vertex_count) = match &draw.vertices {
         Vertices::Count(n) => (&[][..], *n as usize),
         Vertices::Mesh { attributes, indices } => {
-            let count = attributes.iter().map(length).min().unwrap_or(0);
+            let count = attributes.iter().map(element_count).min().unwrap_or(0);
             if let Some(index) = indices.iter().find(|i| **i as usize >= count) {
                 return Err(RenderError::Index { draw: draw.label.clone(), index: *index, vertices: count });
             }
@@ -134,7 +134,7 @@ fn shade<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>, varyings: &[Vary
         }
     };
     let instances = draw.instances.count as usize;
-    if let Some(k) = draw.instances.attributes.iter().position(|a| length(a) < instances) {
+    if let Some(k) = draw.instances.attributes.iter().position(|a| element_count(a) < instances) {
         let location = (vertex_attributes.len() + k) as u32;
         return Err(RenderError::Instances { draw: draw.label.clone(), location, count: draw.instances.count });
     }
@@ -210,19 +210,19 @@ pub fn assemble<R: Real>(
             let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
             let rows = [first, first + 1, first + 2].map(|c| shaded.row(instance, indices.map_or(c, |i| i[c] as usize)));
             let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
-            let carried = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
+            let interpolated = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
             geometry.reserve(varyings.len())?;
-            set_up(positions, carried, &bounds, &mut geometry);
+            set_up(positions, interpolated, &bounds, &mut geometry);
         }
         Ok(geometry)
     };
     let count = per_instance.saturating_mul(instances);
-    let geometry = if count <= SET_UP_TOGETHER {
+    let geometry = if count <= SETUP_CHUNK {
         set_up_range(0..count)?
     } else {
-        // Parts in any order on any thread, put together in drawing order.
-        let part = |k: usize| k * SET_UP_TOGETHER..((k + 1) * SET_UP_TOGETHER).min(count);
-        let parts = (0..count.div_ceil(SET_UP_TOGETHER)).into_par_iter().map(|k| set_up_range(part(k))).collect::<Result<Vec<_>, _>>()?;
+        // Chunks are set up in any order on any thread, and appended in drawing order.
+        let part = |k: usize| k * SETUP_CHUNK..((k + 1) * SETUP_CHUNK).min(count);
+        let parts = (0..count.div_ceil(SETUP_CHUNK)).into_par_iter().map(|k| set_up_range(part(k))).collect::<Result<Vec<_>, _>>()?;
         let mut all = Geometry::default();
         for part in &parts {
             all.append(part)?;

@@ -1,14 +1,14 @@
-//! Which values mean nothing beside which others.
+//! The canonical form of a draw's features: rules that remove features which do not affect the image.
 
 use super::dimension::{DIMENSIONS, Dimension};
 use crate::scene::draw::{AtmosphereModel, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
-/// Where `applies` holds, the dimension `of` may take the value `least` and the image stays the same.
+/// If `applies` holds, `dimension` can be set to `value` without changing the image.
 pub struct CanonicalRule {
-    pub of: &'static str,
-    /// The value's text (empty: the one that is not written).
-    pub least: &'static str,
+    pub dimension: &'static str,
+    /// The value's text (empty: the value that is not written).
+    pub value: &'static str,
     pub applies: fn(&DrawFeatures) -> bool,
     /// Completes "… changes nothing: …".
     pub because: &'static str,
@@ -17,245 +17,270 @@ pub struct CanonicalRule {
 fn emissive(n: &DrawFeatures) -> bool {
     n.surface == Surface::Emissive
 }
-/// Whether the pixel shows the light itself, or the work of finding it.
-fn full(n: &DrawFeatures) -> bool {
+/// Whether the pixel shows radiance, or the cost of computing it.
+fn shows_radiance(n: &DrawFeatures) -> bool {
     matches!(n.view, PixelView::Final | PixelView::Cost)
 }
-/// Air, cloud and ring: nothing that a ground has.
+/// Sky, cloud and ring: surfaces without the maps and effects of ground.
 fn no_ground(n: &DrawFeatures) -> bool {
     matches!(n.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
 }
-/// Whether the picture shows light that falls on something.
+/// Whether the image shows reflected light.
 fn lit(n: &DrawFeatures) -> bool {
-    full(n) && !emissive(n) && n.lights > 0
+    shows_radiance(n) && !emissive(n) && n.lights > 0
 }
-/// Whether the picture shows how much sunlight arrives.
+/// Whether the image depends on how much sunlight arrives.
 fn shows_sunlight(n: &DrawFeatures) -> bool {
     lit(n) || (n.view == PixelView::Sunlight && n.lights > 0 && !emissive(n))
 }
-/// Whether the pixel's value depends on the direction of the surface.
+/// Whether the pixel's value depends on the surface normal.
 fn shows_normal(n: &DrawFeatures) -> bool {
-    (lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
+    (lit(n) || (shows_radiance(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
         && n.surface != Surface::Sky
 }
-/// Whether the pixel's value depends on the surface's own colour. Clouds have a map, rings a table of their own.
+/// Whether the pixel's value depends on the albedo of the ground. Clouds have their own map, rings their own table.
 fn shows_albedo(n: &DrawFeatures) -> bool {
     match n.surface {
         Surface::Sky | Surface::Cloud | Surface::Ring => false,
-        _ => lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Albedo,
+        _ => lit(n) || (shows_radiance(n) && emissive(n)) || n.view == PixelView::Albedo,
     }
 }
 
-/// Applied in order until nothing changes; each rule only takes away, so that ends.
+/// Applied in order until nothing changes. That terminates, because each rule only removes features.
 pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
-        of: "surface",
-        least: "lambert",
+        dimension: "surface",
+        value: "lambert",
         applies: |n| {
             n.surface == Surface::Sky
-                && (n.air.tier == AtmosphereModel::None || !(full(n) || n.view == PixelView::OpticalDepth) || (full(n) && n.lights == 0))
+                && (n.air.tier == AtmosphereModel::None
+                    || !(shows_radiance(n) || n.view == PixelView::OpticalDepth)
+                    || (shows_radiance(n) && n.lights == 0))
         },
         because: "a sky without lit air shows nothing",
     },
-    CanonicalRule { of: "lights", least: "sun0", applies: emissive, because: "an emissive surface reflects nothing" },
+    CanonicalRule { dimension: "lights", value: "sun0", applies: emissive, because: "an emissive surface reflects nothing" },
     CanonicalRule {
-        of: "lights",
-        least: "sun0",
+        dimension: "lights",
+        value: "sun0",
         applies: |n| matches!(n.view, PixelView::Depth | PixelView::Normal | PixelView::Albedo | PixelView::Uv | PixelView::OpticalDepth),
         because: "this view shows no light",
     },
     CanonicalRule {
-        of: "lights",
-        least: "sun0",
+        dimension: "lights",
+        value: "sun0",
         applies: |n| n.view == PixelView::Eclipse && n.eclipse.occluders == 0,
         because: "no occluder stands before the Sun",
     },
     CanonicalRule {
-        of: "lights",
-        least: "sun0",
+        dimension: "lights",
+        value: "sun0",
         applies: |n| n.view == PixelView::Ring && (n.ring_shadow == RingShadow::None || n.surface == Surface::Ring),
         because: "no ring stands before the Sun",
     },
     CanonicalRule {
-        of: "lights",
-        least: "sun1",
+        dimension: "lights",
+        value: "sun1",
         applies: |n| matches!(n.view, PixelView::Eclipse | PixelView::Ring) && n.lights > 1,
         because: "this view shows the Sun's light alone",
     },
     CanonicalRule {
-        of: "surface",
-        least: "lambert",
-        applies: |n| !full(n) && !no_ground(n),
+        dimension: "surface",
+        value: "lambert",
+        applies: |n| !shows_radiance(n) && !no_ground(n),
         because: "this view does not show how the surface turns light",
     },
     CanonicalRule {
-        of: "surface",
-        least: "lambert",
+        dimension: "surface",
+        value: "lambert",
         applies: |n| !emissive(n) && !no_ground(n) && n.lights == 0,
         because: "without a light every reflecting surface is black",
     },
-    CanonicalRule { of: "shape", least: "sphere", applies: |n| n.surface == Surface::Ring, because: "a ring is flat" },
+    CanonicalRule { dimension: "shape", value: "sphere", applies: |n| n.surface == Surface::Ring, because: "a ring is flat" },
     CanonicalRule {
-        of: "shape",
-        least: "ellipsoid",
+        dimension: "shape",
+        value: "ellipsoid",
         applies: |n| n.shape == Shape::Mesh && matches!(n.surface, Surface::Sky | Surface::Cloud),
         because: "air and clouds follow the ellipsoid",
     },
     CanonicalRule {
-        of: "normal",
-        least: "",
-        applies: |n| !shows_normal(n) || (full(n) && emissive(n)) || no_ground(n),
+        dimension: "normal",
+        value: "",
+        applies: |n| !shows_normal(n) || (shows_radiance(n) && emissive(n)) || no_ground(n),
         because: "relief shows only where light falls on ground, or in the normal view",
     },
     CanonicalRule {
-        of: "specular",
-        least: "",
+        dimension: "specular",
+        value: "",
         applies: |n| !lit(n) || no_ground(n),
         because: "a glint needs a light and a reflecting ground",
     },
     CanonicalRule {
-        of: "night",
-        least: "",
-        applies: |n| !full(n) || emissive(n) || no_ground(n),
+        dimension: "night",
+        value: "",
+        applies: |n| !shows_radiance(n) || emissive(n) || no_ground(n),
         because: "city lights show only on a shaded, reflecting ground",
     },
     CanonicalRule {
-        of: "cloudshadow",
-        least: "",
+        dimension: "cloudshadow",
+        value: "",
         applies: |n| !shows_sunlight(n) || no_ground(n),
         because: "clouds throw a shadow only where the Sun falls on ground",
     },
     CanonicalRule {
-        of: "detail",
-        least: "",
+        dimension: "detail",
+        value: "",
         applies: |n| !lit(n) || no_ground(n) || n.shape == Shape::Mesh,
         because: "finer relief than the map shows only on lit ground of a smooth body",
     },
     CanonicalRule {
-        of: "custom-surface",
-        least: "",
+        dimension: "custom-surface",
+        value: "",
         applies: |n| !shows_albedo(n) || no_ground(n),
         because: "this image does not show the ground's colour",
     },
     CanonicalRule {
-        of: "overlays",
-        least: "",
+        dimension: "overlays",
+        value: "",
         applies: |n| !shows_albedo(n) || no_ground(n),
         because: "this image does not show the ground's colour",
     },
     CanonicalRule {
-        of: "occluders",
-        least: "",
+        dimension: "occluders",
+        value: "",
         applies: |n| n.eclipse.model == EclipseModel::None,
         because: "without a model nothing is darkened",
     },
     CanonicalRule {
-        of: "occluders",
-        least: "",
+        dimension: "occluders",
+        value: "",
         applies: |n| !(shows_sunlight(n) || n.view == PixelView::Eclipse && n.lights > 0 && !emissive(n)),
         because: "this image does not show the Sun's light",
     },
-    CanonicalRule { of: "eclipse-model", least: "", applies: |n| n.eclipse.occluders == 0, because: "no occluder stands before the Sun" },
     CanonicalRule {
-        of: "ring-shadow",
-        least: "",
+        dimension: "eclipse-model",
+        value: "",
+        applies: |n| n.eclipse.occluders == 0,
+        because: "no occluder stands before the Sun",
+    },
+    CanonicalRule {
+        dimension: "ring-shadow",
+        value: "",
         applies: |n| n.surface == Surface::Ring || !(shows_sunlight(n) || n.view == PixelView::Ring && n.lights > 0 && !emissive(n)),
         because: "a ring's shadow needs sunlight and something else than the ring",
     },
     CanonicalRule {
-        of: "ringshine",
-        least: "",
+        dimension: "ringshine",
+        value: "",
         applies: |n| no_ground(n) || !shows_sunlight(n),
         because: "a ring lights ground only, and in views that show the light",
     },
     CanonicalRule {
-        of: "body-shadow",
-        least: "",
+        dimension: "body-shadow",
+        value: "",
         applies: |n| n.surface != Surface::Ring || !shows_sunlight(n),
         because: "the body's shadow falls on its ring, in sunlight",
     },
     CanonicalRule {
-        of: "air",
-        least: "",
+        dimension: "air",
+        value: "",
         applies: |n| {
-            emissive(n) || n.surface == Surface::Ring || !(full(n) || n.view == PixelView::OpticalDepth) || full(n) && n.lights == 0
+            emissive(n)
+                || n.surface == Surface::Ring
+                || !(shows_radiance(n) || n.view == PixelView::OpticalDepth)
+                || shows_radiance(n) && n.lights == 0
         },
         because: "this image shows no air",
     },
-    CanonicalRule { of: "air", least: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
-    CanonicalRule { of: "mie", least: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
-    CanonicalRule { of: "absorption", least: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { dimension: "air", value: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
+    CanonicalRule { dimension: "mie", value: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { dimension: "absorption", value: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
     CanonicalRule {
-        of: "limbheights",
-        least: "",
+        dimension: "limbheights",
+        value: "",
         applies: |n| no_ground(n) || n.shape == Shape::Mesh,
         because: "the Moon's own limb is that of its ground, or cuts the Sun behind it",
     },
-    CanonicalRule { of: "twosided", least: "", applies: |n| n.shape != Shape::Mesh, because: "a closed body shows its outside only" },
     CanonicalRule {
-        of: "twosided",
-        least: "",
+        dimension: "twosided",
+        value: "",
+        applies: |n| n.shape != Shape::Mesh,
+        because: "a closed body shows its outside only",
+    },
+    CanonicalRule {
+        dimension: "twosided",
+        value: "",
         applies: |n| !shows_normal(n),
         because: "this image does not depend on the surface's direction",
     },
-    CanonicalRule { of: "vertexcolour", least: "", applies: |n| n.shape != Shape::Mesh, because: "only a mesh has vertices with a colour" },
     CanonicalRule {
-        of: "vertexcolour",
-        least: "",
+        dimension: "vertexcolour",
+        value: "",
+        applies: |n| n.shape != Shape::Mesh,
+        because: "only a mesh has vertices with a colour",
+    },
+    CanonicalRule {
+        dimension: "vertexcolour",
+        value: "",
         applies: |n| !shows_albedo(n),
         because: "this image does not show the surface's colour",
     },
-    CanonicalRule { of: "alphatexture", least: "", applies: no_ground, because: "air, clouds and rings have an opacity of their own" },
     CanonicalRule {
-        of: "albedo",
-        least: "",
+        dimension: "alphatexture",
+        value: "",
+        applies: no_ground,
+        because: "air, clouds and rings have an opacity of their own",
+    },
+    CanonicalRule {
+        dimension: "albedo",
+        value: "",
         applies: |n| !shows_albedo(n) && !n.flags.alpha_texture,
         because: "this image does not show the surface's colour",
     },
-    CanonicalRule { of: "alphatexture", least: "", applies: |n| !n.maps.albedo, because: "alpha comes from the albedo map" },
+    CanonicalRule { dimension: "alphatexture", value: "", applies: |n| !n.maps.albedo, because: "alpha comes from the albedo map" },
 ];
 
-fn named(name: &str) -> Option<&'static Dimension> {
+fn dimension_named(name: &str) -> Option<&'static Dimension> {
     DIMENSIONS.iter().find(|d| d.name == name)
 }
 
-/// Each rule with the dimension and the value that its words stand for, looked up once.
-fn resolved() -> &'static [(&'static CanonicalRule, &'static Dimension, usize)] {
+/// Each rule with its dimension and the index of its value, looked up once.
+fn resolved_rules() -> &'static [(&'static CanonicalRule, &'static Dimension, usize)] {
     static RESOLVED: OnceLock<Vec<(&'static CanonicalRule, &'static Dimension, usize)>> = OnceLock::new();
     RESOLVED.get_or_init(|| {
         let resolve = |rule: &'static CanonicalRule| {
-            let dimension = named(rule.of)?;
-            Some((rule, dimension, dimension.texts.iter().position(|t| *t == rule.least)?))
+            let dimension = dimension_named(rule.dimension)?;
+            Some((rule, dimension, dimension.texts.iter().position(|t| *t == rule.value)?))
         };
         RULES.iter().filter_map(resolve).collect()
     })
 }
 
-/// The first rule that would change these needs, with the dimension and the value it asks for.
-pub(super) fn first_breach(features: &DrawFeatures) -> Option<(&'static CanonicalRule, &'static Dimension, usize)> {
-    resolved().iter().copied().find(|(rule, dimension, least)| (dimension.get)(features) != *least && (rule.applies)(features))
+/// The first rule that changes these features, with its dimension and the index of its value.
+pub(super) fn first_reduction(features: &DrawFeatures) -> Option<(&'static CanonicalRule, &'static Dimension, usize)> {
+    resolved_rules().iter().copied().find(|(rule, dimension, value)| (dimension.get)(features) != *value && (rule.applies)(features))
 }
 
-/// The needs that draw the same image with the least.
+/// The fewest features that draw the same image.
 pub fn canonical(features: &DrawFeatures) -> DrawFeatures {
-    reduced(features, |_| ())
+    reduce(features, |_| ())
 }
 
-/// The rules that make these needs canonical, in the order in which they apply.
+/// The rules that make these features canonical, in the order in which they apply.
 pub fn reductions(features: &DrawFeatures) -> Vec<&'static CanonicalRule> {
     let mut applied = Vec::new();
-    reduced(features, |rule| applied.push(rule));
+    reduce(features, |rule| applied.push(rule));
     applied
 }
 
-fn reduced(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
-    let mut least = *features;
-    least.lights = least.lights.min(3);
-    while let Some((rule, dimension, value)) = first_breach(&least) {
-        (dimension.set)(&mut least, value);
+fn reduce(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
+    let mut reduced = *features;
+    reduced.lights = reduced.lights.min(3);
+    while let Some((rule, dimension, value)) = first_reduction(&reduced) {
+        (dimension.set)(&mut reduced, value);
         applied(rule);
     }
-    least
+    reduced
 }
 
 #[cfg(test)]
@@ -267,8 +292,8 @@ mod tests {
     fn every_rule_names_a_dimension_and_a_value_and_is_used() {
         let some = sample_features(1, 20_000);
         for rule in RULES {
-            let d = named(rule.of).unwrap_or_else(|| panic!("no dimension {}", rule.of));
-            assert!(d.texts.contains(&rule.least), "{}: no value {:?}", rule.of, rule.least);
+            let d = dimension_named(rule.dimension).unwrap_or_else(|| panic!("no dimension {}", rule.dimension));
+            assert!(d.texts.contains(&rule.value), "{}: no value {:?}", rule.dimension, rule.value);
             assert!(some.iter().any(|n| (rule.applies)(n)), "{} never applies", rule.because);
         }
     }
@@ -303,7 +328,7 @@ mod tests {
             ..DrawFeatures::MINIMAL
         };
         assert_eq!(canonical(&n), n);
-        // What a mesh has more, and the air that it has not.
+        // A mesh has further flags, and no atmosphere.
         let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
         let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, flags, ..n };
         assert_eq!(canonical(&mesh), mesh);

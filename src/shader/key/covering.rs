@@ -1,7 +1,7 @@
-//! Sets of keys to test with: covering arrays over the nominal space, samples of it.
+//! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! The nominal space has some 10^10 combinations, so nothing here lists it. A combination of a few dimension values *can occur* when some
-//! canonical features hold it; that is decided by completing it with [`skeletons`], the canonical features over the dimensions that rules look at.
+//! There are some 10^10 combinations, so nothing here lists them all. A combination of a few dimension values *can occur* if some canonical
+//! features have it; that is decided by completing it with [`skeletons`], the canonical features over the dimensions that the rules read.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -10,12 +10,12 @@ use crate::scene::draw::DrawFeatures;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-/// How many combinations of dimension values there are, meaningful or not.
+/// Number of combinations of dimension values, canonical or not.
 pub fn nominal_size() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
 }
 
-/// `count` combinations of dimension values drawn at random, meaningful or not; the same seed gives the same ones.
+/// `count` random combinations of dimension values, canonical or not; the same seed gives the same ones.
 pub fn sample_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
     let mut random = Random::new(seed);
     let one = |random: &mut Random| {
@@ -31,8 +31,8 @@ pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
     sample_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// Dimensions whose values decide what means something, each with the values that rules tell apart (the others behave like the last).
-const DECIDING: [(&str, usize); 10] = [
+/// Dimensions that the canonical rules read, each with the number of values that the rules distinguish (further values behave like the last).
+const RULE_DIMENSIONS: [(&str, usize); 10] = [
     ("surface", 8),
     ("albedo", 2),
     ("lights", 3),
@@ -45,10 +45,10 @@ const DECIDING: [(&str, usize); 10] = [
     ("view", 10),
 ];
 
-/// All canonical features over the deciding dimensions alone. Completing a combination with each of them decides whether it can occur.
+/// All canonical features over these dimensions alone. A combination can occur if one of them completes it to canonical features.
 fn skeletons() -> Vec<DrawFeatures> {
     let mut all = vec![DrawFeatures::MINIMAL];
-    for (name, values) in DECIDING {
+    for (name, values) in RULE_DIMENSIONS {
         let Some(dimension) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
         all = all
             .into_iter()
@@ -65,7 +65,7 @@ fn skeletons() -> Vec<DrawFeatures> {
     distinct.into_iter().collect()
 }
 
-/// Some values, each with its dimension's number.
+/// Some values, each with the index of its dimension.
 type Combination<'a> = [(usize, usize)];
 
 fn with(mut features: DrawFeatures, values: &Combination<'_>) -> DrawFeatures {
@@ -73,17 +73,17 @@ fn with(mut features: DrawFeatures, values: &Combination<'_>) -> DrawFeatures {
     features
 }
 
-fn holds(features: &DrawFeatures, values: &Combination<'_>) -> bool {
+fn has_values(features: &DrawFeatures, values: &Combination<'_>) -> bool {
     values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(features) == *value)
 }
 
-/// Needs that hold these values and are canonical, from the first skeleton at or after `start` that allows it.
-fn completed(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
+/// Canonical features with these values, from the first skeleton at or after `start` that allows it.
+fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
     let (before, after) = skeletons.split_at(start);
     after.iter().chain(before).map(|s| with(*s, values)).find(|n| canonical(n) == *n)
 }
 
-/// Every choice of `t` dimensions out of `count`, ascending, with the place where its combinations start in one long list.
+/// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in one list of all combinations.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
@@ -99,7 +99,7 @@ fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
             .collect()
     }
     let mut at = 0;
-    let placed = list(count, t)
+    let indexed = list(count, t)
         .into_iter()
         .map(|c| {
             let start = at;
@@ -107,31 +107,31 @@ fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
             (c, start)
         })
         .collect();
-    (placed, at)
+    (indexed, at)
 }
 
-/// Places of the combinations that these needs hold, one for each choice.
-fn places<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
+/// Indices of the combinations that these features have, one for each choice.
+fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
     let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(features)).collect();
-    choices.iter().map(move |(c, start)| start + c.iter().fold(0, |place, d| place * DIMENSIONS[*d].texts.len() + values[*d]))
+    choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * DIMENSIONS[*d].texts.len() + values[*d]))
 }
 
-/// How many completions of a missing combination compete.
+/// Number of random completions of a missing combination that are tried.
 const TRIES: usize = 12;
 
-/// Keys in which every combination of any `t` dimension values occurs that can occur in any key at all. In order; the same every time.
+/// Keys that contain every possible combination of values of any `t` dimensions, in order; the result is deterministic.
 ///
-/// One combination after another (as AETG does, Cohen et al. 1997): of some random completions of the first that is missing, the one
-/// that holds most missing ones is kept.
+/// Greedy, as AETG (Cohen et al. 1997): of some random completions of the first missing combination, the one with most missing combinations is
+/// added.
 pub fn covering(t: usize) -> Vec<ShaderKey> {
-    static KEPT: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
-    match KEPT.get(t) {
-        Some(kept) => kept.get_or_init(|| covering_anew(t)).clone(),
-        None => covering_anew(t),
+    static COVERINGS: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
+    match COVERINGS.get(t) {
+        Some(covering) => covering.get_or_init(|| compute_covering(t)).clone(),
+        None => compute_covering(t),
     }
 }
 
-fn covering_anew(t: usize) -> Vec<ShaderKey> {
+fn compute_covering(t: usize) -> Vec<ShaderKey> {
     let skeletons = skeletons();
     let mut random = Random::new(t as u64);
     let pairs = (t > 2).then(|| possible_pairs(&skeletons));
@@ -144,28 +144,28 @@ fn covering_anew(t: usize) -> Vec<ShaderKey> {
             if covered[start + offset] {
                 continue;
             }
-            let mut left = offset;
+            let mut rest = offset;
             let mut values: Vec<(usize, usize)> = Vec::new();
             for d in choice.iter().rev() {
-                values.push((*d, left % DIMENSIONS[*d].texts.len()));
-                left /= DIMENSIONS[*d].texts.len();
+                values.push((*d, rest % DIMENSIONS[*d].texts.len()));
+                rest /= DIMENSIONS[*d].texts.len();
             }
             if pairs.as_ref().is_some_and(|possible| !possible(&values)) {
                 continue;
             }
             let Some(features) =
-                best_completion(&skeletons, &values, &mut random, |n| places(n, &choices).filter(|p| !covered[*p]).count())
+                best_completion(&skeletons, &values, &mut random, |n| combinations_of(n, &choices).filter(|p| !covered[*p]).count())
             else {
                 continue;
             };
-            places(&features, &choices).for_each(|p| covered[p] = true);
+            combinations_of(&features, &choices).for_each(|p| covered[p] = true);
             chosen.insert(ShaderKey { features });
         }
     }
     chosen.into_iter().collect()
 }
 
-/// Whether each two of some values can occur together: three that cannot pairwise cannot at all.
+/// A test whether any two of some values can occur together: a necessary condition for larger combinations.
 fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bool + use<> {
     let mut start = Vec::new();
     let mut count = 0;
@@ -179,7 +179,7 @@ fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bo
             for va in 0..da.texts.len() {
                 for vb in 0..DIMENSIONS[b].texts.len() {
                     let (i, j) = (start[a] + va, start[b] + vb);
-                    let occurs = completed(skeletons, 0, &[(a, va), (b, vb)]).is_some();
+                    let occurs = complete(skeletons, 0, &[(a, va), (b, vb)]).is_some();
                     (possible[i * count + j], possible[j * count + i]) = (occurs, occurs);
                 }
             }
@@ -197,21 +197,21 @@ fn best_completion(
     random: &mut Random,
     adds: impl Fn(&DrawFeatures) -> usize,
 ) -> Option<DrawFeatures> {
-    let mut best = completed(skeletons, random.below(skeletons.len()), values).map(|n| (adds(&n), n))?;
+    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|n| (adds(&n), n))?;
     for _ in 0..TRIES {
-        let Some(mut features) = completed(skeletons, random.below(skeletons.len()), values) else { break };
-        for d in DIMENSIONS.iter().filter(|d| !DECIDING.iter().any(|(name, _)| *name == d.name)) {
+        let Some(mut features) = complete(skeletons, random.below(skeletons.len()), values) else { break };
+        for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
             (d.set)(&mut features, random.below(d.texts.len()));
         }
-        // Among counts and models that rules do not tell apart, any will do.
-        for (name, told_apart) in DECIDING {
+        // Any of the values that the rules do not distinguish.
+        for (name, distinguished) in RULE_DIMENSIONS {
             let Some(d) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
-            if (d.get)(&features) + 1 == told_apart && d.texts.len() > told_apart {
-                (d.set)(&mut features, told_apart - 1 + random.below(d.texts.len() + 1 - told_apart));
+            if (d.get)(&features) + 1 == distinguished && d.texts.len() > distinguished {
+                (d.set)(&mut features, distinguished - 1 + random.below(d.texts.len() + 1 - distinguished));
             }
         }
         let features = canonical(&with(features, values));
-        if holds(&features, values) && adds(&features) > best.0 {
+        if has_values(&features, values) && adds(&features) > best.0 {
             best = (adds(&features), features);
         }
     }
@@ -228,12 +228,12 @@ mod tests {
         for t in [1, 2, 3] {
             let (choices, _) = choices(DIMENSIONS.len(), t);
             let set = covering(t);
-            let covered: HashSet<usize> = set.iter().flat_map(|k| places(k.features(), &choices)).collect();
+            let covered: HashSet<usize> = set.iter().flat_map(|k| combinations_of(k.features(), &choices)).collect();
             for features in sample_features(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
-                assert!(places(&features, &choices).all(|p| covered.contains(&p)), "{features:?}");
+                assert!(combinations_of(&features, &choices).all(|p| covered.contains(&p)), "{features:?}");
             }
             assert!(set.iter().all(|k| canonical(k.features()) == *k.features()));
-            assert_eq!(set, covering_anew(t));
+            assert_eq!(set, compute_covering(t));
         }
     }
 

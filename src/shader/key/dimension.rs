@@ -1,4 +1,4 @@
-//! The table of dimensions: the one place that names a dimension's values, in texts and in fragment conditions.
+//! The table of dimensions: the only place that names a dimension's values, in key texts and in fragment conditions.
 
 use crate::scene::draw::{
     AtmosphereModel, BodyShadow, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape, Surface,
@@ -44,7 +44,7 @@ impl Part {
 pub struct Dimension {
     pub name: &'static str,
     pub part: Part,
-    /// How the text form writes each value; empty: not written, the value a text without this part has.
+    /// Text of each value; empty for the value that is not written.
     pub texts: &'static [&'static str],
     /// The feature that each value switches on in the fragments; empty: none.
     pub features: &'static [&'static str],
@@ -204,7 +204,7 @@ pub static DIMENSIONS: &[Dimension] = &[
             "view.eclipse",
             "view.ring",
             "view.optical-depth",
-            // The renderer counts what the shaded picture costs.
+            // Runs the code of the shaded view; the renderer counts its instructions.
             "view.shaded",
         ],
         cumulative: false,
@@ -213,7 +213,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
 ];
 
-/// The features that these choices switch on in the fragments.
+/// The fragment features that these values switch on.
 pub fn features(features: &DrawFeatures) -> Vec<&'static str> {
     let mut on = Vec::new();
     for d in DIMENSIONS {

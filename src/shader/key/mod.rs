@@ -1,9 +1,9 @@
-//! The shader key: a draw's features, reduced to the least that draws the same image.
+//! The shader key: a draw's features, reduced to the fewest that draw the same image.
 //!
-//! In: scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always holds: a key is canonical, so two draws that
-//! would run the same code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment
-//! features; one list ([`canonical::RULES`]) says which values mean nothing beside which others. A new dimension is a field of `DrawFeatures`, a row
-//! of the table and its rules. Not here: the code that a key stands for.
+//! In: scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so two draws that run the same
+//! code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment features; one list
+//! ([`canonical::RULES`]) says which values have no effect in combination with others. A new dimension is a field of `DrawFeatures`, a row of the
+//! table and its rules. Not here: the code that a key stands for.
 
 #[doc(hidden)]
 mod canonical;
@@ -21,7 +21,7 @@ pub use text::KeyTextError;
 
 use crate::scene::draw::{DrawFeatures, INSTRUCTIONS_PER_READ, PixelView};
 
-/// The whole truth about one planet module: emission is a pure function of this value and the fragments in shaders/.
+/// The key of a body's module: emission is a pure function of this value and the fragments in shaders/.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ShaderKey {
     features: DrawFeatures,
@@ -32,11 +32,11 @@ impl ShaderKey {
     pub fn for_draw(features: &DrawFeatures) -> Self {
         Self { features: canonical(features) }
     }
-    /// What the module does, in canonical form. Culling and the like follow the draw's own features, which may say more.
+    /// The features of the module, in canonical form. Culling and other pipeline state follow the draw's own features, which may be more.
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }
-    /// Where the picture is the work that the shaded one takes, counted by the renderer: the instructions that a texture read is shown as.
+    /// In the pixel view of shading cost: the instructions that a texture read counts as.
     pub fn instructions_per_read(&self) -> Option<f64> {
         (self.features.view == PixelView::Cost).then_some(INSTRUCTIONS_PER_READ)
     }

@@ -1,10 +1,10 @@
-//! The text form: `lambert.albedo-normal.sun1.ellipsoid`, with flags and view after it where there are any.
+//! The text form of a key: `lambert.albedo-normal.sun1.ellipsoid`, followed by flags and view, if any.
 //!
-//! Written in the order of the table of dimensions; a part with nothing to say is left out. Lower case letters, digits, `.` and `-` only. Read
-//! in any order and case: no word belongs to two parts. Canonical keys alone are taken: a part that would change nothing is refused.
+//! Written in the order of the table of dimensions; a part whose values are all unwritten is omitted. Lower case letters, digits, `.` and `-` only.
+//! Parsed in any order and case: no word belongs to two parts. Only canonical keys are accepted: a part that would change nothing is an error.
 
 use super::ShaderKey;
-use super::canonical::{canonical, first_breach};
+use super::canonical::{canonical, first_reduction};
 use super::dimension::{DIMENSIONS, Dimension, Part};
 use crate::scene::draw::DrawFeatures;
 use crate::wording::{did_you_mean, echo_within};
@@ -37,7 +37,7 @@ impl KeyTextError {
     }
 }
 
-/// Characters of the whole and of a part that messages repeat.
+/// Most characters of the key and of a part that messages quote.
 const WHOLE_ECHO: usize = 80;
 const PART_ECHO: usize = 40;
 
@@ -47,7 +47,7 @@ fn parts() -> Vec<Part> {
     parts
 }
 
-/// Whether a part may be left out: every one of its dimensions has an unwritten value.
+/// Whether a part may be omitted: each of its dimensions has an unwritten value.
 fn optional(part: Part) -> bool {
     DIMENSIONS.iter().filter(|d| d.part == part).all(|d| d.texts.contains(&""))
 }
@@ -75,7 +75,7 @@ impl fmt::Display for ShaderKey {
     }
 }
 
-/// The words of a part's text with their columns. Words are joined by `-` and may hold one: at each place the longest known word counts.
+/// The words of a part's text with their columns. Words are joined by `-` and may contain `-`: at each position the longest known word is taken.
 fn words(part: Part, text: &str, column: usize) -> Vec<(&str, usize)> {
     let known = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();
@@ -90,13 +90,13 @@ fn words(part: Part, text: &str, column: usize) -> Vec<(&str, usize)> {
     found
 }
 
-/// The dimension of a part that has this word, and which of its values it is.
+/// The dimension of a part that has this word, and the index of its value.
 fn known(part: Part, word: &str) -> Option<(&'static Dimension, usize)> {
     let of_part = DIMENSIONS.iter().filter(|d| d.part == part);
     of_part.into_iter().find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
 }
 
-/// The part that a piece between two points belongs to: the one that knows most of its words. No word belongs to two parts.
+/// The part that a piece between two `.` belongs to: the one that has most of its words. No word belongs to two parts.
 fn part_of(piece: &str) -> Option<Part> {
     let knows = |part: Part| words(part, piece, 1).iter().filter(|(w, _)| known(part, w).is_some()).count();
     parts().into_iter().rev().max_by_key(|part| knows(*part)).filter(|part| knows(*part) > 0)
@@ -114,8 +114,8 @@ impl FromStr for ShaderKey {
         let lower = given.to_ascii_lowercase();
         let text = || echo_within(given, WHOLE_ECHO);
         let mut features = DrawFeatures::MINIMAL;
-        // Where each dimension's word stands, for the messages about contradictions and what is given twice.
-        let mut places: Vec<(&str, String, usize)> = Vec::new();
+        // Dimension, word and column of each word, for messages about contradictions and repetitions.
+        let mut positions: Vec<(&str, String, usize)> = Vec::new();
         let mut found: Vec<Part> = Vec::new();
         let mut column = 1;
         for piece in lower.split('.') {
@@ -126,18 +126,18 @@ impl FromStr for ShaderKey {
                 expected,
             };
             let Some(part) = part_of(piece) else {
-                return Err(unknown(piece, column, meant(piece, &found)));
+                return Err(unknown(piece, column, suggestion(piece, &found)));
             };
             for (word, at) in words(part, piece, column) {
                 let Some((dimension, value)) = known(part, word) else {
                     return Err(unknown(word, at, did_you_mean(word, all_words()).unwrap_or_else(|| allowed(part))));
                 };
-                if let Some((_, earlier, first)) = places.iter().find(|(name, _, _)| *name == dimension.name) {
+                if let Some((_, earlier, first)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
                     let (earlier, first) = (earlier.clone(), *first);
                     return Err(KeyTextError::Twice { text: text(), part: word.into(), column: at, what: dimension.name, earlier, first });
                 }
                 (dimension.set)(&mut features, value);
-                places.push((dimension.name, word.into(), at));
+                positions.push((dimension.name, word.into(), at));
             }
             found.push(part);
             column += piece.len() + 1;
@@ -145,8 +145,8 @@ impl FromStr for ShaderKey {
         if let Some(part) = parts().into_iter().find(|p| !optional(*p) && !found.contains(p)) {
             return Err(KeyTextError::Missing { text: text(), part: part.name(), column: lower.len() + 1, expected: allowed(part) });
         }
-        if let Some((rule, dimension, _)) = first_breach(&features) {
-            let (part, column) = places
+        if let Some((rule, dimension, _)) = first_reduction(&features) {
+            let (part, column) = positions
                 .iter()
                 .find(|(name, _, _)| *name == dimension.name)
                 .map_or((dimension.name.to_owned(), 1), |(_, word, at)| (word.clone(), *at));
@@ -157,8 +157,8 @@ impl FromStr for ShaderKey {
     }
 }
 
-/// What a piece that belongs to no part may have meant: a word near it, or what is not there yet.
-fn meant(piece: &str, found: &[Part]) -> String {
+/// A suggestion for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
+fn suggestion(piece: &str, found: &[Part]) -> String {
     did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found.contains(p)) {
         Some(part) => allowed(part),
         None => "every part is there already".into(),

@@ -1,9 +1,9 @@
-//! One entry on disk: bytes of a module behind a checksum.
+//! One entry on disk: an encoded module with a checksum.
 //!
 //! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module name,
-//! text, IR, source map and tape. Always holds: bytes that decode came whole from a writer of the same generator, for the module that was asked
-//! for; their IR is valid and their tape is one of its entry points. The checksum is no signature: who writes into the folder can write entries,
-//! and of those only the form is checked. naga keeps no spans in its encoding; they matter to error messages only.
+//! text, IR, source map and tape. Always: bytes that decode are complete, were written by the same generator for the requested module, and have
+//! valid IR and a tape that fits its entry points. The checksum is no signature: anyone who can write to the folder can write entries, of which
+//! only the form is checked. naga's encoding has no spans; they matter for error messages only.
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
@@ -33,7 +33,7 @@ pub enum EntryError {
     Tape,
 }
 
-/// What comes first, readable without the module.
+/// The start of an entry, which is decoded without the module.
 #[derive(Serialize, Deserialize)]
 struct Head {
     generator: String,
@@ -67,7 +67,7 @@ pub fn encode(generator: &str, m: &ShaderModule) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The content behind a right header and checksum.
+/// The content after the header, if magic and checksum are right.
 fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
     let (Some(magic), Some(checksum), Some(content)) = (bytes.get(..MAGIC.len()), bytes.get(CHECKSUM), bytes.get(CHECKSUM.end..)) else {
         return Err(EntryError::Truncated);
@@ -81,7 +81,7 @@ fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
     Ok(content)
 }
 
-/// Whether an entry is whole and of this generator: the name of the module it holds.
+/// The name of the module in an entry; an error if the entry is damaged or of another generator.
 pub fn inspect(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
     let (head, _) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
     if head.generator == generator { Ok(head.module) } else { Err(EntryError::OtherModule) }
@@ -94,15 +94,15 @@ pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
 
 /// The module in an entry.
 pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
-    // naga's arenas and postcard's readers of them expect what naga wrote.
-    caught(|| decode_trusting(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
+    // The decoding of naga's arenas may panic on data that naga did not write.
+    caught(|| decode_unguarded(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
 }
 
-/// The module in an entry that another generator may have written: to look at and to compare, not to draw views with. A tape that this program's software renderer
-/// does not run is lowered anew.
+/// The module in an entry that another generator may have written, for inspection and comparison only. If this program's software renderer cannot
+/// run its tape, the module is lowered again.
 pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let unchecked = Lowering { check: |_, _| Ok(()), ..lowering.clone() };
-    let mut module = caught(|| decode_trusting(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
+    let mut module = caught(|| decode_unguarded(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
     let runs = caught(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
     if !runs {
         module.tape = (lowering.lower)(&module.module, &module.info).map_err(|_| EntryError::Tape)?;
@@ -110,7 +110,7 @@ pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering)
     Ok(module)
 }
 
-fn decode_trusting(generator: Option<&str>, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
+fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let (head, rest) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
     if generator.is_some_and(|g| head.generator != g) || head.module != id.to_string() {
         return Err(EntryError::OtherModule);
@@ -126,7 +126,7 @@ fn decode_trusting(generator: Option<&str>, id: &ModuleId, bytes: &[u8], lowerin
     Ok(ShaderModule { id: id.clone(), wgsl, module, info, layout, source_map, tape })
 }
 
-/// File name of a module's entry: the module's own name, shortened behind a digest where file systems could refuse its length.
+/// File name of a module's entry: the module's name, or, if that is too long for some file systems, its start and a digest.
 pub fn file_name(id: &ModuleId) -> String {
     let name = id.to_string();
     if name.len() <= 180 {

@@ -1,8 +1,8 @@
-//! The library: every module once in memory, and on disk between runs.
+//! The shader library: a cache of modules, in memory and on disk.
 //!
-//! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or emitted anew. Always holds: a module that comes out is the one
-//! that the generator would make now, whatever state the disk is in; readers of any process see a whole entry or none; trouble with the
-//! disk is said once and never stops anything. Not here: which renderer runs the tape, and where messages go; both are brought in.
+//! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the generator
+//! would emit now, whatever the state of the disk; readers in any process see a complete entry or none; a disk error is reported once and is never
+//! fatal. Not here: which renderer runs the tape, and where messages go; the caller supplies both.
 
 mod entry;
 
@@ -20,12 +20,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// Bytes of an entry at the most; the longest have some 300 kB.
+/// Most bytes of an entry; the longest have some 300 kB.
 pub const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
 type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
 
-/// How a module came into memory, and how long that took.
+/// Where a module came from, and how long that took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
     pub how: CacheOutcome,
@@ -34,15 +34,15 @@ pub struct Origin {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CacheOutcome {
-    /// A whole entry lay on disk.
+    /// Read from a valid entry on disk.
     Read,
-    /// None did.
+    /// Emitted, since there was no entry.
     Emitted,
-    /// One did, damaged or foreign, and was replaced.
+    /// Emitted, since the entry was damaged or of another format; the entry was replaced.
     Rebuilt,
 }
 
-/// What the library did so far.
+/// Counts since the library was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Statistics {
     /// Modules that came from memory.
@@ -77,62 +77,62 @@ fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
 }
 
-/// An entry that is no use.
+/// An entry that cannot be used.
 struct Damaged;
 
-/// What lies on disk.
+/// The content of the disk cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskStatus {
-    /// Folder of this generator; none in memory.
+    /// Folder of this generator; `None` for a library in memory only.
     pub folder: Option<PathBuf>,
     pub entries: u64,
     pub bytes: u64,
     /// Entries and bytes of other generators (older or newer programs).
     pub other_entries: u64,
     pub other_bytes: u64,
-    /// What could not be looked into, and why: the numbers leave it out.
+    /// The first folder that could not be read, and why; the counts do not include it.
     pub unreadable: Option<String>,
 }
 
-/// What [`Library::verify`] found.
+/// What [`ShaderLibrary::verify`] found.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskCheck {
     pub whole: u64,
     /// File and what is wrong with it.
     pub damaged: Vec<(PathBuf, String)>,
-    /// What could not be looked into, and why.
+    /// The first folder that could not be read, and why.
     pub unreadable: Option<String>,
 }
 
-/// What modules are made of, and what names that.
+/// The fragments that modules are built from, with the generator digest.
 #[derive(Clone)]
 struct Generator {
     fragments: Arc<Fragments>,
-    generator: Arc<str>,
+    digest: Arc<str>,
 }
 
 impl Generator {
     fn of(fragments: Fragments, lowering: &Lowering) -> Self {
-        let generator = generator::digest_with(&fragments, &lowering.digest).into();
-        Self { fragments: Arc::new(fragments), generator }
+        let digest = generator::digest_with(&fragments, &lowering.digest).into();
+        Self { fragments: Arc::new(fragments), digest }
     }
 }
 
-/// Modules by name. Shared freely between threads.
-pub struct Library {
-    /// `<cache>/orrery/shaders`; none: in memory only.
+/// A cache of modules by name, in memory and on disk; shared between threads.
+pub struct ShaderLibrary {
+    /// `<cache>/orrery/shaders`; `None`: in memory only.
     root: Option<PathBuf>,
-    source: RwLock<Generator>,
+    generator: RwLock<Generator>,
     lowering: Lowering,
     modules: Mutex<HashMap<ModuleId, Slot>>,
     counters: Counters,
     say: Box<dyn Fn(&str) + Send + Sync>,
-    unwritable_said: AtomicBool,
-    unreadable_said: AtomicBool,
+    write_error_reported: AtomicBool,
+    read_error_reported: AtomicBool,
 }
 
-impl Library {
-    /// A library below a cache directory, which need not exist. `say` gets one line for each trouble.
+impl ShaderLibrary {
+    /// A library below a cache directory, which need not exist. `say` receives one line for each problem.
     pub fn open(cache: &Path, lowering: Lowering, say: impl Fn(&str) + Send + Sync + 'static) -> Self {
         Self::new(Some(cache.join("orrery").join("shaders")), lowering, Box::new(say))
     }
@@ -145,48 +145,47 @@ impl Library {
     fn new(root: Option<PathBuf>, lowering: Lowering, say: Box<dyn Fn(&str) + Send + Sync>) -> Self {
         Self {
             root,
-            source: RwLock::new(Generator::of(Fragments::default(), &lowering)),
+            generator: RwLock::new(Generator::of(Fragments::default(), &lowering)),
             lowering,
             modules: Mutex::default(),
             counters: Counters::default(),
             say,
-            unwritable_said: AtomicBool::new(false),
-            unreadable_said: AtomicBool::new(false),
+            write_error_reported: AtomicBool::new(false),
+            read_error_reported: AtomicBool::new(false),
         }
     }
 
     /// The generator digest, which names the folder.
     pub fn generator(&self) -> Arc<str> {
-        self.source().generator
+        self.current_generator().digest
     }
 
-    /// The fragments that modules are made of.
+    /// The fragments that modules are built from.
     pub fn fragments(&self) -> Arc<Fragments> {
-        self.source().fragments
+        self.current_generator().fragments
     }
 
-    fn source(&self) -> Generator {
-        self.source.read().clone()
+    fn current_generator(&self) -> Generator {
+        self.generator.read().clone()
     }
 
-    /// From here on modules are made of these fragments; others than those built in leave nothing on disk. Whoever keeps a module keeps the old
-    /// one.
+    /// Builds modules from these fragments from now on, and drops the modules in memory. Modules of edited fragments are not written to disk.
     pub fn set_fragments(&self, fragments: Fragments) {
-        let source = Generator::of(fragments, &self.lowering);
-        *self.source.write() = source;
+        let generator = Generator::of(fragments, &self.lowering);
+        *self.generator.write() = generator;
         self.modules.lock().clear();
     }
 
     fn folder(&self) -> Option<PathBuf> {
-        Some(self.root.as_ref()?.join(&*self.lasting()?.generator))
+        Some(self.root.as_ref()?.join(&*self.disk_generator()?.digest))
     }
 
-    /// What modules are made of, where they are worth keeping: of fragments that someone is writing every version would leave a folder behind.
-    fn lasting(&self) -> Option<Generator> {
-        Some(self.source()).filter(|s| s.fragments.are_built_in())
+    /// The generator, if its modules are written to disk: with edited fragments every edit would leave a folder behind.
+    fn disk_generator(&self) -> Option<Generator> {
+        Some(self.current_generator()).filter(|g| g.fragments.are_built_in())
     }
 
-    /// How a module came into memory; `None` for one that nobody has asked for.
+    /// Where a module came from; `None` for a module that has not been requested.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
         let modules = self.modules.lock();
         Some(modules.get(id)?.get()?.as_ref().ok()?.1)
@@ -197,7 +196,7 @@ impl Library {
         Some(self.folder()?.join(file_name(id)))
     }
 
-    /// The module. Threads that ask for one at the same time wait for the first of them.
+    /// The module. Concurrent requests for one module wait for the first of them.
     pub fn get(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         let slot = {
             let mut modules = self.modules.lock();
@@ -206,46 +205,46 @@ impl Library {
         if slot.get().is_some() {
             self.counters.from_memory.fetch_add(1, Ordering::Relaxed);
         }
-        slot.get_or_init(|| self.obtain(id)).as_ref().map(|(module, _)| Arc::clone(module)).map_err(Clone::clone)
+        slot.get_or_init(|| self.load_or_build(id)).as_ref().map(|(module, _)| Arc::clone(module)).map_err(Clone::clone)
     }
 
-    fn is_here(&self, id: &ModuleId) -> bool {
+    fn is_in_memory(&self, id: &ModuleId) -> bool {
         self.modules.lock().get(id).is_some_and(|slot| slot.get().is_some())
     }
 
-    fn obtain(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
-        let source = self.source();
-        let root = self.root.as_ref().filter(|_| source.fragments.are_built_in());
-        let path = root.map(|root| root.join(&*source.generator).join(file_name(id)));
-        let asked = Instant::now();
-        let origin = |how: CacheOutcome| Origin { how, took_ms: asked.elapsed().as_secs_f64() * 1e3 };
-        let mut made = CacheOutcome::Emitted;
+    fn load_or_build(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
+        let generator = self.current_generator();
+        let root = self.root.as_ref().filter(|_| generator.fragments.are_built_in());
+        let path = root.map(|root| root.join(&*generator.digest).join(file_name(id)));
+        let requested = Instant::now();
+        let origin = |how: CacheOutcome| Origin { how, took_ms: requested.elapsed().as_secs_f64() * 1e3 };
+        let mut outcome = CacheOutcome::Emitted;
         if let Some(path) = path.as_deref() {
-            match self.read(&source.generator, id, path) {
+            match self.read(&generator.digest, id, path) {
                 Some(Ok(module)) => return Ok((Arc::new(module), origin(CacheOutcome::Read))),
-                Some(Err(Damaged)) => made = CacheOutcome::Rebuilt,
+                Some(Err(Damaged)) => outcome = CacheOutcome::Rebuilt,
                 None => {}
             }
         }
         let start = Instant::now();
-        let module = ShaderModule::build_with(&source.fragments, id, &self.lowering)?;
+        let module = ShaderModule::build_with(&generator.fragments, id, &self.lowering)?;
         count(&self.counters.emitted, &self.counters.emitting_ns, start);
-        let origin = origin(made);
+        let origin = origin(outcome);
         if let Some(path) = &path {
-            self.write(&source.generator, &module, path);
+            self.write(&generator.digest, &module, path);
         }
         Ok((Arc::new(module), origin))
     }
 
-    /// `None`: nothing that can be read lies there.
+    /// Reads an entry from disk; `None` if there is no readable file.
     fn read(&self, generator: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Damaged>> {
         let start = Instant::now();
         let bytes = match read_bytes(path, MAX_ENTRY_BYTES) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return None,
-            // Trouble with the folder itself is told when writing fails; an entry that is there and cannot be read is told here.
+            // Problems with the folder itself are reported when writing fails; an unreadable entry is reported here.
             Err(e) => {
-                if e.kind() != std::io::ErrorKind::NotADirectory && !self.unreadable_said.swap(true, Ordering::Relaxed) {
+                if e.kind() != std::io::ErrorKind::NotADirectory && !self.read_error_reported.swap(true, Ordering::Relaxed) {
                     (self.say)(&format!("shader library: {} cannot be read ({e}); its module is made anew", path.display()));
                 }
                 return None;
@@ -265,8 +264,8 @@ impl Library {
     }
 
     fn write(&self, generator: &str, module: &ShaderModule, path: &Path) {
-        // After one failure nothing more is tried: a full or read-only disk would only cost time.
-        if self.unwritable_said.load(Ordering::Relaxed) {
+        // After one failure no more writes are tried: on a full or read-only disk they would only cost time.
+        if self.write_error_reported.load(Ordering::Relaxed) {
             return;
         }
         let start = Instant::now();
@@ -274,7 +273,7 @@ impl Library {
         match write_cached(path, &bytes) {
             Ok(()) => count(&self.counters.written, &self.counters.writing_ns, start),
             Err(e) => {
-                if !self.unwritable_said.swap(true, Ordering::Relaxed) {
+                if !self.write_error_reported.swap(true, Ordering::Relaxed) {
                     let folder = path.parent().unwrap_or(path).display();
                     (self.say)(&format!(
                         "shader library: {folder} cannot be written ({e}); modules are kept in memory only, --cache DIR names another place"
@@ -284,17 +283,17 @@ impl Library {
         }
     }
 
-    /// Obtains these modules on all cores; `done` is called after each. Returns the failures.
+    /// Loads or builds these modules on all cores; `done` is called after each. Returns the failures.
     pub fn warm(&self, ids: &[ModuleId], done: impl Fn() + Sync) -> Vec<ShaderError> {
-        let bring = |id: &ModuleId| {
+        let load = |id: &ModuleId| {
             let failure = self.get(id).err();
             done();
             failure
         };
-        // A frame finds its modules in memory: that is no work for a pool that paints and draws besides.
-        let (here, away): (Vec<&ModuleId>, Vec<&ModuleId>) = ids.iter().partition(|id| self.is_here(id));
-        let mut failures: Vec<ShaderError> = here.into_iter().filter_map(bring).collect();
-        failures.par_extend(away.into_par_iter().filter_map(bring));
+        // Modules in memory are counted on this thread: the thread pool may be busy drawing.
+        let (in_memory, missing): (Vec<&ModuleId>, Vec<&ModuleId>) = ids.iter().partition(|id| self.is_in_memory(id));
+        let mut failures: Vec<ShaderError> = in_memory.into_iter().filter_map(load).collect();
+        failures.par_extend(missing.into_par_iter().filter_map(load));
         failures
     }
 
@@ -314,7 +313,7 @@ impl Library {
         }
     }
 
-    /// Counts what lies on disk.
+    /// Counts the entries on disk.
     pub fn status(&self) -> DiskStatus {
         let generator = self.generator();
         let mut status = DiskStatus { folder: self.folder(), unreadable: self.unreadable(), ..DiskStatus::default() };
@@ -331,7 +330,7 @@ impl Library {
         status
     }
 
-    /// Reads every entry of this generator, emits its module anew and compares both, on all cores.
+    /// Reads every entry of this generator, builds its module again and compares both, on all cores.
     pub fn verify(&self) -> DiskCheck {
         let mut check = DiskCheck { unreadable: self.unreadable(), ..DiskCheck::default() };
         let mut files: Vec<_> = self.folder().iter().flat_map(|f| entries_in(f)).collect();
@@ -355,32 +354,33 @@ impl Library {
             return Err(EntryError::OtherModule.to_string());
         }
         decode(&generator, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
-        let made = ShaderModule::build_with(&self.source().fragments, &id, &self.lowering).map_err(|e| e.to_string())?;
-        if entry::encode(&generator, &made).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
+        let built = ShaderModule::build_with(&self.current_generator().fragments, &id, &self.lowering).map_err(|e| e.to_string())?;
+        if entry::encode(&generator, &built).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
     }
 
-    /// Makes modules that came from disk anew, and replaces those that differ: for whoever cannot use what an entry held. Answers how many did.
+    /// Builds modules that came from disk again, and drops entries that differ from the built module, for callers that could not use a module.
+    /// Returns the number of dropped entries.
     pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
-        let source = self.source();
+        let generator = self.current_generator();
         let is_forged = |id: &&ModuleId| {
-            let held = self.modules.lock().get(id).cloned();
-            let Some(Ok((held, Origin { how: CacheOutcome::Read, .. }))) = held.as_ref().and_then(|slot| slot.get()) else { return false };
-            let made = ShaderModule::build_with(&source.fragments, id, &self.lowering).ok();
-            made.is_some_and(|made| entry::encode(&source.generator, &made) != entry::encode(&source.generator, held))
+            let slot = self.modules.lock().get(id).cloned();
+            let Some(Ok((loaded, Origin { how: CacheOutcome::Read, .. }))) = slot.as_ref().and_then(|s| s.get()) else { return false };
+            let built = ShaderModule::build_with(&generator.fragments, id, &self.lowering).ok();
+            built.is_some_and(|built| entry::encode(&generator.digest, &built) != entry::encode(&generator.digest, loaded))
         };
         let forged: Vec<&ModuleId> = ids.iter().filter(is_forged).collect();
         for id in &forged {
             let path = self.entry_path(id).unwrap_or_default();
             (self.say)(&format!("shader library: {} is replaced: it is not what its key emits", path.display()));
             self.counters.healed.fetch_add(1, Ordering::Relaxed);
-            // Gone from both, it is emitted when it is next asked for.
+            // Removed from disk and memory, it is built again at the next request.
             drop(std::fs::remove_file(path));
             self.modules.lock().remove(id);
         }
         forged.len()
     }
 
-    /// Removes every entry of every generator, and what crashed writers left. Returns the number of files removed.
+    /// Removes every entry of every generator, and temporary files of crashed writers. Returns the number of files removed.
     pub fn clear(&self) -> std::io::Result<u64> {
         let mut removed = 0;
         for folder in self.folders() {
@@ -388,14 +388,14 @@ impl Library {
                 std::fs::remove_file(&file)?;
                 removed += 1;
             }
-            // A folder with someone else's files in it stays.
+            // A folder that has other files stays.
             let _ = std::fs::remove_dir(&folder);
         }
         self.modules.lock().clear();
         Ok(removed)
     }
 
-    /// The first folder that is there and cannot be looked into.
+    /// The first folder that exists and cannot be read.
     fn unreadable(&self) -> Option<String> {
         let why = |folder: &Path| match std::fs::read_dir(folder) {
             Ok(mut entries) => entries.find_map(|entry| entry.err()),
@@ -416,7 +416,7 @@ fn files_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path()).filter(|p| p.is_file())
 }
 
-/// Whatever has the name of an entry: a pipe or a link, too, is in an entry's place.
+/// Everything with the name of an entry, except folders: also pipes and links.
 fn entries_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     let all = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
     all.filter(|p| p.extension().is_some_and(|e| e == EXTENSION) && !p.is_dir())

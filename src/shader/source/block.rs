@@ -1,22 +1,22 @@
-//! Blocks of a fragment: the parts that stand or fall together by one condition.
+//! Blocks of a fragment: parts of its text that one condition includes or omits.
 //!
-//! In: the scanner fills them in the order of the text. Out: a tree by index; [`ROOT`] is the part without a condition.
+//! In: the scanner appends them in the order of the text. Out: a tree by index; [`ROOT`] is the part without a condition.
 
 use super::condition::Condition;
 
 /// The block that every module has.
 pub const ROOT: u32 = 0;
 
-/// What decides whether a piece of text is emitted.
+/// The condition under which a part of the text is emitted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
     Root,
-    /// Emitted inside `parent` where the condition holds and none of the alternatives before it did.
+    /// Emitted inside `parent` if the condition holds and none of the alternatives before it does.
     When {
         parent: u32,
         condition: Condition,
         unless: Option<u32>,
     },
-    /// Emitted where any of these is: the comments above a chain of alternatives.
+    /// Emitted if any of these is: the comments above a chain of alternatives.
     AnyOf(Vec<u32>),
 }

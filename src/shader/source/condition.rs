@@ -1,6 +1,6 @@
 //! The conditions of `@if` and `@elif`: features and predicates joined by `!`, `&&` and `||`.
 //!
-//! In: the text between the parentheses. Out: [`Condition`], which holds or not for a set of [`Features`]. Always: every name
+//! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a set of [`Features`]. Always: every name
 //! is that of a feature or of a predicate.
 
 use super::predicates::PREDICATES;
@@ -43,7 +43,7 @@ pub fn identifier(feature: &str) -> String {
 pub struct Features(u128);
 
 impl Features {
-    /// Names that are no feature are left out.
+    /// Names that are no feature are ignored.
     pub fn of(names: &[&str]) -> Self {
         let bit = |name: &&str| FEATURES.iter().position(|f| f == name).map_or(0, |bit| 1_u128 << bit);
         Self(names.iter().map(bit).fold(0, |all, bit| all | bit))
@@ -54,7 +54,7 @@ impl Features {
     }
 }
 
-/// The names that hold for these features, as a WESL compiler takes them: features as identifiers and predicates.
+/// Every name (features as identifiers, and predicates) with its value for these features, as a WESL compiler takes them.
 pub fn names_that_hold(features: Features) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }
@@ -72,9 +72,9 @@ pub enum Condition {
 
 impl Condition {
     /// # Errors
-    /// What is no condition, or a name that is neither a feature nor a predicate.
+    /// A syntax error, or a name that is neither a feature nor a predicate.
     pub fn parse(text: &str) -> Result<Self, String> {
-        // Most conditions are one name, and need no grammar.
+        // Most conditions are one name and need no parser.
         if let Some(known) = NAMES.get(text.trim()) {
             return Ok(known.clone());
         }
@@ -113,7 +113,7 @@ impl Condition {
         }
     }
 
-    /// The feature by which a condition holds: the innermost of a conjunction, the first that holds of a disjunction.
+    /// The feature to which the source map attributes a condition that holds: the last of a conjunction, the first true one of a disjunction.
     pub fn reason(&self, features: Features) -> String {
         match self {
             Self::Constant(value) => value.to_string(),
@@ -125,7 +125,7 @@ impl Condition {
         }
     }
 
-    /// The features by which it does not hold.
+    /// The same for a condition that does not hold: all its features.
     pub fn reason_against(&self) -> String {
         let mut names = Vec::new();
         self.collect(&mut names);

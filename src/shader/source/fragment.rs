@@ -1,4 +1,4 @@
-//! One fragment, cut into the lines and pieces that a module takes or leaves out.
+//! A parsed fragment: its lines, divided into pieces that a module includes or omits.
 
 use super::block::{Block, ROOT};
 use super::condition::{Condition, Features};
@@ -7,8 +7,8 @@ use super::scan::{Chain, Fault, Scan, scan};
 use crate::shader::ShaderError;
 use std::ops::Range;
 
-/// Owner of what no module shows: attributes and imports.
-const CUT: u32 = u32::MAX;
+/// Owner of text that is never emitted: conditional attributes and imports.
+const REMOVED: u32 = u32::MAX;
 
 /// Part of a line that belongs to one block.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,11 +22,11 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     pub pieces: Vec<Piece>,
-    /// Something was cut from it, or it belongs to several blocks: if nothing else is left, there is no such line.
+    /// Part of it was removed, or it belongs to several blocks: if the rest is empty, the line is not emitted.
     pub cut: bool,
 }
 
-/// What an import statement asks for.
+/// One imported item.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Import {
     pub block: u32,
@@ -50,7 +50,7 @@ pub struct Fragment {
 }
 
 /// Line and column (in characters) of a byte, both from 1.
-fn place(text: &str, at: usize) -> (u32, u32) {
+fn line_and_column(text: &str, at: usize) -> (u32, u32) {
     let before = &text[..text.floor_char_boundary(at)];
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
@@ -59,10 +59,10 @@ fn place(text: &str, at: usize) -> (u32, u32) {
 
 impl Fragment {
     /// # Errors
-    /// Line and column of the first thing that is no WESL, or that a module cannot be made of.
+    /// The first syntax error or unsupported construct, with line and column.
     pub fn parse(path: &str, text: &str) -> Result<Self, ShaderError> {
         let at = |at: usize, what: String| {
-            let (line, column) = place(text, at);
+            let (line, column) = line_and_column(text, at);
             ShaderError::Fragment { path: path.to_owned(), line, column, what }
         };
         if let Some(old) = old_directive(text) {
@@ -74,20 +74,20 @@ impl Fragment {
         Ok(Self::of(text, scan))
     }
 
-    /// Parses with the whole grammar, which also reads what no key asks for.
+    /// Parses with the whole WESL grammar, which also checks parts that no key includes.
     ///
     /// # Errors
-    /// As of [`Fragment::parse`], and line and column of the first mistake against the grammar.
+    /// As of [`Fragment::parse`], and the first error against the grammar, with line and column.
     pub fn check(path: &str, text: &str) -> Result<Self, ShaderError> {
         if let Some((start, what)) = first_excess(text) {
-            let (line, column) = place(text, start);
+            let (line, column) = line_and_column(text, start);
             return Err(ShaderError::Fragment { path: path.to_owned(), line, column, what });
         }
         let fragment = Self::parse(path, text)?;
         match wgsl_parse::parse_str(text) {
             Ok(_) => Ok(fragment),
             Err(e) => {
-                let (line, column) = place(text, e.span.start);
+                let (line, column) = line_and_column(text, e.span.start);
                 Err(ShaderError::Fragment { path: path.to_owned(), line, column, what: one_line(&e.error) })
             }
         }
@@ -103,7 +103,7 @@ impl Fragment {
             let mut cut = false;
             for (byte, &block) in (start..).zip(&owners[start..end]) {
                 match pieces.last_mut() {
-                    _ if block == CUT => cut = true,
+                    _ if block == REMOVED => cut = true,
                     Some(last) if last.block == block && last.span.end == byte => last.span.end = byte + 1,
                     _ => pieces.push(Piece { span: byte..byte + 1, block }),
                 }
@@ -118,7 +118,7 @@ impl Fragment {
             lines.pop();
         }
         let imports = scan.imports.into_iter().flat_map(|i| {
-            let (line, column) = place(text, i.at);
+            let (line, column) = line_and_column(text, i.at);
             let import =
                 move |(module, item): (String, String)| Import { block: i.block, line, column, path: format!("{module}.wesl"), item };
             i.items.into_iter().map(import)
@@ -126,7 +126,7 @@ impl Fragment {
         Self { lines, imports: imports.collect(), blocks: scan.blocks, declared: scan.declared }
     }
 
-    /// For each block whether it is emitted for these features.
+    /// For each block, whether it is emitted for these features.
     pub fn emitted_blocks(&self, features: Features) -> Vec<bool> {
         let mut emitted: Vec<bool> = Vec::with_capacity(self.blocks.len());
         for block in &self.blocks {
@@ -134,7 +134,7 @@ impl Fragment {
                 Block::Root => true,
                 Block::AnyOf(blocks) => blocks.iter().any(|b| emitted[*b as usize]),
                 Block::When { parent, condition, unless } => {
-                    emitted[*parent as usize] && !self.taken(*unless, features) && condition.holds(features)
+                    emitted[*parent as usize] && !self.is_taken(*unless, features) && condition.holds(features)
                 }
             };
             emitted.push(on);
@@ -143,7 +143,7 @@ impl Fragment {
     }
 
     /// Whether the condition of an alternative, or of one before it, holds.
-    fn taken(&self, alternative: Option<u32>, features: Features) -> bool {
+    fn is_taken(&self, alternative: Option<u32>, features: Features) -> bool {
         let mut next = alternative;
         while let Some(Block::When { condition, unless, .. }) = next.map(|b| &self.blocks[b as usize]) {
             if condition.holds(features) {
@@ -154,7 +154,7 @@ impl Fragment {
         false
     }
 
-    /// The feature by which an emitted block is there; `None` for what is there by its surroundings.
+    /// The feature that includes an emitted block; `None` for blocks without a condition of their own.
     pub fn reason(&self, block: u32, emitted: &[bool], features: Features) -> Option<String> {
         match &self.blocks[block as usize] {
             Block::Root => None,
@@ -176,10 +176,10 @@ impl Fragment {
     }
 }
 
-/// For each byte the block that it belongs to, or [`CUT`].
+/// For each byte the block that it belongs to, or [`REMOVED`].
 fn owners(text: &str, scan: &Scan) -> Vec<u32> {
     let mut owners = vec![ROOT; text.len()];
-    // Outer spans first, so that inner ones stay.
+    // Outer spans first, so that inner ones overwrite them.
     for owned in scan.owned.iter().rev() {
         let end = end_with_comment(text, owned.span.end);
         owners[owned.span.start..end].fill(owned.block);
@@ -196,7 +196,7 @@ fn owners(text: &str, scan: &Scan) -> Vec<u32> {
     }
     for cut in &scan.cuts {
         let after = text[cut.end..].bytes().take_while(|b| *b == b' ').count();
-        owners[cut.start..cut.end + after].fill(CUT);
+        owners[cut.start..cut.end + after].fill(REMOVED);
     }
     owners
 }
@@ -205,7 +205,7 @@ fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |n| n + 1)
 }
 
-/// Where the comment lines right above the line of an item begin; none count where the item is not the first of its line.
+/// Start of the comment lines right above an item's line; only for an item that is the first of its line.
 fn comments_above(text: &str, at: usize) -> usize {
     let mut first = line_start(text, at);
     if !text[first..at].trim().is_empty() {
@@ -221,13 +221,13 @@ fn comments_above(text: &str, at: usize) -> usize {
     first
 }
 
-/// The end of an item with the comment that follows it on its line.
+/// The end of an item, including a comment that follows it on its line.
 fn end_with_comment(text: &str, end: usize) -> usize {
     let rest = text[end..].split('\n').next().unwrap_or_default();
     if rest.trim_start().starts_with("//") { end + rest.len() } else { end }
 }
 
-/// The first byte of a line in the language that fragments were written in before WESL.
+/// Position of the first directive in the syntax that fragments had before WESL.
 fn old_directive(text: &str) -> Option<usize> {
     let mut start = 0;
     for line in text.split('\n') {
@@ -239,7 +239,7 @@ fn old_directive(text: &str) -> Option<usize> {
     None
 }
 
-/// A grammar's error without the list of all that could stand there.
+/// A parser's error without the list of expected tokens.
 fn one_line(error: &wgsl_parse::error::ErrorKind) -> String {
     use wgsl_parse::error::ErrorKind;
     match error {

@@ -1,21 +1,21 @@
-//! Limits of a fragment that someone else may have written: parsers, validators and lowerings recurse into what is nested, and 0.4 of wgsl-parse tries again at each `<`.
+//! Limits for untrusted fragments: parsers, validators and lowerings recurse into nested syntax, and wgsl-parse 0.4 backtracks at each `<`.
 //!
-//! In: a fragment's text. Out: the first place that passes a limit. Always: each byte is looked at once; comments do not count. The shipped fragments stay far below (the
-//! deepest brackets are 7, the longest part of a statement has 600 bytes). Not done: whether it is WESL.
+//! In: a fragment's text. Out: the first position that exceeds a limit. Always: each byte is read once; comments do not count. The shipped
+//! fragments stay far below the limits (the deepest brackets are 7, the longest part of a statement has 600 bytes). Not here: whether it is WESL.
 
-/// `<` without its `>` that a statement may have. wgsl-parse reads on from each to see whether it opens a list of types, and does so anew inside each: the time doubles
-/// with every one.
+/// Most `<` without `>` in a statement. wgsl-parse reads ahead from each to see whether it opens a template list, and again inside each: the time
+/// doubles with every one.
 const MAX_OPEN_ANGLES: usize = 12;
-/// Brackets inside each other.
+/// Deepest nesting of brackets.
 const MAX_DEPTH: usize = 64;
-/// Bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms is a tree as deep.
+/// Most bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms is a syntax tree of that depth.
 const MAX_PART_BYTES: usize = 4096;
-/// `else` of one chain: each is nested in the one before.
+/// Most `else` of one chain: each is nested in the one before.
 const MAX_ELSE: usize = 64;
 
-/// The text with its comments as blanks of the same length.
+/// The text with its comments replaced by blanks of the same length.
 fn without_comments(text: &str) -> Vec<u8> {
-    // What ends a line in WGSL.
+    // The line breaks of WGSL.
     let ends_line = |c: char| matches!(c, '\n' | '\u{b}' | '\u{c}' | '\r' | '\u{85}' | '\u{2028}' | '\u{2029}');
     let mut code = text.as_bytes().to_vec();
     let mut chars = text.char_indices().peekable();
@@ -25,7 +25,7 @@ fn without_comments(text: &str) -> Vec<u8> {
         if second == '/' {
             while chars.next_if(|(_, c)| !ends_line(*c)).is_some() {}
         } else {
-            // Block comments stand inside each other.
+            // Block comments nest.
             let mut depth = 1;
             while depth > 0
                 && let Some((_, c)) = chars.next()
@@ -44,11 +44,11 @@ fn without_comments(text: &str) -> Vec<u8> {
     code
 }
 
-/// The first byte that is beyond a limit, and which limit it is.
+/// The first byte that exceeds a limit, and a message that names the limit.
 pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
     let code = without_comments(text);
     let (mut angles, mut part) = (0, 0);
-    // For each open bracket, and the fragment itself, the `else` of the chain that stands there.
+    // For each open bracket, and for the fragment itself, the number of `else` in the current chain.
     let mut chains = vec![0];
     for (at, byte) in code.iter().enumerate() {
         part = if byte.is_ascii_whitespace() { part } else { part + 1 };
@@ -67,8 +67,8 @@ pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
         if *byte == b'}'
             && let Some(chain) = chains.last_mut()
         {
-            let goes_on = code[at + 1..].trim_ascii_start().starts_with(b"else");
-            *chain = if goes_on { *chain + 1 } else { 0 };
+            let else_follows = code[at + 1..].trim_ascii_start().starts_with(b"else");
+            *chain = if else_follows { *chain + 1 } else { 0 };
         }
         let what = if angles > MAX_OPEN_ANGLES {
             format!("more than {MAX_OPEN_ANGLES} `<` are open in one statement")

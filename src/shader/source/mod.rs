@@ -1,9 +1,9 @@
-//! WESL fragments: what one file says, and under which conditions.
+//! Parsing of WESL fragments: their lines, conditions and imports.
 //!
-//! In: the text of a fragment of shaders/. Out: [`Fragment`]: its lines cut at the spans of conditional items, its imports and the
-//! names that it declares. [`condition`] reads and evaluates `@if` conditions; [`predicates`] names the ones that several
-//! fragments ask for. Always: a fragment is parsed once, whatever the number of modules made of it. Not here: which
-//! fragments there are (`shader::fragments`) and how lines become a module (`shader::emit`).
+//! In: the text of a fragment of shaders/. Out: [`Fragment`]: its lines divided at the spans of conditional items, its imports and the
+//! names that it declares. [`condition`] parses and evaluates `@if` conditions; [`predicates`] names conditions that several
+//! fragments share. Always: a fragment is parsed once, however many modules contain it. Not here: the list of fragments
+//! (`shader::fragments`) and the emission of modules (`shader::emit`).
 
 mod block;
 pub mod condition;

@@ -1,6 +1,6 @@
-//! Conditions with a name, for fragments that ask the same question several times.
+//! Named conditions, for fragments that need the same condition several times.
 //!
-//! A fragment may write a predicate wherever it may write a feature of the key. Each is a WESL condition over features, evaluated
+//! A fragment may use a predicate wherever it may use a feature of the key. Each is a WESL condition over features, evaluated
 //! for every key. The features themselves are those of the key's dimensions (`shader::key`), with `_` for `.` and `-`:
 //! `air.pixel-8` is `air_pixel_8`. A count switches on all lesser counts, so `lights_2` means two lights or more.
 

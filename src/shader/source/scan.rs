@@ -1,7 +1,8 @@
-//! Finds the conditional items of a fragment by walking over its tokens.
+//! Finds the conditional items of a fragment by scanning its tokens.
 //!
 //! In: a fragment's text. Out: for each item with `@if`, `@elif` or `@else` the span of the item and of the attribute, and every
-//! import statement with its span. An item is a declaration, a struct member, a parameter, a statement or an import: whatever ends at a semicolon, at a comma of its list or with a closing brace. Not here: what lines become of it.
+//! import statement with its span. An item is a declaration, a struct member, a parameter, a statement or an import: it ends with a semicolon,
+//! a comma of its list or a closing brace. Not here: the division into lines (`fragment`).
 
 use super::block::{Block, ROOT};
 use super::condition::Condition;
@@ -9,26 +10,26 @@ use std::ops::Range;
 use wgsl_parse::lexer::{Lexer, Token};
 use wgsl_parse::syntax::{Import as Path, ImportContent, ImportStatement, PathOrigin};
 
-/// What is wrong, at a byte of the text.
+/// An error at a byte of the text.
 pub(super) struct Fault {
     pub at: usize,
     pub what: String,
 }
 
-/// A span that is emitted only with its block.
-pub(super) struct Owned {
+/// The span of a conditional item, and its block.
+pub(super) struct ConditionalSpan {
     pub span: Range<usize>,
     pub block: u32,
 }
 
-/// An import statement: where it stands and what it names, as (path of the fragment, item).
+/// An import statement: its position, and the items that it names as (path of the fragment, item).
 pub(super) struct Imported {
     pub at: usize,
     pub block: u32,
     pub items: Vec<(String, String)>,
 }
 
-/// A chain of alternatives: its first item starts here, and comments above that belong to whichever is emitted.
+/// A chain of alternatives: the start of its first item, and the block of the comments above it, which are emitted with any alternative.
 pub(super) struct Chain {
     pub start: usize,
     pub block: u32,
@@ -39,8 +40,8 @@ pub(super) struct Scan {
     /// Blocks in order, each after its parent and after those that it is the alternative of. The first is [`ROOT`].
     pub blocks: Vec<Block>,
     /// Inner spans before the outer ones.
-    pub owned: Vec<Owned>,
-    /// Conditional attributes and import statements, which no module shows.
+    pub owned: Vec<ConditionalSpan>,
+    /// Conditional attributes and import statements, which are never emitted.
     pub cuts: Vec<Range<usize>>,
     pub imports: Vec<Imported>,
     pub chains: Vec<Chain>,
@@ -48,14 +49,14 @@ pub(super) struct Scan {
     pub declared: Vec<String>,
 }
 
-/// What ends an item.
+/// Kind of a list of items, which determines what ends an item.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum List {
-    /// Declarations: a semicolon or a closing brace.
+    /// Declarations end with a semicolon or a closing brace.
     Module,
-    /// The same.
+    /// Statements end with a semicolon or a closing brace.
     Statements,
-    /// Members, parameters, arguments: a comma.
+    /// Members, parameters and arguments end with a comma.
     Commas,
 }
 
@@ -69,7 +70,7 @@ struct Scanner<'a> {
 }
 
 /// # Errors
-/// Brackets that do not match, conditions that are none, and attributes where nothing can be left out.
+/// Unbalanced brackets, invalid conditions, and conditional attributes inside an item.
 pub(super) fn scan(path: &str, text: &str) -> Result<Scan, Fault> {
     let mut tokens = Vec::new();
     for token in Lexer::new(text) {
@@ -109,20 +110,20 @@ impl<'a> Scanner<'a> {
             || matches!(self.tokens[self.next].1, Token::TemplateArgsEnd)
     }
 
-    /// Items up to the bracket that closes them, which stays.
+    /// Scans items up to the bracket that closes their list; the bracket is not consumed.
     fn items(&mut self, parent: u32, list: List) -> Result<(), Fault> {
-        // The blocks of the chain that an `@elif` or `@else` would go on, and where its first item starts.
+        // The blocks of the chain that an `@elif` or `@else` would continue, and the start of its first item.
         let mut chain: Vec<u32> = Vec::new();
         let mut chain_start = 0;
         while !self.closes() {
             let start = self.at();
             let (branch, attribute) = self.attributes()?.unzip();
-            let goes_on = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
-            let unless = if goes_on { chain.last().copied() } else { None };
-            if goes_on && unless.is_none() {
+            let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
+            let unless = if continues_chain { chain.last().copied() } else { None };
+            if continues_chain && unless.is_none() {
                 return Err(Fault { at: start, what: "no `@if` stands on the item before".into() });
             }
-            if !goes_on {
+            if !continues_chain {
                 self.finish_chain(&chain, chain_start);
                 chain.clear();
                 chain_start = start;
@@ -139,7 +140,7 @@ impl<'a> Scanner<'a> {
             }
             if let Some(attribute) = attribute {
                 self.scan.cuts.push(attribute);
-                self.scan.owned.push(Owned { span: start..self.end(), block });
+                self.scan.owned.push(ConditionalSpan { span: start..self.end(), block });
                 chain.push(block);
             }
         }
@@ -161,7 +162,7 @@ impl<'a> Scanner<'a> {
         self.scan.chains.push(Chain { start, block });
     }
 
-    /// The attributes before an item; the conditional one among them with its span.
+    /// Scans the attributes before an item; returns the conditional one with its span.
     fn attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, Fault> {
         let mut found = None;
         while self.word() == "@" {
@@ -205,7 +206,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// One item after its attributes, with the semicolon or comma that ends it.
+    /// Scans one item after its attributes, including the semicolon or comma that ends it.
     fn item(&mut self, block: u32, list: List) -> Result<(), Fault> {
         let first = self.next;
         if list == List::Module {
@@ -252,7 +253,7 @@ impl<'a> Scanner<'a> {
         };
         self.next += 1;
         self.items(block, list)?;
-        // A template that ends with `>>` ends two.
+        // `>>` closes two template lists.
         if !self.word().starts_with(close) {
             return Err(Fault { at: open, what: format!("this is not closed by `{close}`") });
         }
@@ -260,7 +261,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Notes the name of the declaration that begins with this token.
+    /// Records the name of the declaration that begins with this token.
     fn declaration(&mut self, first: usize) {
         let (tokens, text) = (&self.tokens, self.text);
         let word = |k: usize| tokens.get(k).map_or("", |(span, _)| &text[span.clone()]);
@@ -302,7 +303,7 @@ impl<'a> Scanner<'a> {
     }
 }
 
-/// Flattens an import's content to (fragment path without its ending, item).
+/// Flattens an import's content to (fragment path without extension, item).
 fn collect(base: &[String], content: &ImportContent, items: &mut Vec<(String, String)>) -> Result<(), String> {
     match content {
         ImportContent::Item(item) if item.rename.is_some() => Err("a fragment's text is taken as it is: `as` cannot rename an item".into()),
@@ -318,7 +319,7 @@ fn collect(base: &[String], content: &ImportContent, items: &mut Vec<(String, St
     }
 }
 
-/// Which alternative an item is.
+/// The conditional attribute of an item.
 enum Branch {
     If(Condition),
     Elif(Condition),

@@ -45,7 +45,7 @@ fn of_mesh(mesh: &Mesh, scale: f32, texture: TextureSource, sampler: SamplerStat
     let corners = &mesh.vertices;
     UiPrimitive {
         corners_px: corners.iter().flat_map(|v| [v.pos.x * scale, v.pos.y * scale]).collect(),
-        places: corners.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
+        uvs: corners.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
         colours: corners.iter().flat_map(|v| v.color.to_array().map(|c| f32::from(c) / 255.0)).collect(),
         indices: mesh.indices.clone(),
         texture,

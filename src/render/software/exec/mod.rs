@@ -1,7 +1,7 @@
 //! Runs a [`Program`] over batches of lanes.
 //!
 //! In: the uniform bytes of a draw (once, [`Program::prepare`]), then per batch the lane inputs and the lanes that are active. Out: the lane
-//! outputs and which lanes live. Inactive lanes may hold anything; no operation traps on it. A program is bound to kernels once, in
+//! outputs and the lanes that were not discarded. Inactive lanes may hold any bits; no operation traps. A program is bound to kernels once, in
 //! [`Executor::new`]; a batch allocates nothing.
 
 mod bind;
@@ -15,19 +15,19 @@ use super::tape::{Instr, Operand, TextureOp, WordKind};
 use bind::{BoundProgram, BoundStep, KernelStep, Mask, SCRATCH, bind};
 pub use textures::{Gradients, NoTextures, TextureUnit};
 
-/// Backward jumps after which a batch is given up: a loop that never ends must not hang a frame.
-const MAX_LOOP_TURNS: u32 = 1 << 20;
-/// Instructions, each over all lanes, after which a batch is given up at its next backward jump: a turn may be long. The heaviest module that ships takes some 10^4; this many take
-/// about a second.
+/// Backward jumps after which a batch is stopped: a loop that never ends must not hang a frame.
+const MAX_LOOP_ITERATIONS: u32 = 1 << 20;
+/// Instructions, each over all lanes, after which a batch is stopped at its next backward jump: an iteration may be long. The most expensive
+/// shipped module takes some 10^4; this many take about a second.
 const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
-/// What a texture read counts as there.
+/// Instructions that a texture read counts as against that limit.
 const INSTRUCTIONS_PER_READ: u32 = 64;
 
 /// Which lanes of a batch: bit i is lane i.
 pub type LaneMask = u128;
 const _: () = assert!(LANES == LaneMask::BITS as usize && LANES.is_multiple_of(kernels::CHUNK));
 
-/// The 32 single bits: loops that spread or collect bits by this table become vector code, those that shift by the lane do not.
+/// The 32 single bits. Loops that expand or collect masks with this table are vectorised; loops that shift by the lane number are not.
 const BITS: [u32; 32] = {
     let mut bits = [0; 32];
     let mut k = 0;
@@ -62,7 +62,7 @@ fn uniform_word<R: Real>(words: &[u32], kind: WordKind, offset: u32, index: u32,
     }
 }
 
-/// The register that a once-only instruction writes and what; `read` gives a register's value.
+/// The register that a scalar instruction writes, and its new value; `read` gives a register's value.
 fn scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
@@ -120,8 +120,8 @@ pub struct Executor<R: Real> {
     output_slots: Vec<u32>,
     discarded: Option<u32>,
     fused: bool,
-    work: ExecutionCounts,
-    gave_up: bool,
+    counts: ExecutionCounts,
+    hit_loop_limit: bool,
 }
 
 /// What the last run executed, each instruction over all lanes.
@@ -160,8 +160,8 @@ impl<R: Real> Executor<R> {
             first_register,
             register_count: program.registers as usize,
             bound,
-            work: ExecutionCounts::default(),
-            gave_up: false,
+            counts: ExecutionCounts::default(),
+            hit_loop_limit: false,
             inputs: program.inputs.clone(),
             outputs: program.outputs.clone(),
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
@@ -180,7 +180,7 @@ impl<R: Real> Executor<R> {
         &self.outputs
     }
 
-    /// The lanes of input `k`, to be written before every run (a run reuses their place).
+    /// The lanes of input `k`, to be written before every run: a run may overwrite them.
     pub fn input_mut(&mut self, k: usize) -> &mut [R; LANES] {
         assert!(k < self.inputs.len(), "input {k} of {}", self.inputs.len());
         &mut self.arena[k].0
@@ -199,8 +199,8 @@ impl<R: Real> Executor<R> {
     /// Runs one batch and returns the active lanes that did not discard. When the program uses derivatives, `active` must hold the four
     /// lanes of every quad of which one is covered: the others are its helper lanes.
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
-        self.work = ExecutionCounts::default();
-        self.gave_up = false;
+        self.counts = ExecutionCounts::default();
+        self.hit_loop_limit = false;
         if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
         }
@@ -217,28 +217,28 @@ impl<R: Real> Executor<R> {
         for (row, values) in self.arena[self.first_register..].iter_mut().zip(prepared.registers.chunks(LANES)) {
             row.0[..values.len()].copy_from_slice(values);
         }
-        self.gave_up = !self.walk(prepared, textures);
-        if self.gave_up {
+        self.hit_loop_limit = !self.run_steps(prepared, textures);
+        if self.hit_loop_limit {
             return 0;
         }
         active & !self.discarded.map_or(0, |s| self.mask(s))
     }
 
-    /// Whether the last run was stopped in a loop that took too long.
-    pub fn gave_up(&self) -> bool {
-        self.gave_up
+    /// Whether the last run was stopped at the loop limit.
+    pub fn hit_loop_limit(&self) -> bool {
+        self.hit_loop_limit
     }
 
-    /// What the last run executed.
-    pub fn work(&self) -> ExecutionCounts {
-        self.work
+    /// Instructions and texture reads of the last run.
+    pub fn counts(&self) -> ExecutionCounts {
+        self.counts
     }
 
     fn mask(&self, slot: u32) -> LaneMask {
         let mut bits = 0u128;
-        for (k, four) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
+        for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;
-            for (lane, bit) in four.iter().zip(&BITS) {
+            for (lane, bit) in lanes.iter().zip(&BITS) {
                 part |= if lane.mask() { *bit } else { 0 };
             }
             bits |= u128::from(part) << (32 * k);
@@ -247,9 +247,9 @@ impl<R: Real> Executor<R> {
     }
 
     fn any(&self, slot: u32) -> bool {
-        // An OR of a piece becomes vector code; mostly some lane of the first piece is set, and the rest need not be read.
-        let (pieces, _) = self.arena[slot as usize].0.as_chunks::<{ kernels::CHUNK }>();
-        pieces.iter().any(|piece| piece.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
+        // The OR of a chunk is vectorised; most often some lane of the first chunk is set, and the other chunks are not read.
+        let (chunks, _) = self.arena[slot as usize].0.as_chunks::<{ kernels::CHUNK }>();
+        chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
     }
 
     fn register(&self, r: usize) -> R {
@@ -260,36 +260,38 @@ impl<R: Real> Executor<R> {
         self.arena[self.first_register + r / LANES].0[r % LANES] = value;
     }
 
-    fn walk(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
-        let bound = std::mem::replace(&mut self.bound, BoundProgram { steps: Vec::new(), kernels: Vec::new(), places: Vec::new() });
-        let finished = self.walk_steps(&bound, prepared, textures);
+    /// Runs all steps; false if a loop reached its limit.
+    fn run_steps(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+        let bound =
+            std::mem::replace(&mut self.bound, BoundProgram { steps: Vec::new(), kernels: Vec::new(), operand_offsets: Vec::new() });
+        let finished = self.interpret(&bound, prepared, textures);
         self.bound = bound;
         finished
     }
 
-    fn run_kernels(&mut self, kernels: &[KernelStep<R>], places: &[u32]) {
+    fn run_kernels(&mut self, kernels: &[KernelStep<R>], operand_offsets: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
         for k in kernels {
-            // SAFETY: Program::check has verified every index against the counts that the arena was made from, so each place is that of a
+            // SAFETY: Program::check has verified every index against the counts that the arena was made from, so each offset is that of a
             // whole slot or of a register inside it; `dst` is a slot and no operand's slot, and scratch slots are written by broadcasts
-            // only, whose operand is a register, so nothing overlaps `dst`; `places` holds what the kernel takes (bind);
+            // only, whose operand is a register, so nothing overlaps `dst`; `operand_offsets` holds as many as the kernel takes (bind);
             // the class of the kernel is available (with_class).
             unsafe {
                 let dst = &mut *base.add(k.dst as usize).cast::<[R; LANES]>();
-                (k.run)(dst, base, places.as_ptr().add(k.operands as usize));
+                (k.run)(dst, base, operand_offsets.as_ptr().add(k.operands as usize));
             }
         }
     }
 
-    fn walk_steps(&mut self, bound: &BoundProgram<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+    fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut at = 0usize;
-        let mut turns = 0u32;
+        let mut iterations = 0u32;
         while let Some(step) = bound.steps.get(at) {
             at += 1;
             let target = match step {
                 BoundStep::Kernels { from, to, instructions } => {
-                    self.work.instructions += instructions;
-                    self.run_kernels(&bound.kernels[*from as usize..*to as usize], &bound.places);
+                    self.counts.instructions += instructions;
+                    self.run_kernels(&bound.kernels[*from as usize..*to as usize], &bound.operand_offsets);
                     continue;
                 }
                 BoundStep::Scalar { run, dst, args } => {
@@ -310,9 +312,9 @@ impl<R: Real> Executor<R> {
                     }
                     continue;
                 }
-                BoundStep::Texture { what, texture, dst, wanted, args, mask } => {
-                    self.work.texture_reads += 1;
-                    self.texture(*what, *texture, (*dst, *wanted), *args, *mask, textures);
+                BoundStep::Texture { what, texture, dst, outputs_used, args, mask } => {
+                    self.counts.texture_reads += 1;
+                    self.texture(*what, *texture, (*dst, *outputs_used), *args, *mask, textures);
                     continue;
                 }
                 BoundStep::TextureSize { dst, texture, axis, level } => {
@@ -327,9 +329,9 @@ impl<R: Real> Executor<R> {
                 BoundStep::SkipIfNone { .. } | BoundStep::JumpIf { .. } => continue,
             } as usize;
             if target < at {
-                turns += 1;
-                let work = self.work.texture_reads.saturating_mul(INSTRUCTIONS_PER_READ).saturating_add(self.work.instructions);
-                if turns > MAX_LOOP_TURNS || work > MAX_LOOP_INSTRUCTIONS {
+                iterations += 1;
+                let cost = self.counts.texture_reads.saturating_mul(INSTRUCTIONS_PER_READ).saturating_add(self.counts.instructions);
+                if iterations > MAX_LOOP_ITERATIONS || cost > MAX_LOOP_INSTRUCTIONS {
                     return false;
                 }
             }
@@ -338,12 +340,12 @@ impl<R: Real> Executor<R> {
         true
     }
 
-    /// `dst`: the four slots, and which of them are wanted.
+    /// Reads a texture. `dst`: the four slots, and which of them are read later.
     fn texture(
         &mut self,
         what: TextureOp,
         texture: usize,
-        (dst, wanted): ([u32; 4], [bool; 4]),
+        (dst, outputs_used): ([u32; 4], [bool; 4]),
         args: [u32; 7],
         mask: Mask,
         textures: &dyn TextureUnit<R>,
@@ -354,13 +356,14 @@ impl<R: Real> Executor<R> {
             Mask::Register(_) => 0,
         };
         let base = self.arena.as_mut_ptr();
-        // SAFETY: Program::check has verified that slots lie inside the arena, that the four of `dst` differ, and that none of them is an operand's; scratch slots come after the program's.
+        // SAFETY: Program::check has verified that slots lie inside the arena, that the four of `dst` differ, and that none of them is an
+        // operand's; scratch slots come after the program's.
         let lanes = |slot: u32| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() };
-        let mut out = [0, 1, 2, 3].map(|k| if wanted[k] { &mut lanes(dst[k])[..] } else { &mut [] });
-        // SAFETY: as above; nothing of this instruction writes them.
+        let mut out = [0, 1, 2, 3].map(|k| if outputs_used[k] { &mut lanes(dst[k])[..] } else { &mut [] });
+        // SAFETY: as above; this instruction does not write its operands.
         let arg = |k: usize| unsafe { &*base.add(args[k] as usize).cast::<[R; LANES]>() };
         if active != LaneMask::MAX {
-            // What is not read holds the same value on every thread.
+            // Lanes that are not sampled are zero, so that the result does not depend on what the thread ran before.
             out.iter_mut().for_each(|o| o.fill(R::ZERO));
         }
         match what {

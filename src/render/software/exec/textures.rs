@@ -1,24 +1,24 @@
-//! What the executor asks of textures, and a unit for programs that read none.
+//! The texture interface of the executor, and an implementation for programs that read no texture.
 
 use super::LaneMask;
 use crate::render::software::math::Real;
 
-/// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures); slices hold one value per lane; lanes outside `active` may hold
-/// anything, NaN included, and their results are not used. `out`: red, green, blue, alpha; empty where the program has no use for it.
+/// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures); slices hold one
+/// value per lane; lanes outside `active` may hold any bits, NaN included, and their results are not used. `out`: red, green, blue, alpha;
+/// empty slices for channels that the program does not read.
 pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
-    /// The same with up to `most` taps along the footprint, as shaders/lib/filtered_map.wesl sums them; a unit that does not know better takes one.
-    /// `place`: u and v.
-    fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        let _ = most;
-        self.sample_gradients(texture, place[0], place[1], g, active, out);
+    /// The same with up to `max_taps` taps along the footprint, as shaders/lib/filtered_map.wesl sums them; by default one tap.
+    fn sample_filtered(&self, texture: usize, uv: [&[R]; 2], g: Gradients<'_, R>, max_taps: &[R], active: LaneMask, out: [&mut [R]; 4]) {
+        let _ = max_taps;
+        self.sample_gradients(texture, uv[0], uv[1], g, active, out);
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// One texel; integers bit-cast ([`Real::int`]); outside the level: zeros.
+    /// One texel; x, y and level are bit-cast integers ([`Real::int`]); zeros outside the level.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// Width and height in texels of a level (clamped to those there are).
+    /// Width and height in texels of a level (clamped to the existing levels).
     fn dimensions(&self, texture: usize, level: u32) -> [u32; 2];
     /// Number of mip levels.
     fn levels(&self, texture: usize) -> u32;
@@ -33,7 +33,7 @@ pub struct Gradients<'a, R> {
     pub dv_dy: &'a [R],
 }
 
-/// A unit for programs that read no texture: zeros.
+/// For programs that read no texture: every read gives zeros.
 pub struct NoTextures;
 
 impl<R: Real> TextureUnit<R> for NoTextures {

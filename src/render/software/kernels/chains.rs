@@ -1,8 +1,8 @@
 //! Chains of operations in one kernel: each takes the result of the one before without a store and a load between.
 //!
-//! In: up to [`MAX_OPERANDS`] operands, those of the first operation and then the rest of each further one's. Out: what the single kernels
-//! would give one after the other, bit for bit, because each operation still rounds by itself. Which chains there are was chosen by what the
-//! atmosphere, eclipse, map and tone-map code asks for; the lowering asks [`find`] and cuts every other chain into these.
+//! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further one. Out: what the single
+//! kernels would give one after the other, bit for bit, because each operation still rounds by itself. The chains are those that occur most in
+//! the atmosphere, eclipse, map and tone-map code; the lowering calls [`find`] and splits every other chain into these.
 
 use super::input::Input;
 use super::ops::Eval;
@@ -16,8 +16,8 @@ pub const MAX_OPERANDS: usize = 8;
 /// Most operations of a chain.
 pub const MAX_LINKS: usize = 8;
 
-/// Operand kinds as bits, the first operand lowest: L = one value per lane, R = one value for all lanes.
-pub const fn mask(kinds: &str) -> u8 {
+/// Operand kinds as bits, the first operand lowest: L = one value per lane (1), R = one value for all lanes (0).
+pub const fn kind_bits(kinds: &str) -> u8 {
     let (kinds, mut bits, mut k) = (kinds.as_bytes(), 0, 0);
     while k < kinds.len() {
         if kinds[k] == b'L' {
@@ -28,8 +28,8 @@ pub const fn mask(kinds: &str) -> u8 {
     bits
 }
 
-/// Kinds of operands, first operation, then each further one with the place of the last result among its operands. Where a product or sum
-/// may take the last result first or second, it takes it second.
+/// Kinds of the operands, the first operation, then each further operation with the position of the previous result among its operands.
+/// Products and sums, which commute, take the previous result second.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {
@@ -164,40 +164,41 @@ macro_rules! table {
 }
 with_chains!(table);
 
-/// Every chain with the kinds of operands that it serves, as [`mask`] reads them.
+/// Every chain that has a kernel, with the kinds of its operands as [`kind_bits`] reads them.
 pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
     TABLE
 }
 
-/// Operands of a chain.
-pub fn takes(links: &[FusedOp]) -> usize {
+/// Number of operands of a chain.
+pub fn operand_count(links: &[FusedOp]) -> usize {
     links.iter().map(|l| l.op.arity()).sum::<usize>() + 1 - links.len().max(1)
 }
 
-/// Where [`all`] has the chain of these operations for these kinds of operands.
+/// Index in [`all`] of the chain of these operations for these kinds of operands.
 pub fn find(links: &[FusedOp], kinds: u8) -> Option<usize> {
-    static PLACES: LazyLock<HashMap<(&'static [FusedOp], u8), usize>> =
-        LazyLock::new(|| TABLE.iter().enumerate().map(|(place, (links, kinds))| ((*links, mask(kinds)), place)).collect());
-    fn place<'a>(places: &HashMap<(&'a [FusedOp], u8), usize>, links: &'a [FusedOp], kinds: u8) -> Option<usize> {
-        places.get(&(links, kinds)).copied()
+    static INDEX: LazyLock<HashMap<(&'static [FusedOp], u8), usize>> =
+        LazyLock::new(|| TABLE.iter().enumerate().map(|(k, (links, kinds))| ((*links, kind_bits(kinds)), k)).collect());
+    // A function of its own, which shortens the lifetime of the keys to that of `links`.
+    fn lookup<'a>(index: &HashMap<(&'a [FusedOp], u8), usize>, links: &'a [FusedOp], kinds: u8) -> Option<usize> {
+        index.get(&(links, kinds)).copied()
     }
-    place(&PLACES, links, kinds)
+    lookup(&INDEX, links, kinds)
 }
 
 /// A chain as a type: what it computes on one lane.
 pub trait FusedKernel {
-    /// Operands.
-    const TAKES: usize;
+    /// Number of operands.
+    const OPERANDS: usize;
     fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
 }
 
 /// The first operation.
 pub struct First<A>(A);
-/// A chain and one operation more, whose operand `AT` is the chain's result.
+/// A chain and one further operation, whose operand number `AT` is the chain's result.
 pub struct Then<P, B, const AT: usize>(P, B);
 
 impl<A: Eval> FusedKernel for First<A> {
-    const TAKES: usize = A::ARITY;
+    const OPERANDS: usize = A::ARITY;
     #[inline(always)]
     fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         let last = A::ARITY - 1;
@@ -206,12 +207,12 @@ impl<A: Eval> FusedKernel for First<A> {
 }
 
 impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
-    const TAKES: usize = P::TAKES + B::ARITY - 1;
+    const OPERANDS: usize = P::OPERANDS + B::ARITY - 1;
     #[inline(always)]
     fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         let v = P::eval::<R, N, F>(x, lane);
-        let r = if B::ARITY > 1 { x[P::TAKES].at(lane) } else { v };
-        let s = if B::ARITY > 2 { x[P::TAKES + 1].at(lane) } else { v };
+        let r = if B::ARITY > 1 { x[P::OPERANDS].at(lane) } else { v };
+        let s = if B::ARITY > 2 { x[P::OPERANDS + 1].at(lane) } else { v };
         match AT {
             0 => B::eval::<R, F>(v, r, s),
             1 => B::eval::<R, F>(r, v, s),
@@ -220,22 +221,22 @@ impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
     }
 }
 
-/// `KINDS`: as [`mask`]. `F`: fused.
+/// Runs a chain over `N` lanes. `KINDS`: as [`kind_bits`]. `F`: fused multiply-add.
 /// # Safety
-/// `places` holds the place of every operand, counted in elements from `base`; there it is valid for `N` reads, or one where its bit is not
-/// set; none overlaps `dst`.
+/// `offsets` holds the offset of every operand in elements from `base`; there `base` is valid for `N` reads, or for one if the operand's bit
+/// is not set; no operand overlaps `dst`.
 #[inline(always)]
 pub unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const F: bool>(
     dst: &mut [R; N],
     base: *const R,
-    places: *const u32,
+    offsets: *const u32,
 ) {
     macro_rules! input {
         ($k:literal) => {{
-            // What a chain does not take stands for the first.
-            let k = if $k < C::TAKES { $k } else { 0 };
+            // Unused operands repeat the first.
+            let k = if $k < C::OPERANDS { $k } else { 0 };
             // SAFETY: passed on to the caller.
-            unsafe { Input::<R, N>::new(base.add(*places.add(k) as usize), KINDS >> k & 1 == 1) }
+            unsafe { Input::<R, N>::new(base.add(*offsets.add(k) as usize), KINDS >> k & 1 == 1) }
         }};
     }
     let x = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];

@@ -1,17 +1,18 @@
-//! Kernel classes (instruction sets), and what an element type must bring to be computed with: the interface between `math` and the kernels.
+//! Kernel classes (instruction sets), and the kernels that an element type has: the interface between `math` and the kernels.
 
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Lanes of one piece of the less frequent kernels; [`LANES`] is a multiple of it.
+/// Lanes that the less frequent kernels process at a time; [`LANES`] is a multiple of it.
 pub const CHUNK: usize = 32;
 
-/// Lanes of a batch, of every kernel: 32 x 4 pixels. Measured best of 32, 64, 128 and 256: fewer and calls cost, more and the first cache is full.
+/// Lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the calls dominate, with more the
+/// L1 cache overflows.
 pub const LANES: usize = 128;
 
-/// The lanes that are written; where operands are counted from; the place of each operand, in elements (lane arrays or single values as the
-/// table was asked). A kernel of one operation reads three places, whatever it uses; a chain's kernel one for each operand. That nothing
-/// overlaps the written lanes is in the type, which spares every kernel the test.
+/// A kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Whether an
+/// operand is a lane array or one value is part of the kernel. A kernel of one operation reads three offsets even if it has fewer operands, a
+/// chain's kernel one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
 pub type KernelFn<R> = unsafe fn(&mut [R; LANES], *const R, *const u32);
 
 /// Which instruction set the kernels use. Classes that fuse multiply and add give the same bits, and so do those that do not.
@@ -73,7 +74,7 @@ impl KernelClass {
         }
     }
 
-    /// Whether multiply and add round once.
+    /// Whether the class has fused multiply-add.
     pub fn fused(self) -> bool {
         matches!(self, Self::Avx512 | Self::Avx2Fma | Self::Neon)
     }
@@ -84,16 +85,17 @@ pub type ScalarFn<R> = fn(R, R, R) -> R;
 
 /// The kernels of an element type.
 ///
-/// Methods of two types and no generic functions: those would be compiled anew in every program that uses this library, 6,500 kernels each time.
+/// Methods of two types, not generic functions: generic functions would be compiled again, all 6,500 kernels, in every program that uses this
+/// library.
 pub trait Kernels: Sized + 'static {
-    /// What computes one operation on single values: folding and the per-draw tape.
+    /// One operation on single values, for constant folding and the per-draw tape.
     fn scalar(op: Op, fused: bool) -> ScalarFn<Self>;
-    /// The kernel for operands of these kinds (true = lanes); None when every operand must be lanes, which [`Kernels::general`] takes.
-    /// The class must be one of [`KernelClass::available`] where the kernel is called; so for the others.
-    fn special(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;
-    /// The kernel that takes lane operands.
-    fn general(class: KernelClass, op: Op) -> KernelFn<Self>;
-    /// The kernels of [`all`](super::chains::all), in that order; none for f64, which is for checks and would take as long to build again. There a chain
-    /// runs as its single operations, with the same bits.
-    fn chained(class: KernelClass) -> &'static [KernelFn<Self>];
+    /// The kernel for operands of these kinds (true = lanes); `None` if there is only the generic one. Kernels of this and the other methods
+    /// may be called only on machines where the class is in [`KernelClass::available`].
+    fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;
+    /// The kernel for which every operand must be lanes.
+    fn generic(class: KernelClass, op: Op) -> KernelFn<Self>;
+    /// The kernels of [`all`](super::chains::all), in that order. Empty for f64, which is for checks and would double the build time; a chain
+    /// then runs as single operations, with the same bits.
+    fn chain_kernels(class: KernelClass) -> &'static [KernelFn<Self>];
 }

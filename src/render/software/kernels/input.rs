@@ -2,8 +2,8 @@
 
 use crate::render::software::math::Real;
 
-/// An operand: lanes, or one value for all. References and no pointers, because checked builds test every use of a pointer, and loops with
-/// tests do not become vector code.
+/// An operand: lanes, or one value for all lanes. Holds references and not pointers: debug builds check every use of a pointer, and loops with
+/// such checks are not vectorised.
 pub struct Input<'a, R, const N: usize> {
     lanes: Option<&'a [R; N]>,
     single: R,
@@ -14,7 +14,7 @@ impl<R: Real, const N: usize> Input<'_, R, N> {
     /// `values` is valid for `N` reads, or one where `lanes` is false, as long as this lives.
     #[inline(always)]
     pub unsafe fn new(values: *const R, lanes: bool) -> Self {
-        // SAFETY: the caller vouches for it.
+        // SAFETY: the caller guarantees it.
         unsafe { Self { lanes: if lanes { Some(&*values.cast()) } else { None }, single: *values } }
     }
 

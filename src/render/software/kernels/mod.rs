@@ -1,8 +1,8 @@
 //! Vector kernels: one generic source, compiled once per instruction set and chosen at run time.
 //!
-//! In: pointers to lanes or to one broadcast value. Out: `N` lanes written. Frequent operations have one kernel per combination of
-//! operand kinds with the lane count known at compile time; the rest take lane operands only and run in pieces of [`CHUNK`] lanes.
-//! [`chains`] computes several operations in one.
+//! In: pointers to lanes or to one broadcast value. Out: `N` lanes written. Frequent operations have one specialised kernel per combination
+//! of operand kinds, with the lane count known at compile time; the others have one generic kernel, which takes lanes only and processes
+//! [`CHUNK`] lanes at a time. [`chains`] computes several operations in one kernel.
 
 pub mod chains;
 pub mod class;
@@ -41,7 +41,7 @@ unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, 
     b: *const R,
     c: *const R,
 ) {
-    // SAFETY: the caller vouches for validity.
+    // SAFETY: the caller guarantees validity.
     let (a, b, c) = unsafe { (Input::<R, N>::new(a, A), Input::<R, N>::new(b, B), Input::<R, N>::new(c, C)) };
     for (i, d) in dst.iter_mut().enumerate() {
         *d = O::eval::<R, F>(a.at(i), b.at(i), c.at(i));
@@ -53,21 +53,22 @@ unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, 
 /// `a` is valid for `N` reads and does not overlap `dst`; `N` is a multiple of 4.
 #[inline(always)]
 unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut [R; N], a: *const R) {
-    // SAFETY: the caller vouches for validity and disjointness.
+    // SAFETY: the caller guarantees validity and disjointness.
     let a = unsafe { std::slice::from_raw_parts(a, N) };
     for (d, s) in dst.chunks_exact_mut(4).zip(a.chunks_exact(4)) {
-        // Each value by itself: shuffles of whole vectors and one difference. A copied array would be four small stores read back at once by a large load, which stalls.
+        // Values are copied one by one, which compiles to vector shuffles and one subtraction. Copying an array would compile to four small
+        // stores and one large load of the same bytes, which stalls.
         let [from, to] = if STEP == 1 { [[0, 0, 2, 2], [1, 1, 3, 3]] } else { [[0, 1, 0, 1], [2, 3, 2, 3]] };
         (d[0], d[1], d[2], d[3]) = (s[to[0]] - s[from[0]], s[to[1]] - s[from[1]], s[to[2]] - s[from[2]], s[to[3]] - s[from[3]]);
     }
 }
 
 /// # Safety
-/// `places` holds more than `k`, and what it names lies in what `base` points to.
+/// `offsets` has more than `k` entries, and entry `k` lies inside the allocation of `base`.
 #[inline(always)]
-unsafe fn at<R>(base: *const R, places: *const u32, k: usize) -> *const R {
-    // SAFETY: the caller vouches for it.
-    unsafe { base.add(*places.add(k) as usize) }
+unsafe fn at<R>(base: *const R, offsets: *const u32, k: usize) -> *const R {
+    // SAFETY: the caller guarantees it.
+    unsafe { base.add(*offsets.add(k) as usize) }
 }
 
 /// The type of a chain.
@@ -84,52 +85,52 @@ macro_rules! class {
             use super::*;
 
             /// # Safety
-            /// As [`lanes`] for operands at their places; the instruction set of this class is available.
+            /// As [`lanes`] for operands at their offsets; the instruction set of this class is available.
             $(#[$feature])*
             unsafe fn fixed<O: Eval, R: Real, const A: bool, const B: bool, const C: bool>(
-                dst: &mut [R; LANES], base: *const R, places: *const u32,
+                dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
                 // SAFETY: passed on to the caller.
-                unsafe { lanes::<O, R, LANES, A, B, C, $fused>(dst, at(base, places, 0), at(base, places, 1), at(base, places, 2)) }
+                unsafe { lanes::<O, R, LANES, A, B, C, $fused>(dst, at(base, offsets, 0), at(base, offsets, 1), at(base, offsets, 2)) }
             }
 
             /// # Safety
             /// As [`chains::lanes`]; the instruction set of this class is available.
             $(#[$feature])*
             unsafe fn chain<C: chains::FusedKernel, R: Real, const KINDS: u8>(
-                dst: &mut [R; LANES], base: *const R, places: *const u32,
+                dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
                 // SAFETY: passed on to the caller.
-                unsafe { chains::lanes::<C, R, LANES, KINDS, $fused>(dst, base, places) }
+                unsafe { chains::lanes::<C, R, LANES, KINDS, $fused>(dst, base, offsets) }
             }
 
             /// # Safety
-            /// As [`lanes`] for operands at their places, all of them lane arrays; the instruction set is available.
+            /// As [`lanes`] for operands at their offsets, all of them lane arrays; the instruction set is available.
             $(#[$feature])*
-            unsafe fn pieces<O: Eval, R: Real>(dst: &mut [R; LANES], base: *const R, places: *const u32) {
+            unsafe fn chunked<O: Eval, R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
                 // SAFETY: passed on to the caller.
-                let (a, b, c) = unsafe { (at(base, places, 0), at(base, places, 1), at(base, places, 2)) };
-                for (k, piece) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
+                let (a, b, c) = unsafe { (at(base, offsets, 0), at(base, offsets, 1), at(base, offsets, 2)) };
+                for (k, chunk) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
                     let k = k * CHUNK;
-                    // SAFETY: each piece lies inside the N lanes.
-                    unsafe { lanes::<O, R, CHUNK, true, true, true, $fused>(piece, a.add(k), b.add(k), c.add(k)) }
+                    // SAFETY: each chunk lies inside the N lanes.
+                    unsafe { lanes::<O, R, CHUNK, true, true, true, $fused>(chunk, a.add(k), b.add(k), c.add(k)) }
                 }
             }
 
             /// # Safety
-            /// As [`quad_difference`] for the first place; the instruction set is available.
+            /// As [`quad_difference`] for the first offset; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdx<R: Real>(dst: &mut [R; LANES], base: *const R, places: *const u32) {
+            unsafe fn dpdx<R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, LANES, 1>(dst, at(base, places, 0)) }
+                unsafe { quad_difference::<R, LANES, 1>(dst, at(base, offsets, 0)) }
             }
 
             /// # Safety
-            /// As [`quad_difference`] for the first place; the instruction set is available.
+            /// As [`quad_difference`] for the first offset; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdy<R: Real>(dst: &mut [R; LANES], base: *const R, places: *const u32) {
+            unsafe fn dpdy<R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, LANES, 2>(dst, at(base, places, 0)) }
+                unsafe { quad_difference::<R, LANES, 2>(dst, at(base, offsets, 0)) }
             }
 
             fn unary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
@@ -159,7 +160,7 @@ macro_rules! class {
             }
 
             /// The kernel that takes operands of these kinds as they are (true = lanes), if there is one.
-            pub fn special<R: Real>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
+            pub fn specialised<R: Real>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 match op {
                     Op::Copy if kinds[0] => Some(fixed::<ops::Copy, R, true, false, false>),
                     Op::Copy => Some(fixed::<ops::Copy, R, false, false, false>),
@@ -193,32 +194,32 @@ macro_rules! class {
                 }
             }
 
-            with_ops!(general_table);
-            chains::with_chains!(chain_table);
+            with_ops!(generic_kernels);
+            chains::with_chains!(chain_kernels);
         }
     };
 }
 
-macro_rules! general_table {
+macro_rules! generic_kernels {
     ($($name:ident $arity:literal,)*) => {
-        /// The kernel that takes lane operands of any count.
-        pub fn general<R: Real>(op: Op) -> KernelFn<R> {
+        /// The kernel for which every operand must be lanes.
+        pub fn generic<R: Real>(op: Op) -> KernelFn<R> {
             match op {
                 Op::Dpdx => dpdx::<R>,
                 Op::Dpdy => dpdy::<R>,
                 $(#[allow(unreachable_patterns, reason = "the list of all operations holds the two above as well")]
-                Op::$name => pieces::<ops::$name, R>,)*
+                Op::$name => chunked::<ops::$name, R>,)*
             }
         }
     };
 }
 
-macro_rules! chain_table {
+macro_rules! chain_kernels {
     ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
         /// The kernels of [`chains::all`], in that order.
-        pub fn chained<R: Real>() -> &'static [KernelFn<R>] {
+        pub fn chain_kernels<R: Real>() -> &'static [KernelFn<R>] {
             const {
-                &[$(chain::<nested!(chains::First<ops::$first> $(, $op $at)+), R, { chains::mask($kinds) }> as KernelFn<R>,)*]
+                &[$(chain::<nested!(chains::First<ops::$first> $(, $op $at)+), R, { chains::kind_bits($kinds) }> as KernelFn<R>,)*]
             }
         }
     };
@@ -232,7 +233,7 @@ class!(avx512, true, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512
 #[cfg(target_arch = "aarch64")]
 class!(neon, true, #[target_feature(enable = "neon")]);
 
-macro_rules! by_class {
+macro_rules! for_class {
     ($class:ident, $call:ident::<$t:ty>($($arg:ident),*)) => {
         match $class {
             #[cfg(target_arch = "x86_64")]
@@ -247,27 +248,27 @@ macro_rules! by_class {
 }
 
 macro_rules! kernels_of {
-    ($t:ty, chained: |$wanted:ident| $chained:expr) => {
+    ($t:ty, chain_kernels: |$class:ident| $chains:expr) => {
         impl Kernels for $t {
             #[inline(never)]
             fn scalar(op: Op, fused: bool) -> ScalarFn<Self> {
                 scalar_of::<$t>(op, fused)
             }
             #[inline(never)]
-            fn special(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>> {
-                by_class!(class, special::<$t>(op, kinds))
+            fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>> {
+                for_class!(class, specialised::<$t>(op, kinds))
             }
             #[inline(never)]
-            fn general(class: KernelClass, op: Op) -> KernelFn<Self> {
-                by_class!(class, general::<$t>(op))
+            fn generic(class: KernelClass, op: Op) -> KernelFn<Self> {
+                for_class!(class, generic::<$t>(op))
             }
             #[inline(never)]
-            fn chained(class: KernelClass) -> &'static [KernelFn<Self>] {
-                let $wanted = class;
-                $chained
+            fn chain_kernels(class: KernelClass) -> &'static [KernelFn<Self>] {
+                let $class = class;
+                $chains
             }
         }
     };
 }
-kernels_of!(f32, chained: |class| by_class!(class, chained::<f32>()));
-kernels_of!(f64, chained: |_class| &[]);
+kernels_of!(f32, chain_kernels: |class| for_class!(class, chain_kernels::<f32>()));
+kernels_of!(f64, chain_kernels: |_class| &[]);

@@ -1,11 +1,11 @@
-//! What each operation computes on one lane: the one truth for folding, the per-draw tape and the vector kernels.
+//! What each operation computes on one lane: the only definition, which constant folding, the per-draw tape and the vector kernels share.
 
 use crate::render::software::math::Real;
 use crate::render::software::tape::Op;
 
 /// One operation on one lane; unused operands are ignored. `F`: fused multiply-add.
 pub trait Eval {
-    /// Operands that it takes.
+    /// Number of operands.
     const ARITY: usize;
     fn eval<R: Real, const F: bool>(a: R, b: R, c: R) -> R;
 }
@@ -26,30 +26,30 @@ fn signed<R: Real>(a: R) -> i32 {
     a.int() as i32
 }
 #[inline(always)]
-fn of<R: Real>(i: i32) -> R {
+fn from_signed<R: Real>(i: i32) -> R {
     R::from_int(i as u32)
 }
-// Classes that fuse have an instruction that rounds; the others round by additions. Both are exact, so the bits are the same.
+// Classes with fused multiply-add have a rounding instruction; the others round by additions. Both are exact, so the bits are the same.
 #[inline(always)]
-fn toward_zero<R: Real, const F: bool>(a: R) -> R {
+fn trunc<R: Real, const F: bool>(a: R) -> R {
     if F {
-        return a.whole_toward_zero();
+        return a.trunc_native();
     }
     let m = a.abs();
     let r = m.round();
     (if r > m { r - R::ONE } else { r }).with_sign(a)
 }
 #[inline(always)]
-fn down<R: Real, const F: bool>(a: R) -> R {
+fn floor<R: Real, const F: bool>(a: R) -> R {
     if F {
-        return a.whole_below();
+        return a.floor_native();
     }
     let r = a.round();
     if r > a { r - R::ONE } else { r }
 }
 #[inline(always)]
-fn nearest<R: Real, const F: bool>(a: R) -> R {
-    if F { a.whole_nearest() } else { a.round() }
+fn round<R: Real, const F: bool>(a: R) -> R {
+    if F { a.round_native() } else { a.round() }
 }
 
 /// IEEE half precision of a value, ties to even, as 16 bits.
@@ -78,23 +78,23 @@ fn from_half(h: u32) -> f32 {
 
 #[inline(always)]
 fn leading_zeros(mut x: u32) -> u32 {
-    // Smear the highest bit down, then count: vector code without a count-leading-zeros instruction.
+    // Copy the highest set bit to all lower ones, then count: vectorises without a count-leading-zeros instruction.
     x |= x >> 1;
     x |= x >> 2;
     x |= x >> 4;
     x |= x >> 8;
     x |= x >> 16;
-    ones(!x)
+    count_ones(!x)
 }
 #[inline(always)]
-fn ones(x: u32) -> u32 {
+fn count_ones(x: u32) -> u32 {
     let x = x - ((x >> 1) & 0x5555_5555);
     let x = (x & 0x3333_3333) + ((x >> 2) & 0x3333_3333);
     (((x + (x >> 4)) & 0x0f0f_0f0f).wrapping_mul(0x0101_0101)) >> 24
 }
 #[inline(always)]
 fn trailing_zeros(x: u32) -> u32 {
-    ones(!x & x.wrapping_sub(1))
+    count_ones(!x & x.wrapping_sub(1))
 }
 
 eval! {
@@ -103,11 +103,11 @@ eval! {
     Abs = |R, F, a, _, _| a.abs();
     Sqrt = |R, F, a, _, _| a.sqrt();
     InverseSqrt = |R, F, a, _, _| R::ONE / a.sqrt();
-    Floor = |R, F, a, _, _| down::<R, F>(a);
-    Ceil = |R, F, a, _, _| -down::<R, F>(-a);
-    Round = |R, F, a, _, _| nearest::<R, F>(a);
-    Trunc = |R, F, a, _, _| toward_zero::<R, F>(a);
-    Fract = |R, F, a, _, _| a - down::<R, F>(a);
+    Floor = |R, F, a, _, _| floor::<R, F>(a);
+    Ceil = |R, F, a, _, _| -floor::<R, F>(-a);
+    Round = |R, F, a, _, _| round::<R, F>(a);
+    Trunc = |R, F, a, _, _| trunc::<R, F>(a);
+    Fract = |R, F, a, _, _| a - floor::<R, F>(a);
     Sign = |R, F, a, _, _| if a > R::ZERO { R::ONE } else if a < R::ZERO { -R::ONE } else { R::ZERO };
     Exp = |R, F, a, _, _| a.exp::<F>();
     Exp2 = |R, F, a, _, _| a.exp2::<F>();
@@ -130,19 +130,19 @@ eval! {
     FFromF16 = |R, F, a, _, _| R::from_f64(f64::from(from_half(a.int())));
     IsNan = |R, F, a, _, _| R::from_mask(a.is_nan());
     IsInf = |R, F, a, _, _| R::from_mask(a.is_inf());
-    INeg = |R, F, a, _, _| of(signed(a).wrapping_neg());
-    IAbs = |R, F, a, _, _| of(signed(a).wrapping_abs());
-    ISign = |R, F, a, _, _| of(signed(a).signum());
+    INeg = |R, F, a, _, _| from_signed(signed(a).wrapping_neg());
+    IAbs = |R, F, a, _, _| from_signed(signed(a).wrapping_abs());
+    ISign = |R, F, a, _, _| from_signed(signed(a).signum());
     INot = |R, F, a, _, _| R::from_int(!a.int());
     BNot = |R, F, a, _, _| a.bit_not();
-    CountOneBits = |R, F, a, _, _| R::from_int(ones(a.int()));
+    CountOneBits = |R, F, a, _, _| R::from_int(count_ones(a.int()));
     LeadingZeros = |R, F, a, _, _| R::from_int(leading_zeros(a.int()));
     TrailingZeros = |R, F, a, _, _| R::from_int(trailing_zeros(a.int()));
     ReverseBits = |R, F, a, _, _| R::from_int(a.int().reverse_bits());
     FirstLeadingBitU = |R, F, a, _, _| R::from_int(31u32.wrapping_sub(leading_zeros(a.int())));
     FirstLeadingBitI = |R, F, a, _, _| R::from_int(31u32.wrapping_sub(leading_zeros(a.int() ^ ((signed(a) >> 31) as u32))));
     FirstTrailingBit = |R, F, a, _, _| R::from_int(if a.int() == 0 { u32::MAX } else { trailing_zeros(a.int()) });
-    IFromF = |R, F, a, _, _| of(a.to_i32());
+    IFromF = |R, F, a, _, _| from_signed(a.to_i32());
     UFromF = |R, F, a, _, _| R::from_int(a.to_u32());
     FFromI = |R, F, a, _, _| R::from_i32(signed(a));
     FFromU = |R, F, a, _, _| R::from_u32(a.int());
@@ -154,7 +154,7 @@ eval! {
     Div = |R, F, a, b, _| a / b;
     Min = |R, F, a, b, _| if a < b { a } else { b };
     Max = |R, F, a, b, _| if a > b { a } else { b };
-    FRem = |R, F, a, b, _| a - b * toward_zero::<R, F>(a / b);
+    FRem = |R, F, a, b, _| a - b * trunc::<R, F>(a / b);
     Pow = |R, F, a, b, _| a.pow::<F>(b);
     Atan2 = |R, F, a, b, _| a.atan2::<F>(b);
     Ldexp = |R, F, a, b, _| a.ldexp(signed(b));
@@ -171,25 +171,25 @@ eval! {
     IAdd = |R, F, a, b, _| R::from_int(a.int().wrapping_add(b.int()));
     ISub = |R, F, a, b, _| R::from_int(a.int().wrapping_sub(b.int()));
     IMul = |R, F, a, b, _| R::from_int(a.int().wrapping_mul(b.int()));
-    IDiv = |R, F, a, b, _| of(if signed(b) == 0 { signed(a) } else { signed(a).wrapping_div(signed(b)) });
+    IDiv = |R, F, a, b, _| from_signed(if signed(b) == 0 { signed(a) } else { signed(a).wrapping_div(signed(b)) });
     UDiv = |R, F, a, b, _| R::from_int(if b.int() == 0 { a.int() } else { a.int() / b.int() });
-    IRem = |R, F, a, b, _| of(if signed(b) == 0 { 0 } else { signed(a).wrapping_rem(signed(b)) });
+    IRem = |R, F, a, b, _| from_signed(if signed(b) == 0 { 0 } else { signed(a).wrapping_rem(signed(b)) });
     URem = |R, F, a, b, _| R::from_int(if b.int() == 0 { 0 } else { a.int() % b.int() });
     Shl = |R, F, a, b, _| R::from_int(a.int().wrapping_shl(b.int()));
-    ShrI = |R, F, a, b, _| of(signed(a).wrapping_shr(b.int()));
+    ShrI = |R, F, a, b, _| from_signed(signed(a).wrapping_shr(b.int()));
     ShrU = |R, F, a, b, _| R::from_int(a.int().wrapping_shr(b.int()));
     And = |R, F, a, b, _| a.bit_and(b);
     Or = |R, F, a, b, _| a.bit_or(b);
     Xor = |R, F, a, b, _| a.bit_xor(b);
-    IMin = |R, F, a, b, _| of(signed(a).min(signed(b)));
-    IMax = |R, F, a, b, _| of(signed(a).max(signed(b)));
+    IMin = |R, F, a, b, _| from_signed(signed(a).min(signed(b)));
+    IMax = |R, F, a, b, _| from_signed(signed(a).max(signed(b)));
     UMin = |R, F, a, b, _| R::from_int(a.int().min(b.int()));
     UMax = |R, F, a, b, _| R::from_int(a.int().max(b.int()));
     Fma = |R, F, a, b, c| a.fma::<F>(b, c);
     Fms = |R, F, a, b, c| a.fma::<F>(b, -c);
     Fnma = |R, F, a, b, c| (-a).fma::<F>(b, c);
     Select = |R, F, a, b, c| if a.mask() { b } else { c };
-    // Lane neighbours differ in their own kernel; one value for all lanes has no slope.
+    // Lanes have their own derivative kernels; the derivative of one value for all lanes is zero.
     Dpdx = |R, F, _, _, _| R::ZERO;
     Dpdy = |R, F, _, _, _| R::ZERO;
 }

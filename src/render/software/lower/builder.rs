@@ -1,7 +1,7 @@
-//! Builds the tape in SSA form: folds, simplifies, numbers values and picks each value's rate.
+//! Builds the steps in SSA form: constant folding, simplification, value numbering, and the rate of each value.
 //!
-//! Rates: constant; per draw (computed once, on the uniform tape); uniform (one value for all lanes, computed where it stands, since it may change in
-//! a loop); per lane. An operation runs at the slowest rate that its operands allow.
+//! Rates: constant; per draw (computed once, on the draw tape); uniform (one value for all lanes, computed on the lane tape because it may change
+//! in a loop); per lane. An operation has the highest rate among its operands.
 
 use super::step::{Label, Step, Val, Vals};
 use crate::render::software::kernels;
@@ -9,6 +9,7 @@ use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
 use rustc_hash::FxHashMap as HashMap;
 
+/// What a value computes; equal keys are one value.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {
     Op(Op, Vals),
@@ -24,14 +25,14 @@ pub struct Builder {
     pub code: Vec<Step>,
     next: u32,
     labels: Label,
-    draw_known: HashMap<Key, Val>,
-    /// Values known per open region, innermost last: what a skipped region computes must not be used outside it.
-    known: Vec<HashMap<Key, Val>>,
+    draw_available: HashMap<Key, Val>,
+    /// Available expressions of each open region, innermost last: a value from a region that may be skipped must not be used outside it.
+    available: Vec<HashMap<Key, Val>>,
 }
 
 impl Builder {
     pub fn new() -> Self {
-        Self { known: vec![HashMap::default()], ..Self::default() }
+        Self { available: vec![HashMap::default()], ..Self::default() }
     }
 
     pub fn constant(&mut self, c: Constant) -> Val {
@@ -90,17 +91,17 @@ impl Builder {
     }
 
     pub fn open_region(&mut self) {
-        self.known.push(HashMap::default());
+        self.available.push(HashMap::default());
     }
     pub fn close_region(&mut self) {
-        self.known.pop();
+        self.available.pop();
     }
 
     fn find(&self, key: &Key) -> Option<Val> {
-        self.draw_known.get(key).or_else(|| self.known.iter().rev().find_map(|k| k.get(key))).copied()
+        self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|k| k.get(key))).copied()
     }
 
-    /// A value at the slowest rate of its operands, and whether it goes to the draw tape.
+    /// A new value at the highest rate of its operands.
     fn fresh_for(&mut self, args: &[Val]) -> Val {
         self.next += 1;
         if args.iter().any(|a| matches!(a, Val::Lane(_))) {
@@ -116,12 +117,12 @@ impl Builder {
         if matches!(dst, Val::Draw(_)) {
             self.draw.push(step);
             if let Some(k) = key {
-                self.draw_known.insert(k, dst);
+                self.draw_available.insert(k, dst);
             }
         } else {
             self.code.push(step);
-            if let (Some(k), Some(known)) = (key, self.known.last_mut()) {
-                known.insert(k, dst);
+            if let (Some(k), Some(available)) = (key, self.available.last_mut()) {
+                available.insert(k, dst);
             }
         }
         dst
@@ -229,7 +230,7 @@ impl Builder {
                 if a == b {
                     return Some(a);
                 }
-                // Masks are all ones or none, so a choice with a known side is plain logic.
+                // Masks are all ones or all zeros, so a select with a constant side is a logical operation.
                 match (self.known_bool(a), self.known_bool(b)) {
                     (Some(true), Some(false)) => Some(c),
                     (Some(false), Some(true)) => Some(self.not(c)),
@@ -251,7 +252,7 @@ impl Builder {
                     Step::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
                     _ => None,
                 };
-                // A loop variable may have changed since, so only values that are written once count; they all are but Assign's.
+                // Only values that are written once qualify; every value but the targets of `Assign` is.
                 self.code.iter().rev().take(64).chain(self.draw.iter().rev().take(64)).find_map(inner)
             }
             _ => None,
@@ -280,7 +281,7 @@ impl Builder {
         dst
     }
 
-    /// None when the level differs from lane to lane.
+    /// `None` if the level differs from lane to lane.
     pub fn texture_size(&mut self, texture: u16, axis: u8, level: Val) -> Option<Val> {
         if matches!(level, Val::Lane(_)) {
             return None;

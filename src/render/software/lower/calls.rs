@@ -13,7 +13,7 @@ impl<'m> Lowerer<'m> {
         self.call(function, info, arguments.into_iter().map(Value::Scalars).collect())
     }
 
-    /// Inlines a call and gives the scalars of its result.
+    /// Inlines a call; returns the scalars of its result.
     pub fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<Val>> {
         let base = self.env.len();
         let no = self.builder.bool(false);
@@ -58,7 +58,7 @@ impl<'m> Lowerer<'m> {
         Ok(scalars)
     }
 
-    /// A call as a statement; its result, if any, gets the value.
+    /// A call statement; stores the value of its result, if it has one.
     pub fn call_statement(
         &mut self,
         statement: &'m Statement,

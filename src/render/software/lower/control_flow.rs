@@ -1,7 +1,7 @@
 //! Branches, switches and loops.
 //!
-//! Both sides of a branch on a lane value run, each behind a skip for when no lane needs it, and merge by one `select` for each scalar that differs.
-//! Loops stay loops: the scalars that change in one become loop variables.
+//! Both sides of a branch on a lane value run, each after a jump that skips it if no lane needs it; scalars that differ between the sides are
+//! merged by a `select`. Loops stay loops: the scalars that change in one become loop variables (phi values).
 
 use super::error::Result;
 use super::lowerer::{Lowerer, OpenLoop};
@@ -10,15 +10,15 @@ use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 use rustc_hash::FxHashMap as HashMap;
 
-/// Regions with fewer operations than this run without a skip: the test costs as much as they do.
-const SKIP_WORTH: usize = 12;
+/// Regions with fewer operations than this run without a skip: the test would cost as much as the region.
+const MIN_SKIPPED_STEPS: usize = 12;
 
 /// How a scalar changes in a loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Change {
     /// Differs between lanes.
     lane: bool,
-    /// Changes on the way to the next turn, not only on the way out.
+    /// Changes in iterations that continue, not only when the loop is left.
     each_iteration: bool,
 }
 
@@ -28,10 +28,10 @@ impl<'m> Lowerer<'m> {
         self.frame().loops.last().is_some_and(|l| self.builder.known_bool(self.env[l.1]) != Some(false))
     }
 
-    /// Leaves the innermost loop by a jump when the (uniform) flag is set. After it no flag is set.
-    pub(super) fn leave_loop_if(&mut self, left: Val) {
+    /// Leaves the innermost loop by a jump if the (uniform) flag `exited` is set. Afterwards no flag is set.
+    pub(super) fn leave_loop_if(&mut self, exited: Val) {
         let stay = self.builder.label();
-        self.builder.code.push(Step::JumpIf { cond: left, when: false, label: stay });
+        self.builder.code.push(Step::JumpIf { cond: exited, when: false, label: stay });
         let at = self.env.clone();
         if let Some(open) = self.open_loops.last_mut() {
             open.exits.push(at.clone());
@@ -43,7 +43,7 @@ impl<'m> Lowerer<'m> {
         self.clear_flags();
     }
 
-    /// Gives loop variables their next values as if all at once.
+    /// Gives loop variables their next values, with the effect of a parallel assignment.
     fn assign(&mut self, variables: &[(usize, Val)], env: &[Val]) {
         let mut moves: Vec<(Val, Val)> = variables.iter().map(|&(w, phi)| (phi, env[w])).filter(|(phi, v)| phi != v).collect();
         for i in 0..moves.len() {
@@ -59,7 +59,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Lowers `body` for the lanes where `cond` holds, behind a skip, and merges what it changed.
+    /// Lowers `body` for the lanes where `cond` holds, after a jump that skips it if there are none, and merges the scalars that it changed.
     pub(super) fn conditional(&mut self, cond: Val, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         let before = self.env.clone();
         let (path, top) = (self.path, std::mem::replace(&mut self.top_of_loop, false));
@@ -75,7 +75,7 @@ impl<'m> Lowerer<'m> {
         body(self)?;
         self.builder.close_region();
         let region = &self.builder.code[start..];
-        let cheap = region.len() < SKIP_WORTH && region.iter().all(|s| matches!(s, Step::Op { op, .. } if cheap(*op)));
+        let cheap = region.len() < MIN_SKIPPED_STEPS && region.iter().all(|s| matches!(s, Step::Op { op, .. } if cheap(*op)));
         if cheap && matches!(cond, Val::Lane(_)) {
             self.builder.code.remove(start - 1);
         } else {
@@ -91,7 +91,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Both sides of a branch; the sides see the same start and merge by one `select` per scalar that differs.
+    /// Lowers both sides of a branch from the same environment; scalars that differ are merged by a `select`.
     pub(super) fn branch(
         &mut self,
         cond: Val,
@@ -125,12 +125,12 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// A chain of conditions; `break` leaves it by its own flag, and a case that falls through runs the next one too.
+    /// Lowers a `switch` to a sequence of conditions. `break` sets the switch's own flag; a case that falls through runs the next one too.
     pub(super) fn switch(&mut self, selector: Handle<Expression>, cases: &'m [naga::SwitchCase]) -> Result<()> {
         let value = self.scalar_of(selector)?;
         let no = self.builder.bool(false);
         let mut any = no;
-        let mut chosen = Vec::new();
+        let mut matches = Vec::new();
         for case in cases {
             let is = match case.value {
                 SwitchValue::I32(i) => Some(self.builder.int(i as u32)),
@@ -141,7 +141,7 @@ impl<'m> Lowerer<'m> {
             if let Some(is) = is {
                 any = self.builder.bin(Op::Or, any, is);
             }
-            chosen.push(is);
+            matches.push(is);
         }
         let default = self.builder.not(any);
         let top = std::mem::replace(&mut self.top_of_loop, false);
@@ -149,17 +149,16 @@ impl<'m> Lowerer<'m> {
         let broken = self.env.len();
         self.env.push(no);
         let outer = self.frame().loops.last().copied();
-        let own_continued = outer.is_none();
-        if own_continued {
+        if outer.is_none() {
             self.env.push(no);
         }
         let continued = outer.map_or(broken + 1, |l| l.1);
         self.frame_mut().loops.push((broken, continued));
         let mut falling = no;
-        for (case, is) in cases.iter().zip(chosen) {
+        for (case, is) in cases.iter().zip(matches) {
             let enter = self.builder.bin(Op::Or, is.unwrap_or(default), falling);
-            let left = self.left();
-            let stay = self.builder.not(left);
+            let exited = self.exited();
+            let stay = self.builder.not(exited);
             let enter_now = self.builder.bin(Op::And, enter, stay);
             self.branch(
                 enter_now,
@@ -169,7 +168,7 @@ impl<'m> Lowerer<'m> {
                 },
                 |_| Ok(()),
             )?;
-            // The lanes inside cleared their flags; lanes outside kept theirs through the merge.
+            // Lanes inside the case have cleared their flags; the merge keeps the flags of the others.
             falling = if case.fall_through { enter } else { no };
         }
         self.frame_mut().loops.pop();
@@ -178,7 +177,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// A loop. Which scalars change in it, and whether they stay equal in all lanes, is found by lowering the body until nothing new shows.
+    /// Lowers a loop. Finds which scalars change in it, and whether they differ between lanes, by lowering the body until a fixed point is reached.
     pub(super) fn repeat(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
         let no = self.builder.bool(false);
         let base = self.env.len();
@@ -199,10 +198,10 @@ impl<'m> Lowerer<'m> {
             let mut stable = true;
             for (scalar, new) in seen {
                 let known = changing.get(&scalar).copied();
-                let both =
+                let merged =
                     known.map_or(new, |k| Change { lane: k.lane || new.lane, each_iteration: k.each_iteration || new.each_iteration });
-                if known != Some(both) {
-                    changing.insert(scalar, both);
+                if known != Some(merged) {
+                    changing.insert(scalar, merged);
                     stable = false;
                 }
             }
@@ -216,7 +215,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers a loop given the scalars that change; returns those that were seen to.
+    /// Lowers a loop, given the scalars that change in it; returns those that did change.
     fn loop_body(
         &mut self,
         body: &'m Block,
@@ -233,7 +232,7 @@ impl<'m> Lowerer<'m> {
             let lane = changing[&w].lane || matches!(self.env[w], Val::Lane(_));
             let phi = if lane { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
             self.builder.code.push(Step::Assign { dst: phi, from: self.env[w] });
-            // A return that leaves by a jump is never seen set inside the loop.
+            // The flag of a `return` that leaves the loop by a jump is never set inside the loop.
             if w != returned || changing[&w].each_iteration {
                 self.env[w] = phi;
             }
@@ -247,11 +246,11 @@ impl<'m> Lowerer<'m> {
         self.open_loops.push(OpenLoop { exit, variables: variables.clone(), exits: Vec::new() });
         let (broken, continued) = self.frame().loops.last().copied().unwrap_or_default();
         let no = self.builder.bool(false);
-        let out = self.left();
-        let whole = |this: &mut Self| {
+        let exited_before = self.exited();
+        let iteration = |this: &mut Self| {
             this.block(body)?;
             this.env[continued] = no;
-            let left = this.left();
+            let exited = this.exited();
             let finish = |this: &mut Self| {
                 this.clear_flags();
                 this.block(continuing)?;
@@ -260,48 +259,48 @@ impl<'m> Lowerer<'m> {
                 }
                 Ok(())
             };
-            match this.builder.known_bool(left) {
+            match this.builder.known_bool(exited) {
                 Some(false) => finish(this),
                 Some(true) => Ok(()),
                 None => {
-                    let stay = this.builder.not(left);
+                    let stay = this.builder.not(exited);
                     this.conditional(stay, finish)
                 }
             }
         };
-        // Lanes that left in an earlier turn sit this one out.
-        if self.builder.known_bool(out) == Some(false) {
+        // Lanes that left the loop in an earlier iteration are inactive in this one.
+        if self.builder.known_bool(exited_before) == Some(false) {
             self.top_of_loop = true;
-            whole(self)?;
+            iteration(self)?;
         } else {
-            let stay = self.builder.not(out);
+            let stay = self.builder.not(exited_before);
             self.top_of_loop = false;
             self.conditional(stay, |this| {
                 this.clear_flags();
-                whole(this)
+                iteration(this)
             })?;
         }
         self.top_of_loop = false;
         self.env[continued] = no;
-        let left = self.left();
+        let exited = self.exited();
         let end = self.env.clone();
-        let stay = self.builder.not(left);
-        let go_on = if matches!(left, Val::Lane(_)) { self.builder.bin(Op::And, outer_path, stay) } else { stay };
+        let stay = self.builder.not(exited);
+        let repeats = if matches!(exited, Val::Lane(_)) { self.builder.bin(Op::And, outer_path, stay) } else { stay };
         self.assign(&variables, &end);
-        match (self.builder.known_bool(left), go_on) {
+        match (self.builder.known_bool(exited), repeats) {
             (Some(false), _) => self.builder.code.push(Step::Jump { label: head }),
             (Some(true), _) => {}
             (None, Val::Lane(_)) => {
-                self.builder.code.push(Step::SkipIfNone { mask: go_on, label: exit });
+                self.builder.code.push(Step::SkipIfNone { mask: repeats, label: exit });
                 self.builder.code.push(Step::Jump { label: head });
             }
-            (None, _) => self.builder.code.push(Step::JumpIf { cond: go_on, when: true, label: head }),
+            (None, _) => self.builder.code.push(Step::JumpIf { cond: repeats, when: true, label: head }),
         }
         self.builder.close_region();
         self.builder.code.push(Step::LoopEnd);
         self.builder.code.push(Step::Label(exit));
         let exits = self.open_loops.pop().map(|o| o.exits).unwrap_or_default();
-        let endless = exits.is_empty() && self.builder.known_bool(left) == Some(false);
+        let endless = exits.is_empty() && self.builder.known_bool(exited) == Some(false);
         let mut seen = Vec::new();
         for (env, each_iteration) in exits.iter().map(|e| (e, false)).chain([(&end, true)]) {
             for (w, v) in env.iter().enumerate().take(start.len()) {
@@ -314,7 +313,7 @@ impl<'m> Lowerer<'m> {
         if endless && seen.iter().all(|(w, _)| changing.contains_key(w)) {
             return Err(self.unsupported("this loop never ends".into()));
         }
-        // After the loop every changed scalar is its loop variable: whichever way was taken has written it.
+        // After the loop every changed scalar is its loop variable, which each exit has assigned.
         self.env = start;
         for (w, phi) in variables {
             self.env[w] = phi;
@@ -325,7 +324,7 @@ impl<'m> Lowerer<'m> {
     }
 }
 
-/// Whether an operation costs about one pass over the lanes.
+/// Whether an operation is cheap: it costs about one pass over the lanes.
 fn cheap(op: Op) -> bool {
     use Op::*;
     matches!(

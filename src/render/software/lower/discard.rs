@@ -1,7 +1,7 @@
-//! Which statements need not run for lanes that have discarded.
+//! Finds statements that need not run for discarded lanes.
 //!
-//! A discarded lane is still needed as a helper lane for derivatives. Where the rest of a function takes no derivative, it is lowered for the remaining
-//! lanes alone: no texture is read for the others, and a batch without remaining lanes skips it.
+//! A discarded lane is still needed as a helper lane for derivatives. Where the rest of a function takes no derivative, it is lowered for the
+//! remaining lanes alone: no texture is read for the others, and a batch without remaining lanes skips it.
 
 use super::lowerer::{DISCARDED, Lowerer};
 use super::step::Val;
@@ -10,15 +10,15 @@ use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
     /// Whether `rest` may run for the remaining lanes alone. Not inside loops: discarded lanes would never leave them.
-    pub fn skips_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
+    pub fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         matches!(self.env[DISCARDED], Val::Lane(_))
             && !rest.is_empty()
             && self.frames.iter().all(|f| f.loops.is_empty())
-            && !rest.iter().any(|(s, _)| self.takes_differences(s))
+            && !rest.iter().any(|(s, _)| self.uses_derivatives(s))
     }
 
-    fn takes_differences(&self, statement: &Statement) -> bool {
-        let of_block = |block: &Block| block.iter().any(|s| self.takes_differences(s));
+    fn uses_derivatives(&self, statement: &Statement) -> bool {
+        let of_block = |block: &Block| block.iter().any(|s| self.uses_derivatives(s));
         match statement {
             Statement::Emit(range) => range.clone().any(|handle| {
                 matches!(
@@ -27,8 +27,8 @@ impl<'m> Lowerer<'m> {
                 )
             }),
             Statement::Call { function, .. } => {
-                let differences = UniformityRequirements::DERIVATIVE | UniformityRequirements::IMPLICIT_LEVEL;
-                self.info[*function].uniformity.requirements.intersects(differences)
+                let derivatives = UniformityRequirements::DERIVATIVE | UniformityRequirements::IMPLICIT_LEVEL;
+                self.info[*function].uniformity.requirements.intersects(derivatives)
             }
             Statement::Block(block) => of_block(block),
             Statement::If { accept, reject, .. } => of_block(accept) || of_block(reject),

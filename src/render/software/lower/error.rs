@@ -1,4 +1,4 @@
-//! Why a module cannot be lowered, with the place in its source.
+//! Why a module cannot be lowered, with the position in its source.
 
 use naga::Span;
 

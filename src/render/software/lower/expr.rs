@@ -124,7 +124,7 @@ impl<'m> Lowerer<'m> {
                 let k = self.scalar_of(*index)?;
                 match self.value_of(*base)? {
                     Value::Place(p) => return Ok(Value::Place(self.place_indexed(&p, k)?)),
-                    Value::Scalars(w) => self.pick(self.type_of(*base), &w, k)?,
+                    Value::Scalars(w) => self.select_element(self.type_of(*base), &w, k)?,
                     Value::Resource(_) => return Err(self.unsupported("arrays of textures are not supported".into())),
                 }
             }
@@ -136,7 +136,7 @@ impl<'m> Lowerer<'m> {
                     UnaryOperator::LogicalNot => Op::BNot,
                     UnaryOperator::BitwiseNot => Op::INot,
                 };
-                self.each(*expr, op)?
+                self.map_scalars(*expr, op)?
             }
             Expression::Binary { op, left, right } => self.binary(*op, *left, *right)?,
             Expression::Select { condition, accept, reject } => {
@@ -148,8 +148,8 @@ impl<'m> Lowerer<'m> {
                 v.into_iter().map(|x| self.derivative(*axis, x)).collect()
             }
             Expression::Relational { fun, argument } => match fun {
-                RelationalFunction::IsNan => self.each(*argument, Op::IsNan)?,
-                RelationalFunction::IsInf => self.each(*argument, Op::IsInf)?,
+                RelationalFunction::IsNan => self.map_scalars(*argument, Op::IsNan)?,
+                RelationalFunction::IsInf => self.map_scalars(*argument, Op::IsInf)?,
                 RelationalFunction::All => vec![self.fold_scalars(*argument, Op::And)?],
                 RelationalFunction::Any => vec![self.fold_scalars(*argument, Op::Or)?],
             },
@@ -207,8 +207,8 @@ impl<'m> Lowerer<'m> {
         Ok(Value::Scalars(scalars))
     }
 
-    /// One operation on every scalar.
-    pub fn each(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
+    /// One operation on every scalar of a value.
+    pub fn map_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
         let v = self.scalars_of(expr)?;
         Ok(v.into_iter().map(|x| self.builder.un(op, x)).collect())
     }
@@ -233,7 +233,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Scalar kind, matrices included.
+    /// Scalar kind of a value, also of a matrix.
     pub fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
         match self.type_of(handle) {
             TypeInner::Matrix { scalar, .. } => supported(*scalar, self.span),
@@ -242,7 +242,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Element of a value by an index that may differ between lanes.
-    fn pick(&mut self, inner: &TypeInner, scalars: &[Val], index: Val) -> Result<Vec<Val>> {
+    fn select_element(&mut self, inner: &TypeInner, scalars: &[Val], index: Val) -> Result<Vec<Val>> {
         let count = self.children(inner)? as usize;
         let n = scalars.len() / count;
         if let Some(k) = self.builder.known_int(index) {
@@ -379,9 +379,9 @@ impl<'m> Lowerer<'m> {
         }
         let texture_binding = self.binding(image)?;
         let sampler_binding = sampler.map(|s| self.binding(s)).transpose()?;
-        let wanted = TextureUse { texture_binding, sampler_binding };
-        let at = self.textures.iter().position(|t| *t == wanted).unwrap_or_else(|| {
-            self.textures.push(wanted);
+        let texture_use = TextureUse { texture_binding, sampler_binding };
+        let at = self.textures.iter().position(|t| *t == texture_use).unwrap_or_else(|| {
+            self.textures.push(texture_use);
             self.textures.len() - 1
         });
         Ok(at as u16)

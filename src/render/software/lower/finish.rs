@@ -1,7 +1,7 @@
-//! From SSA steps to the stored program: dead code, fused multiply-add, chains, then slots and registers by lifetime.
+//! From SSA steps to the stored program: dead-code elimination, fused multiply-add, chains, then allocation of slots and registers by live range.
 //!
 //! A lane value lives from its first write to its last use; a value from before a loop that the loop uses lives to the loop's end. Slots are
-//! reused last in, first out, and a result never shares the slot of an operand, which lets kernels assume that nothing overlaps.
+//! reused last in, first out. A result never shares the slot of an operand, so kernels may assume that operands and result do not overlap.
 
 use super::builder::Builder;
 use super::error::LowerError;
@@ -18,8 +18,8 @@ pub struct Finished {
     pub slots: u32,
 }
 
-/// Keeps what a jump, a kept assignment or an output needs. Iterates, because a loop variable's use may come before its assignment.
-fn drop_dead(b: &mut Builder, outputs: &[Val]) {
+/// Dead-code elimination. Iterates to a fixed point, because a loop variable may be used before its assignment in code order.
+fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
     let mut live: HashSet<Val> = outputs.iter().copied().collect();
     loop {
         let before = live.len();
@@ -39,7 +39,7 @@ fn drop_dead(b: &mut Builder, outputs: &[Val]) {
     };
     b.code.retain(keep);
     b.draw.retain(keep);
-    // A skip over nothing.
+    // Jumps to the next step.
     loop {
         let empty = b.code.windows(2).position(|w| {
             matches!((&w[0], &w[1]), (Step::SkipIfNone { label: a, .. } | Step::JumpIf { label: a, .. } | Step::Jump { label: a }, Step::Label(t)) if a == t)
@@ -53,15 +53,15 @@ fn drop_dead(b: &mut Builder, outputs: &[Val]) {
     }
 }
 
-/// a*b+c, a*b-c, c-a*b where the product has no other use, is no output itself, and stands in the same region.
-fn fuse(b: &mut Builder, outputs: &[Val]) {
+/// Fuses a*b+c, a*b-c and c-a*b where the product has no other use and is in the same region.
+fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
     let mut uses: HashMap<Val, u32> = HashMap::default();
     for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
     let mut products: HashMap<Val, (usize, u32, Val, Val)> = HashMap::default();
-    let mut gone = HashSet::default();
-    // A new number at every label and jump target: operands that a loop reassigns must not be read later than the product was.
+    let mut removed = HashSet::default();
+    // A new region at every jump: operands that a loop reassigns must not be read later than where the product stood.
     let mut region = 0u32;
     let mut open: Vec<(u32, Label)> = Vec::new();
     let mut fresh = 0u32;
@@ -95,7 +95,7 @@ fn fuse(b: &mut Builder, outputs: &[Val]) {
                     _ => continue,
                 };
                 let dst = *dst;
-                gone.insert(p.0);
+                removed.insert(p.0);
                 b.code[i] = Step::Op { dst, op, args: smallvec![p.2, p.3, c] };
             }
             _ => {}
@@ -104,13 +104,13 @@ fn fuse(b: &mut Builder, outputs: &[Val]) {
     let mut i = 0;
     b.code.retain(|_| {
         i += 1;
-        !gone.contains(&(i - 1))
+        !removed.contains(&(i - 1))
     });
 }
 
-/// First and last position of every lane and once value, loops taken into account.
-fn lifetimes(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
-    // Inputs are there from the start, wherever they are first read.
+/// Live range of every value: its first and last position, extended to the end of loops that use it.
+fn live_ranges(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
+    // Inputs are live from the start, wherever they are first read.
     let mut life: HashMap<Val, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
     let mut loops: Vec<(usize, usize)> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
@@ -127,7 +127,7 @@ fn lifetimes(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (us
     for v in outputs {
         life.entry(*v).or_insert((0, 0)).1 = code.len();
     }
-    // Inner loops come first in `loops`, so that an extension reaches outward.
+    // Inner loops come first in `loops`, so that an extended range may be extended again by the outer loop.
     for (start, end) in loops {
         for (first, last) in life.values_mut() {
             if *first <= start && *last > start && *last < end {
@@ -138,13 +138,14 @@ fn lifetimes(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (us
     life
 }
 
+/// Allocates slot or register numbers.
 struct Pool {
     free: Vec<u16>,
     count: u32,
 }
 
 impl Pool {
-    fn take(&mut self) -> Result<u16, LowerError> {
+    fn allocate(&mut self) -> Result<u16, LowerError> {
         if let Some(s) = self.free.pop() {
             return Ok(s);
         }
@@ -156,61 +157,62 @@ impl Pool {
     }
 }
 
-/// `inputs`: lane values that hold slots 0.. from the start. `outputs` must be lane values. `join`: whether to join operations into chains.
-pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Result<Finished, LowerError> {
-    drop_dead(&mut b, outputs);
-    fuse(&mut b, outputs);
-    super::loops::straighten(&mut b.code);
+/// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy slots 0.. from the start. `outputs` must be lane values.
+/// `chains`: whether to fuse operations into chains.
+pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<Finished, LowerError> {
+    eliminate_dead_code(&mut b, outputs);
+    fuse_multiply_add(&mut b, outputs);
+    super::loops::merge_jumps(&mut b.code);
     super::loops::hoist(&mut b.code);
-    drop_dead(&mut b, outputs);
-    if join {
-        super::chains::join(&mut b.code, outputs);
+    eliminate_dead_code(&mut b, outputs);
+    if chains {
+        super::chains::fuse_chains(&mut b.code, outputs);
     }
-    let life = lifetimes(&b.code, inputs, outputs);
-    let mut place: HashMap<Val, Operand> = HashMap::default();
+    let live_ranges = live_ranges(&b.code, inputs, outputs);
+    let mut allocation: HashMap<Val, Operand> = HashMap::default();
     let mut registers = Pool { free: Vec::new(), count: b.constants.len() as u32 };
     let mut slots = Pool { free: Vec::new(), count: inputs.len() as u32 };
     for i in 0..b.constants.len() {
-        place.insert(Val::Const(i as u32), Operand::Reg(i as u16));
+        allocation.insert(Val::Const(i as u32), Operand::Reg(i as u16));
     }
     let mut expiring: Vec<Vec<u16>> = vec![Vec::new(); b.code.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
-        place.insert(*v, Operand::Slot(k as u16));
-        let last = life.get(v).map_or(0, |l| l.1);
+        allocation.insert(*v, Operand::Slot(k as u16));
+        let last = live_ranges.get(v).map_or(0, |l| l.1);
         expiring[last].push(k as u16);
     }
     for step in &b.draw {
         for v in writes(step) {
-            place.insert(v, Operand::Reg(registers.take()?));
+            allocation.insert(v, Operand::Reg(registers.allocate()?));
         }
     }
-    let of = |place: &HashMap<Val, Operand>, v: Val| place.get(&v).copied().unwrap_or(Operand::Reg(0));
+    let of = |allocation: &HashMap<Val, Operand>, v: Val| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
     let index = |o: Operand| match o {
         Operand::Slot(k) | Operand::Reg(k) => k,
     };
     let mut draw_tape = Vec::new();
     for step in &b.draw {
-        draw_tape.push(scalar_instr(step, &|v| of(&place, v), &index));
+        draw_tape.push(scalar_instr(step, &|v| of(&allocation, v), &index));
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
     let mut label_at: HashMap<Label, u32> = HashMap::default();
     for (i, step) in b.code.iter().enumerate() {
         for v in writes(step) {
-            if place.contains_key(&v) {
+            if allocation.contains_key(&v) {
                 continue;
             }
             match v {
                 Val::Lane(_) => {
-                    let s = slots.take()?;
-                    place.insert(v, Operand::Slot(s));
-                    expiring[life.get(&v).map_or(i, |l| l.1)].push(s);
+                    let s = slots.allocate()?;
+                    allocation.insert(v, Operand::Slot(s));
+                    expiring[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
                 }
                 _ => {
-                    place.insert(v, Operand::Reg(registers.take()?));
+                    allocation.insert(v, Operand::Reg(registers.allocate()?));
                 }
             }
         }
-        let at = |v: Val| of(&place, v);
+        let at = |v: Val| of(&allocation, v);
         let all = |vs: &[Val]| vs.iter().map(|v| at(*v)).collect::<Vec<_>>();
         match step {
             Step::Op { dst: dst @ Val::Lane(_), op, args } => {
@@ -252,8 +254,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
             }
             Step::LoopStart | Step::LoopEnd => {}
         }
-        let ended = std::mem::take(&mut expiring[i]);
-        slots.free.extend(ended);
+        slots.free.extend(std::mem::take(&mut expiring[i]));
     }
     for instr in &mut lane_tape {
         if let Instr::SkipIfNone { target, .. } | Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
@@ -263,7 +264,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
     Ok(Finished {
         draw_tape,
         lane_tape,
-        outputs: outputs.iter().map(|v| of(&place, *v)).collect(),
+        outputs: outputs.iter().map(|v| of(&allocation, *v)).collect(),
         registers: registers.count.max(1),
         slots: slots.count.max(1),
     })

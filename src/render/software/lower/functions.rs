@@ -84,7 +84,7 @@ impl Lowerer<'_> {
             M::Fract => each(self, Op::Fract),
             M::Trunc => each(self, Op::Trunc),
             M::Modf => {
-                // The result's members: fract, whole.
+                // The members of the result: fract, whole.
                 let whole = each(self, Op::Trunc);
                 let mut all = self.map2(Op::Sub, &a, &whole);
                 all.extend(whole);
@@ -122,8 +122,8 @@ impl Lowerer<'_> {
                 let side = self.dot(&b, &c, true);
                 let zero = self.builder.float(0.0);
                 let keep = self.builder.bin(Op::FLt, side, zero);
-                let turned = each(self, Op::Neg);
-                a.iter().zip(turned).map(|(x, n)| self.builder.select(keep, *x, n)).collect()
+                let negated = each(self, Op::Neg);
+                a.iter().zip(negated).map(|(x, n)| self.builder.select(keep, *x, n)).collect()
             }
             M::Reflect => {
                 let along = self.dot(&b, &a, true);
@@ -222,16 +222,16 @@ impl Lowerer<'_> {
         self.builder.un(Op::Sqrt, square)
     }
 
-    /// WGSL `refract`: zero where total reflection leaves nothing.
+    /// WGSL `refract`: zero in the case of total internal reflection.
     fn refract(&mut self, incident: &[Val], normal: &[Val], eta: Val) -> Vec<Val> {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let cosine = self.dot(normal, incident, true);
         let cosine_squared = self.builder.bin(Op::Mul, cosine, cosine);
         let sine_squared = self.builder.bin(Op::Sub, one, cosine_squared);
         let eta_squared = self.builder.bin(Op::Mul, eta, eta);
-        let bent = self.builder.bin(Op::Mul, eta_squared, sine_squared);
-        let k = self.builder.bin(Op::Sub, one, bent);
-        let none = self.builder.bin(Op::FLt, k, zero);
+        let refracted_sine_squared = self.builder.bin(Op::Mul, eta_squared, sine_squared);
+        let k = self.builder.bin(Op::Sub, one, refracted_sine_squared);
+        let total = self.builder.bin(Op::FLt, k, zero);
         let root = self.builder.un(Op::Sqrt, k);
         let f = self.fma(eta, cosine, root);
         (0..incident.len())
@@ -239,12 +239,12 @@ impl Lowerer<'_> {
                 let along = self.builder.bin(Op::Mul, eta, incident[i]);
                 let part = self.builder.bin(Op::Mul, f, normal[i]);
                 let y = self.builder.bin(Op::Sub, along, part);
-                self.builder.select(none, zero, y)
+                self.builder.select(total, zero, y)
             })
             .collect()
     }
 
-    /// By expansion along the first column; columns are stored one after the other.
+    /// Determinant of a column-major matrix, by cofactor expansion along the first column.
     fn determinant(&mut self, m: &[Val], n: usize) -> Val {
         if n == 1 {
             return m[0];
@@ -266,12 +266,12 @@ impl Lowerer<'_> {
     fn extract_bits(&mut self, x: Val, offset: Val, count: Val, signed: bool) -> Val {
         let (zero, full) = (self.builder.int(0), self.builder.int(32));
         let offset = self.builder.bin(Op::UMin, offset, full);
-        let room = self.builder.bin(Op::ISub, full, offset);
-        let count = self.builder.bin(Op::UMin, count, room);
+        let available = self.builder.bin(Op::ISub, full, offset);
+        let count = self.builder.bin(Op::UMin, count, available);
         let none = self.builder.bin(Op::IEq, count, zero);
-        let above = self.builder.bin(Op::ISub, room, count);
+        let above = self.builder.bin(Op::ISub, available, count);
         let down = self.builder.bin(Op::ISub, full, count);
-        // Shifts take their count modulo 32, which only matters where count is 0: chosen away below.
+        // Shifts take their count modulo 32, which matters only for a count of 0: the select below handles it.
         let top = self.builder.bin(Op::Shl, x, above);
         let y = self.builder.bin(if signed { Op::ShrI } else { Op::ShrU }, top, down);
         self.builder.select(none, zero, y)
@@ -280,8 +280,8 @@ impl Lowerer<'_> {
     fn insert_bits(&mut self, x: Val, new: Val, offset: Val, count: Val) -> Val {
         let (zero, full, all) = (self.builder.int(0), self.builder.int(32), self.builder.int(u32::MAX));
         let offset = self.builder.bin(Op::UMin, offset, full);
-        let room = self.builder.bin(Op::ISub, full, offset);
-        let count = self.builder.bin(Op::UMin, count, room);
+        let available = self.builder.bin(Op::ISub, full, offset);
+        let count = self.builder.bin(Op::UMin, count, available);
         let none = self.builder.bin(Op::IEq, count, zero);
         let down = self.builder.bin(Op::ISub, full, count);
         let ones = self.builder.bin(Op::ShrU, all, down);

@@ -1,14 +1,14 @@
-//! Makes loops cheaper without changing a bit of what they compute.
+//! Loop optimisations that leave every result bit-identical: loop-invariant code motion, and one jump in place of two.
 //!
-//! In: the steps after dead code has gone and products have been fused. Out: the same steps, those of a loop that compute the same in every
-//! turn before it, and exits from loops by one jump in place of two. Only what every turn computes moves: a step behind a skip stays there, since
-//! to run it always may cost more than to run it often.
+//! In: the steps after dead-code elimination and fused multiply-add. Out: the same steps, with loop-invariant ones moved before their loop and
+//! exits from loops by one jump in place of two. Only steps that every iteration runs are moved: a step that may be skipped stays, since running
+//! it once for every loop may cost more than running it where it is needed.
 
 use super::step::{Label, Step, Val, reads, writes};
 use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
-/// Moves what does not change from turn to turn before its loop, from the innermost loops outward.
+/// Moves loop-invariant steps before their loop, from the innermost loops outward.
 pub fn hoist(code: &mut [Step]) {
     let mut open = Vec::new();
     let mut at = 0;
@@ -26,15 +26,15 @@ pub fn hoist(code: &mut [Step]) {
     }
 }
 
-/// The loop that begins at `start` and ends at `end`; what leaves it stands right before it, so `end` stays where it is.
+/// Hoists from the loop that begins at `start` and ends at `end`. The hoisted steps go right before it, so `end` does not move.
 fn hoist_one(code: &mut [Step], start: usize, end: usize) {
     let mut changing: HashSet<Val> = code[start..end].iter().flat_map(writes).collect();
     let inside: HashSet<Label> =
         code[start..end].iter().filter_map(|step| if let Step::Label(l) = step { Some(*l) } else { None }).collect();
-    // Labels of the skips that are open. A jump out of the loop opens none: what follows is run in every turn that comes so far.
+    // Labels of the open skips. A jump out of the loop opens none: every iteration that does not end there runs the steps that follow.
     let mut skips: Vec<Label> = Vec::new();
     let mut inner = 0;
-    let mut leaving = HashSet::default();
+    let mut hoisted = HashSet::default();
     for (at, step) in code.iter().enumerate().take(end).skip(start + 1) {
         match step {
             Step::SkipIfNone { label, .. } | Step::JumpIf { label, .. } | Step::Jump { label } => {
@@ -47,23 +47,23 @@ fn hoist_one(code: &mut [Step], start: usize, end: usize) {
                 if inner == 0 && skips.is_empty() && reads(step).iter().all(|v| !changing.contains(v)) =>
             {
                 changing.remove(dst);
-                leaving.insert(at);
+                hoisted.insert(at);
             }
             _ => {}
         }
     }
-    if leaving.is_empty() {
+    if hoisted.is_empty() {
         return;
     }
-    let (before, body): (Vec<_>, Vec<_>) = code[start..end].iter().cloned().enumerate().partition(|(k, _)| leaving.contains(&(start + k)));
+    let (before, body): (Vec<_>, Vec<_>) = code[start..end].iter().cloned().enumerate().partition(|(k, _)| hoisted.contains(&(start + k)));
     for (to, (_, step)) in code[start..end].iter_mut().zip(before.into_iter().chain(body)) {
         *to = step;
     }
 }
 
-/// A jump over a jump becomes one with the opposite condition, and a condition that was negated for it the one before.
-pub fn straighten(code: &mut Vec<Step>) {
-    let opposite: HashMap<Val, Val> = code
+/// A conditional jump over a jump becomes one jump with the opposite condition; a jump on `!x` becomes a jump on `x`.
+pub fn merge_jumps(code: &mut Vec<Step>) {
+    let negation_of: HashMap<Val, Val> = code
         .iter()
         .filter_map(|step| match step {
             Step::Op { dst: dst @ Val::Uniform(_), op: Op::BNot, args } => Some((*dst, args[0])),
@@ -74,16 +74,16 @@ pub fn straighten(code: &mut Vec<Step>) {
         code.iter().filter_map(|step| if let Step::Assign { dst, .. } = step { Some(*dst) } else { None }).collect();
     for step in code.iter_mut() {
         if let Step::JumpIf { cond, when, .. } = step
-            && let Some(before) = opposite.get(cond).filter(|v| !assigned.contains(v))
+            && let Some(negated) = negation_of.get(cond).filter(|v| !assigned.contains(v))
         {
-            (*cond, *when) = (*before, !*when);
+            (*cond, *when) = (*negated, !*when);
         }
     }
-    let over = |w: &[Step]| match w {
-        [Step::JumpIf { label: over, .. }, Step::Jump { .. }, Step::Label(next)] => over == next,
+    let jumps_over_jump = |w: &[Step]| match w {
+        [Step::JumpIf { label, .. }, Step::Jump { .. }, Step::Label(next)] => label == next,
         _ => false,
     };
-    while let Some(at) = code.windows(3).position(over) {
+    while let Some(at) = code.windows(3).position(jumps_over_jump) {
         if let (Step::JumpIf { cond, when, .. }, Step::Jump { label }) = (&code[at], &code[at + 1]) {
             code[at] = Step::JumpIf { cond: *cond, when: !*when, label: *label };
             code.remove(at + 1);

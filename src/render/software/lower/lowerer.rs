@@ -1,6 +1,7 @@
-//! The state of the lowering of one entry point: values of variables, open functions and loops, what the program reads.
+//! The state of the lowering of one entry point: values of variables, open functions and loops, the textures that the program reads.
 //!
-//! Variables are no memory: `env` holds one value for each scalar of every variable in scope. Not here: how statements and expressions change it.
+//! Variables have no memory: `env` maps each scalar of every variable in scope to its current SSA value. Not here: how statements and
+//! expressions change it.
 
 use super::builder::Builder;
 use super::error::{LowerError, Result};
@@ -18,15 +19,15 @@ pub struct CallFrame<'m> {
     pub arguments: Vec<Value>,
     pub values: HashMap<Handle<Expression>, Value>,
     pub locals: HashMap<Handle<naga::LocalVariable>, usize>,
-    /// Word of the flag that is set by `return`.
+    /// Index in `env` of the flag that is set by `return`.
     pub returned: usize,
-    /// Word where the result begins.
+    /// Index in `env` of the first scalar of the result.
     pub result: usize,
     /// Indices in `env` of the flags (broken, continued) of the loops that are open in this function.
     pub loops: Vec<(usize, usize)>,
 }
 
-/// The loop whose body is being lowered, for leaving it by a real jump.
+/// A loop whose body is being lowered, which uniform control flow leaves by a jump.
 pub struct OpenLoop {
     pub exit: Label,
     /// Scalars that change in the loop, with their loop variables.
@@ -43,44 +44,45 @@ pub struct Lowerer<'m> {
     pub frames: Vec<CallFrame<'m>>,
     pub textures: Vec<TextureUse>,
     pub uniform_size: u32,
-    /// Where the statement or expression being lowered stands.
+    /// Source position of the statement or expression being lowered.
     pub span: Span,
-    /// Lanes that are active here.
+    /// Mask of the lanes that are active here.
     pub path: Val,
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
-    /// Nesting under loops whose body is walked at top level: only there may a uniform way out jump.
     pub open_loops: Vec<OpenLoop>,
+    /// The statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
     pub top_of_loop: bool,
-    /// Named values to be kept, where someone asked for them.
+    /// Named values to be output, if they were requested.
     pub watch: Option<super::watch::NamedValueCapture>,
-    /// Statements so far, each by how much its lowering copies, and blocks that are open: both against their limits.
-    lowered: usize,
-    open_blocks: usize,
-    /// For functions named as a native operation: whether their body is the one that the operation computes.
+    /// Statements so far, weighted by the size of the environment; at most [`MAX_STATEMENTS`].
+    statement_count: usize,
+    /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
+    nesting: usize,
+    /// For functions with the name of a native operation: whether their body is the one that the operation computes.
     pub native: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
 pub const DISCARDED: usize = 0;
 
-/// Statements that a module may come to once its calls are inlined and its loops looked through: each of thirty functions that calls the next twice doubles it. The modules that
-/// ship have some 10^4.
-const MAX_LOWERED: usize = 1 << 19;
-/// Scalars of the environment whose copying counts as a statement.
+/// Most statements of a module once all calls are inlined and loops are analysed: thirty functions that each call the next one twice would come
+/// to 2^30. The shipped modules have some 10^4.
+const MAX_STATEMENTS: usize = 1 << 19;
+/// Copying this many scalars of the environment counts as a statement.
 const SCALARS_PER_STATEMENT: usize = 64;
-/// Steps, likewise: a store under a changing index has one for each place.
+/// Most steps: a store with a variable index has one step per element.
 const MAX_STEPS: usize = 1 << 20;
-/// Blocks inside each other, calls included: lowering recurses.
-const MAX_OPEN_BLOCKS: usize = 200;
+/// Deepest nesting of blocks and calls: lowering recurses.
+const MAX_NESTING: usize = 200;
 
 impl<'m> Lowerer<'m> {
     /// Counts a statement.
     ///
     /// # Errors
-    /// That it is one too many.
+    /// More statements or steps than the limit.
     pub(super) fn count_statement(&mut self) -> Result<()> {
-        self.lowered += 1 + self.env.len() / SCALARS_PER_STATEMENT;
-        if self.lowered > MAX_LOWERED || self.builder.code.len() > MAX_STEPS {
+        self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
+        if self.statement_count > MAX_STATEMENTS || self.builder.code.len() > MAX_STEPS {
             return Err(self.unsupported("the module is too long once each call is laid out".into()));
         }
         Ok(())
@@ -91,12 +93,12 @@ impl<'m> Lowerer<'m> {
     /// # Errors
     /// As `inside`, or that it is nested too deep.
     pub(super) fn in_block(&mut self, inside: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
-        self.open_blocks += 1;
-        if self.open_blocks > MAX_OPEN_BLOCKS {
-            return Err(self.unsupported(format!("more than {MAX_OPEN_BLOCKS} blocks and calls stand inside each other")));
+        self.nesting += 1;
+        if self.nesting > MAX_NESTING {
+            return Err(self.unsupported(format!("more than {MAX_NESTING} blocks and calls stand inside each other")));
         }
         inside(self)?;
-        self.open_blocks -= 1;
+        self.nesting -= 1;
         Ok(())
     }
 
@@ -116,8 +118,8 @@ impl<'m> Lowerer<'m> {
             open_loops: Vec::new(),
             top_of_loop: false,
             watch: None,
-            lowered: 0,
-            open_blocks: 0,
+            statement_count: 0,
+            nesting: 0,
             native: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {

@@ -5,9 +5,9 @@
 //!
 //! Everything becomes scalars: vectors, matrices, structs and arrays are lists of them. Local variables have no memory: an environment maps each of
 //! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
-//! (`calls.rs`), pointers are resolved to static places (`place.rs`). Both sides of a branch on a lane value run, each behind a skip for when no lane
-//! needs it; loops stay loops (`control_flow.rs`). The builder folds constants and numbers values (`builder.rs`); passes over the steps then remove dead
-//! code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
+//! (`calls.rs`), pointers are resolved to static places (`place.rs`). Both sides of a branch on a lane value run, each after a jump that skips it if
+//! no lane needs it; loops stay loops (`control_flow.rs`). The builder folds constants and numbers values (`builder.rs`); passes over the steps
+//! then eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
 
 mod builder;
 mod calls;
@@ -50,7 +50,7 @@ pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Pr
     lower_with(module, info, entry, true)
 }
 
-/// The same with (`chains`) or without operations that are joined; both give the same bits.
+/// The same, with operations fused into chains if `chains`. Both give the same bits.
 ///
 /// # Errors
 /// As [`lower`].
@@ -58,10 +58,10 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
     lowered(module, info, entry, chains, None).map(|(program, _)| program)
 }
 
-/// A program and the names of what it gives after its own outputs.
+/// A program whose named values are outputs too, after its own outputs.
 pub struct InspectableProgram {
     pub program: Program,
-    /// Name and the numbers of its outputs, in order of first appearance.
+    /// Each name with the indices of its outputs, in order of first appearance.
     pub names: Vec<(String, std::ops::Range<usize>)>,
 }
 
@@ -71,16 +71,16 @@ pub struct InspectableProgram {
 /// As [`lower`].
 pub fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<InspectableProgram> {
     let (program, watch) = lowered(module, info, entry, true, Some(NamedValueCapture::default()))?;
-    let kept = watch.map(|w| w.kept).unwrap_or_default();
-    let mut at = program.outputs.len() - kept.iter().map(|k| k.lanes.len()).sum::<usize>();
-    let names = kept.into_iter().map(|k| {
-        at += k.lanes.len();
-        (k.name, at - k.lanes.len()..at)
+    let captured = watch.map(|w| w.captured).unwrap_or_default();
+    let mut at = program.outputs.len() - captured.iter().map(|c| c.lanes.len()).sum::<usize>();
+    let names = captured.into_iter().map(|c| {
+        at += c.lanes.len();
+        (c.name, at - c.lanes.len()..at)
     });
     Ok(InspectableProgram { names: names.collect(), program })
 }
 
-/// One entry point; with a watch also the values that it kept, which come after the program's own outputs.
+/// Lowers one entry point; with `watch` also the named values, as outputs after the program's own.
 fn lowered(
     module: &naga::Module,
     info: &ModuleInfo,
@@ -104,17 +104,17 @@ fn lowered(
     let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
     let watch = lowerer.watch;
     if let Some(watch) = &watch {
-        watch.begin(&mut b);
+        watch.initialise(&mut b);
         interface.outputs.extend(watch.outputs());
         outputs.extend(watch.values());
     }
     if let Some(k) = discarded {
         outputs.push(k);
     }
-    // Outputs are lane values of their own: an input or a broadcast is copied.
-    let mut taken = rustc_hash::FxHashSet::default();
+    // Each output is a lane value of its own: inputs, values for all lanes and repeated outputs are copied.
+    let mut used = rustc_hash::FxHashSet::default();
     for v in &mut outputs {
-        if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !taken.insert(*v) {
+        if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !used.insert(*v) {
             let dst = b.fresh_lane();
             b.code.push(step::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
@@ -159,7 +159,7 @@ pub fn lower_to_bytes(module: &naga::Module, info: &ModuleInfo) -> std::result::
 /// The programs of a module, verified.
 ///
 /// # Errors
-/// Bytes that are no programs, or whose indices do not fit.
+/// Bytes that are no serialized programs, or programs with an index out of range.
 pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, ProgramError> {
     let programs: Vec<Program> = postcard::from_bytes(bytes)?;
     programs.iter().try_for_each(Program::check)?;
@@ -169,7 +169,7 @@ pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, Pr
 /// Verifies that bytes are programs of this module's entry points: the same names, stages, inputs and outputs, and only textures that it binds.
 ///
 /// # Errors
-/// What does not fit, in one line.
+/// The first mismatch, in one line.
 pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(), LoweringFailure> {
     let programs = programs_from_bytes(bytes)?;
     if programs.len() != module.entry_points.len() {
@@ -226,7 +226,7 @@ fn flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bool>
 }
 
 impl Interface {
-    /// What an entry point takes, with the value of each argument, and what it gives.
+    /// The inputs and outputs of an entry point, and the values of each argument.
     fn of(module: &naga::Module, point: &naga::EntryPoint, stage: Stage, builder: &mut Builder) -> Result<(Self, Vec<Vec<Val>>)> {
         let mut interface = Self { inputs: Vec::new(), values: Vec::new(), outputs: Vec::new() };
         let mut arguments = Vec::new();

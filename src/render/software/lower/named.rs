@@ -1,26 +1,27 @@
 //! Programs that also output their named intermediate values, for inspecting a pixel.
 //!
-//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value: each `let`, and each variable as it is when its
-//! function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same caller is `name#2`. In a loop
-//! the last iteration counts. A value that the pixel does not reach is NaN. Programs that draw have none of these outputs.
+//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value: each `let`, and each variable as
+//! it is when its function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same caller
+//! is `name#2`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is NaN. Programs that
+//! draw images have none of these outputs.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
 use super::step::{Step, Val};
 use super::value::Value;
-use super::watch::Kept;
+use super::watch::CapturedValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
 
-/// Values of more numbers are tables, no intermediates.
-const MAX_NUMBERS: usize = 16;
+/// Most scalars of a value that is output: larger values are tables.
+const MAX_SCALARS: usize = 16;
 
 impl<'m> Lowerer<'m> {
     pub fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
         let Some(watch) = &mut self.watch else { return };
         let callee = callee.unwrap_or("?").to_owned();
         let sites = watch.calls.entry((watch.path.join("/"), callee.clone())).or_default();
-        // Statements of one module keep their place while it is lowered.
+        // The address of a call identifies it: the module is borrowed while it is lowered.
         let site = std::ptr::from_ref(call).addr();
         let at = sites.iter().position(|s| *s == site).unwrap_or_else(|| {
             sites.push(site);
@@ -35,16 +36,16 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Keeps an expression's value if it has a name.
+    /// Captures an expression's value if it has a name.
     pub fn watch_value(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
         let (Some(_), Value::Scalars(scalars)) = (&self.watch, value) else { return Ok(()) };
         let frame = self.frame();
         let Some(name) = frame.function.named_expressions.get(&handle) else { return Ok(()) };
         let inner = frame.info[handle].ty.inner_with(&self.module.types).clone();
-        self.keep(name.clone(), &inner, scalars)
+        self.capture(name.clone(), &inner, scalars)
     }
 
-    /// Keeps the variables of the function that ends.
+    /// Captures the variables of a function at its end.
     pub fn watch_variables(&mut self) -> Result<()> {
         if self.watch.is_none() {
             return Ok(());
@@ -54,23 +55,23 @@ impl<'m> Lowerer<'m> {
             let (Some(name), Some(at)) = (&local.name, self.frame().locals.get(&handle).copied()) else { continue };
             let inner = &self.module.types[local.ty].inner;
             let scalars = self.env[at..at + self.scalar_count(inner)?].to_vec();
-            self.keep(name.clone(), inner, &scalars)?;
+            self.capture(name.clone(), inner, &scalars)?;
         }
         Ok(())
     }
 
-    fn keep(&mut self, name: String, inner: &TypeInner, scalars: &[Val]) -> Result<()> {
+    fn capture(&mut self, name: String, inner: &TypeInner, scalars: &[Val]) -> Result<()> {
         if let TypeInner::Struct { members, .. } = inner {
             let mut at = 0;
             for m in members {
                 let of_member = &self.module.types[m.ty].inner;
                 let count = self.scalar_count(of_member)?;
-                self.keep(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &scalars[at..at + count])?;
+                self.capture(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &scalars[at..at + count])?;
                 at += count;
             }
             return Ok(());
         }
-        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MAX_NUMBERS) else { return Ok(()) };
+        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MAX_SCALARS) else { return Ok(()) };
         let (one, zero) = (self.builder.float(1.0), self.builder.float(0.0));
         let numbers: Vec<Val> = scalars
             .iter()
@@ -84,13 +85,13 @@ impl<'m> Lowerer<'m> {
         let fresh: Vec<Val> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
         let Some(watch) = &mut self.watch else { return Ok(()) };
         let name = watch.path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
-        let at = *watch.known.entry(name.clone()).or_insert_with(|| {
-            watch.kept.push(Kept { name, lanes: fresh });
-            watch.kept.len() - 1
+        let at = *watch.index_of.entry(name.clone()).or_insert_with(|| {
+            watch.captured.push(CapturedValue { name, lanes: fresh });
+            watch.captured.len() - 1
         });
-        let lanes = watch.kept[at].lanes.clone();
+        let lanes = watch.captured[at].lanes.clone();
         for (dst, v) in lanes.into_iter().zip(numbers) {
-            // Lanes that are elsewhere keep what they had.
+            // Inactive lanes keep their earlier value.
             let from = self.builder.select(self.path, v, dst);
             self.builder.code.push(Step::Assign { dst, from });
         }

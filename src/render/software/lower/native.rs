@@ -1,9 +1,9 @@
 //! The one WGSL function that is not lowered but computed natively: `filtered_map` of shaders/lib/filtered_map.wesl, as [`TextureOp::Filtered`].
 //!
-//! In: a call. Out: the operation, where the callee does what the shipped fragment does; else nothing, and the call is lowered as any other. So an
-//! edited fragment runs as edited. tests/software/filtered.rs proves that the operation and the shipped fragment agree.
+//! In: a call. Out: the operation, if the callee does what the shipped fragment does; otherwise nothing, and the call is lowered like any other. So
+//! an edited fragment runs as edited. tests/software/filtered.rs checks that the operation and the shipped fragment agree.
 //!
-//! Two bodies are equal where they lower to the same steps. Names, comments and places in the text do not matter; an edit that changes any step does.
+//! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter; an edit that changes a step does.
 
 use super::builder::Builder;
 use super::error::{LowerError, Result};
@@ -18,19 +18,19 @@ use std::sync::OnceLock;
 
 const NAME: &str = "filtered_map";
 const SHIPPED: &str = include_str!("../../../../shaders/lib/filtered_map.wesl");
-/// What the shipped fragment's parameters stand for where nothing calls it.
+/// Texture and sampler that the shipped fragment is lowered with when it stands alone.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
 
-/// What a function does with arguments that differ from lane to lane.
+/// A function's lowered body, for arguments that differ from lane to lane.
 #[derive(PartialEq)]
 struct Body {
-    /// Computed once per draw, then per batch of lanes.
+    /// Steps that run once per draw, and steps that run per batch of lanes.
     steps: [Vec<Step>; 2],
     result: Vec<Val>,
 }
 
-/// Lowers a function by itself. `constants` are numbered first, so that equal steps name equal constants. `resources`: its textures and samplers, in
-/// the order of its parameters.
+/// Lowers a function alone. `constants` are numbered first, so that equal steps refer to equal constants. `resources`: its textures and samplers,
+/// in the order of its parameters.
 fn body(
     module: &Module,
     info: &ModuleInfo,
@@ -67,18 +67,18 @@ fn body(
     Ok((Body { steps: [draw, code], result }, constants))
 }
 
-fn named(module: &Module) -> Option<Handle<Function>> {
+fn find_function(module: &Module) -> Option<Handle<Function>> {
     module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(NAME)).map(|(handle, _)| handle)
 }
 
-/// The shipped fragment's body and constants; `None` if it cannot be read by itself, in which case nothing is replaced.
+/// The shipped fragment's body and constants; `None` if it cannot be parsed alone, in which case no call is replaced.
 fn shipped() -> Option<&'static (Body, Vec<Constant>)> {
     static BODY: OnceLock<Option<(Body, Vec<Constant>)>> = OnceLock::new();
     let parsed = || {
         let module = naga::front::wgsl::parse_str(&format!("{SHIPPED}{RESOURCES}")).ok()?;
         let info = crate::shader::module::validate(&module).ok()?;
         let resources: Vec<Value> = module.global_variables.iter().map(|(handle, _)| Value::Resource(handle)).collect();
-        body(&module, &info, named(&module)?, &[], &resources).ok()
+        body(&module, &info, find_function(&module)?, &[], &resources).ok()
     };
     BODY.get_or_init(parsed).as_ref()
 }
@@ -87,14 +87,14 @@ impl Lowerer<'_> {
     /// The call as one native operation; `None` where the function is another one, or has another body than the shipped fragment's.
     pub fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
         let callee = &self.module.functions[function];
-        let (Some(NAME), &[image, sampler, uv, dx, dy, most]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
+        let (Some(NAME), &[image, sampler, uv, dx, dy, max_taps]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
         if !self.is_shipped(function, [image, sampler])? {
             return Ok(None);
         }
         let texture = self.texture_use(image, Some(sampler))?;
         let mut args = Vec::new();
-        for part in [uv, dx, dy, most] {
-            args.extend(self.scalars_of(part)?);
+        for argument in [uv, dx, dy, max_taps] {
+            args.extend(self.scalars_of(argument)?);
         }
         Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.path).to_vec()))
     }
@@ -105,8 +105,8 @@ impl Lowerer<'_> {
         }
         let resources = [self.value_of(resources[0])?, self.value_of(resources[1])?];
         let equal = shipped().is_some_and(|(shipped, constants)| {
-            let own: std::result::Result<_, LowerError> = body(self.module, self.info, function, constants, &resources);
-            own.is_ok_and(|(own, _)| own == *shipped)
+            let lowered: std::result::Result<_, LowerError> = body(self.module, self.info, function, constants, &resources);
+            lowered.is_ok_and(|(body, _)| body == *shipped)
         });
         self.native.insert(function, equal);
         Ok(equal)

@@ -1,4 +1,4 @@
-//! Pointers as static places: scalars of the environment, or bytes of the uniform block, with constant or computed indices.
+//! Pointers resolved to static places: scalars of the environment, or bytes of the uniform block, with constant or computed indices.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
@@ -19,7 +19,7 @@ pub fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
     }
 }
 
-/// Numbers of an array: each is a value of its own, and a changing index is a choice among all.
+/// Most scalars of an array: each is an SSA value of its own, and access with a variable index selects among all.
 const MAX_SCALARS: usize = 1 << 14;
 
 impl Lowerer<'_> {

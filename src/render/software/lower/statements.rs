@@ -1,7 +1,7 @@
 //! Statements of a block, one after the other.
 //!
-//! A way out of a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it stood under
-//! `if (!flag)`. So stores need no guards, and skipping the rest when no lane is left comes with it.
+//! An exit from a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it stood under
+//! `if (!flag)`. So stores need no guards, and the rest is skipped when no lane is active any more.
 
 use super::error::Result;
 use super::lowerer::{DISCARDED, Lowerer};
@@ -10,16 +10,16 @@ use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// The flag that tells which lanes have left the block being lowered.
-    pub(super) fn left(&mut self) -> Val {
+    /// The mask of the lanes that have exited from the block being lowered.
+    pub(super) fn exited(&mut self) -> Val {
         let frame = self.frame();
         let (returned, inner) = (frame.returned, frame.loops.last().copied());
-        let mut left = self.env[returned];
+        let mut exited = self.env[returned];
         if let Some((broken, continued)) = inner {
-            left = self.builder.bin(Op::Or, left, self.env[broken]);
-            left = self.builder.bin(Op::Or, left, self.env[continued]);
+            exited = self.builder.bin(Op::Or, exited, self.env[broken]);
+            exited = self.builder.bin(Op::Or, exited, self.env[continued]);
         }
-        left
+        exited
     }
 
     pub(super) fn clear_flags(&mut self) {
@@ -43,7 +43,7 @@ impl<'m> Lowerer<'m> {
             let discarded = self.env[DISCARDED];
             self.statement(statement)?;
             let rest = &statements[i + 1..];
-            let may_leave = matches!(
+            let may_exit = matches!(
                 statement,
                 Statement::If { .. }
                     | Statement::Switch { .. }
@@ -53,11 +53,11 @@ impl<'m> Lowerer<'m> {
                     | Statement::Continue
                     | Statement::Return { .. }
             );
-            let left = if may_leave { self.left() } else { self.builder.bool(false) };
-            match self.builder.known_bool(left) {
+            let exited = if may_exit { self.exited() } else { self.builder.bool(false) };
+            match self.builder.known_bool(exited) {
                 Some(true) => return Ok(()),
                 Some(false) => {
-                    if self.env[DISCARDED] != discarded && self.skips_discarded(rest) {
+                    if self.env[DISCARDED] != discarded && self.can_skip_discarded(rest) {
                         let alive = self.builder.not(self.env[DISCARDED]);
                         return self.conditional(alive, |this| this.statements(rest));
                     }
@@ -68,11 +68,11 @@ impl<'m> Lowerer<'m> {
             if rest.is_empty() {
                 return Ok(());
             }
-            if self.top_of_loop && !matches!(left, Val::Lane(_)) && !self.may_continue() {
-                self.leave_loop_if(left);
+            if self.top_of_loop && !matches!(exited, Val::Lane(_)) && !self.may_continue() {
+                self.leave_loop_if(exited);
                 continue;
             }
-            let stay = self.builder.not(left);
+            let stay = self.builder.not(exited);
             return self.conditional(stay, |this| {
                 this.clear_flags();
                 this.statements(rest)

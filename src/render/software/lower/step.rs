@@ -1,4 +1,4 @@
-//! Steps in SSA form: what the builder makes, the passes over it rewrite, and the tape is assembled from.
+//! Steps in SSA form: the builder emits them, the optimisation passes rewrite them, and the tapes are assembled from them.
 
 use crate::render::software::tape::{FusedOp, Op, TextureOp, WordKind};
 use smallvec::{SmallVec, smallvec};
@@ -17,10 +17,10 @@ pub enum Val {
 
 pub type Label = u32;
 
-/// Values of one step, most often no more than an operation takes: thousands of keys are lowered, and most of the time went to allocation.
+/// Values of one step, inline up to the operands of an operation: with heap vectors most of the lowering time was allocation.
 pub type Vals = SmallVec<[Val; 4]>;
 
-/// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others ids of draw or uniform values.
+/// One step before slots and registers are assigned. The rate of `dst` is the rate at which the step runs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     Op {
@@ -34,7 +34,7 @@ pub enum Step {
         links: Vec<FusedOp>,
         args: Vals,
     },
-    /// A loop variable takes its next value: the one step that writes a value twice.
+    /// A loop variable gets its next value. The only step whose `dst` may be written more than once.
     Assign {
         dst: Val,
         from: Val,

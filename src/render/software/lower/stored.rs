@@ -1,7 +1,7 @@
 //! What the shader library needs to store lowered modules: the lowering and a digest of its sources.
 //!
-//! The digest names the library's folder and the record of modules that a test run has proven, so it covers every source file that decides which
-//! tape a module becomes:
+//! The digest is part of the names of the library's folder and of the record of modules that a test run has verified, so it covers every source
+//! file on which a module's tape depends:
 //! - `lower/`: the lowering itself;
 //! - `kernels/` and `math/`: constants are folded by the operations that the kernels run, and fused kernels exist only for the chains in
 //!   `kernels/chains.rs`;
@@ -20,7 +20,7 @@ static FOLDERS: [(&str, Dir<'_>); 3] = [
 ];
 const FILES: [(&str, &[u8]); 2] = [("program.rs", include_bytes!("../program.rs")), ("tape.rs", include_bytes!("../tape.rs"))];
 
-/// Path inside render/software/ and content of every source that decides a tape, in order of path.
+/// Path inside render/software/ and content of every source file on which a tape depends, in order of path.
 fn sources() -> Vec<(String, &'static [u8])> {
     fn rust_files<'a>(name: &str, dir: &'a Dir<'a>, out: &mut Vec<(String, &'a [u8])>) {
         let rust = dir.files().filter(|f| f.path().extension().is_some_and(|e| e == "rs"));
@@ -36,7 +36,7 @@ fn sources() -> Vec<(String, &'static [u8])> {
 fn digest_of(sources: &[(String, &[u8])]) -> String {
     let mut hash = Sha256::new();
     for (path, content) in sources {
-        // Lengths in front, so that no two lists run together to the same bytes.
+        // Length-prefixed, so that different lists never give the same bytes.
         for part in [path.as_bytes(), content] {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);
@@ -56,14 +56,14 @@ mod tests {
     use std::collections::BTreeSet;
     use std::path::Path;
 
-    /// Rooms outside render/software whose sources the generator's digest covers.
+    /// Modules outside render/software whose sources the generator's digest covers.
     const COVERED_ELSEWHERE: [&str; 1] = ["shader"];
 
     fn identifier(text: &str) -> &str {
         text.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("")
     }
 
-    /// Modules of render/software, and other rooms, that a source names in its paths.
+    /// Modules of render/software, and other top-level modules, that a source file names in its paths.
     fn named_by(path: &str, text: &str) -> BTreeSet<String> {
         let text = text.split("#[cfg(test)]").next().unwrap_or("");
         let code: String = text.lines().map(|l| l.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n");
@@ -87,14 +87,14 @@ mod tests {
         named
     }
 
-    /// What sources name that the digest leaves out.
+    /// Modules that the sources name and that the digest does not cover.
     fn left_out(sources: &[(String, &[u8])]) -> BTreeSet<String> {
         let covered: BTreeSet<&str> = sources.iter().map(|(p, _)| p.split(['/', '.']).next().unwrap_or("")).collect();
         let texts = sources.iter().map(|(path, content)| (path, std::str::from_utf8(content).expect("UTF-8")));
         let named = texts.flat_map(|(path, text)| named_by(path, text));
         named
             .filter(|n| !covered.contains(n.as_str()))
-            .filter(|n| n.strip_prefix("crate::").is_none_or(|room| !COVERED_ELSEWHERE.contains(&room)))
+            .filter(|n| n.strip_prefix("crate::").is_none_or(|module| !COVERED_ELSEWHERE.contains(&module)))
             .collect()
     }
 
@@ -117,10 +117,10 @@ mod tests {
     fn every_module_that_they_use_is_in_the_digest() {
         let all = sources();
         assert_eq!(left_out(&all), BTreeSet::new());
-        // A folder less, or a new dependency, is found.
+        // The check finds a folder that is missing from the digest, and a new dependency.
         for folder in ["kernels", "math", "tape", "program"] {
-            let less: Vec<_> = all.iter().filter(|(p, _)| !p.starts_with(folder)).cloned().collect();
-            assert!(left_out(&less).contains(folder), "{folder}");
+            let without: Vec<_> = all.iter().filter(|(p, _)| !p.starts_with(folder)).cloned().collect();
+            assert!(left_out(&without).contains(folder), "{folder}");
         }
         for (path, new) in [
             ("lower/new.rs", "use crate::render::software::exec::Executor;"),

@@ -1,4 +1,4 @@
-//! What an expression stands for: scalars, a place that a pointer names, or a texture or sampler.
+//! The value of an expression during lowering: scalars, the place that a pointer refers to, or a texture or sampler.
 
 use super::step::Val;
 use naga::TypeInner;
@@ -12,7 +12,7 @@ pub enum Place {
     Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
 }
 
-/// What an expression stands for.
+/// The value of an expression during lowering.
 #[derive(Clone, Debug)]
 pub enum Value {
     Scalars(Vec<Val>),

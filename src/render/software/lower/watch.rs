@@ -1,4 +1,4 @@
-//! The named values that a program shall output, as far as they have been lowered.
+//! The named values that a program is to output, collected while it is lowered.
 
 use super::builder::Builder;
 use super::step::{Step, Val};
@@ -8,32 +8,34 @@ use std::collections::HashMap;
 
 /// One named value.
 #[derive(Debug)]
-pub struct Kept {
+pub struct CapturedValue {
     pub name: String,
     pub lanes: Vec<Val>,
 }
 
-/// What has been named so far.
+/// The named values so far.
 #[derive(Debug, Default)]
 pub struct NamedValueCapture {
-    pub kept: Vec<Kept>,
-    pub known: HashMap<String, usize>,
-    /// Calls by caller's path and callee, in order of first appearance: a loop's body is lowered several times.
+    pub captured: Vec<CapturedValue>,
+    /// Index in `captured` by name.
+    pub index_of: HashMap<String, usize>,
+    /// Addresses of call statements by the caller's path and the callee, in order of first appearance: a loop's body is lowered several times.
     pub calls: HashMap<(String, String), Vec<usize>>,
+    /// Names of the functions being inlined, outermost first.
     pub path: Vec<String>,
 }
 
 impl NamedValueCapture {
-    /// Gives every kept value its start.
-    pub fn begin(&self, b: &mut Builder) {
-        let unknown = b.float(f64::NAN);
-        let starts = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![unknown] }).collect::<Vec<_>>();
-        b.code.splice(0..0, starts);
+    /// Initialises every captured value with NaN.
+    pub fn initialise(&self, b: &mut Builder) {
+        let nan = b.float(f64::NAN);
+        let copies = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
+        b.code.splice(0..0, copies);
     }
     pub fn values(&self) -> impl Iterator<Item = Val> {
-        self.kept.iter().flat_map(|k| k.lanes.iter().copied())
+        self.captured.iter().flat_map(|k| k.lanes.iter().copied())
     }
-    /// Locations that no target has.
+    /// Outputs at locations that no render target uses.
     pub fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
         (0..self.values().count()).map(|k| LaneOutput::Location { index: 1000 + k as u32, component: 0, flat: false })
     }

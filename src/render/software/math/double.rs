@@ -1,6 +1,6 @@
 //! f64 functions. Coefficients: S. Moshier, Cephes (exp, atan, sinh, tanh); Sun Microsystems, fdlibm (log, sin, cos, asin, pow's splitting).
 
-use super::poly;
+use super::horner;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 
 const MAGIC: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
@@ -11,7 +11,7 @@ fn fma<const F: bool>(a: f64, b: f64, c: f64) -> f64 {
 }
 
 #[inline(always)]
-fn power(n: i64) -> f64 {
+fn exp2_int(n: i64) -> f64 {
     f64::from_bits((n.wrapping_add(1023) as u64) << 52)
 }
 
@@ -20,25 +20,25 @@ fn power(n: i64) -> f64 {
 pub fn scale(x: f64, n: i32) -> f64 {
     let n = i64::from(n).clamp(-2200, 2200);
     let third = n / 3;
-    x * power(third) * power(third) * power(n - 2 * third)
+    x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
 #[inline(always)]
 fn scale_pair(y: f64, n: i64) -> f64 {
     let half = n >> 1;
-    y * power(half) * power(n.wrapping_sub(half))
+    y * exp2_int(half) * exp2_int(n.wrapping_sub(half))
 }
 
 #[inline(always)]
 fn exp_of_reduced<const F: bool>(r: f64) -> f64 {
     let z = r * r;
-    let p = r * poly::<f64, F, 3>(z, [1.261_771_930_748_105_9e-4, 3.029_944_077_074_419_6e-2, 1.0]);
-    let q = poly::<f64, F, 4>(z, [3.001_985_051_386_644_6e-6, 2.524_483_403_496_841e-3, 2.272_655_482_081_550_3e-1, 2.0]);
+    let p = r * horner::<f64, F, 3>(z, [1.261_771_930_748_105_9e-4, 3.029_944_077_074_419_6e-2, 1.0]);
+    let q = horner::<f64, F, 4>(z, [3.001_985_051_386_644_6e-6, 2.524_483_403_496_841e-3, 2.272_655_482_081_550_3e-1, 2.0]);
     1.0 + 2.0 * (p / (q - p))
 }
 
 #[inline(always)]
-fn nearest(t: f64) -> (f64, i64) {
+fn round_to_int(t: f64) -> (f64, i64) {
     let m = t + MAGIC;
     (m - MAGIC, (m.to_bits() as i64).wrapping_sub(MAGIC.to_bits() as i64))
 }
@@ -47,7 +47,7 @@ fn nearest(t: f64) -> (f64, i64) {
 pub fn exp<const F: bool>(x: f64) -> f64 {
     let c = if x > 711.0 { 711.0 } else { x };
     let c = if c < -747.0 { -747.0 } else { c };
-    let (k, n) = nearest(c * LOG2_E);
+    let (k, n) = round_to_int(c * LOG2_E);
     let r = fma::<F>(k, -1.428_606_820_309_417_2e-6, fma::<F>(k, -6.931_457_519_531_25e-1, c));
     scale_pair(exp_of_reduced::<F>(r), n)
 }
@@ -56,7 +56,7 @@ pub fn exp<const F: bool>(x: f64) -> f64 {
 pub fn exp2<const F: bool>(x: f64) -> f64 {
     let c = if x > 1026.0 { 1026.0 } else { x };
     let c = if c < -1077.0 { -1077.0 } else { c };
-    let (k, n) = nearest(c);
+    let (k, n) = round_to_int(c);
     scale_pair(exp_of_reduced::<F>((c - k) * LN_2), n)
 }
 
@@ -75,7 +75,7 @@ fn log_parts<const F: bool>(x: f64) -> (f64, f64, f64, f64) {
     let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(ROOT_HALF)) - 1.0;
     let s = f / (2.0 + f);
     let z = s * s;
-    let r = z * poly::<f64, F, 7>(
+    let r = z * horner::<f64, F, 7>(
         z,
         [
             1.479_819_860_511_658_6e-1,
@@ -92,7 +92,7 @@ fn log_parts<const F: bool>(x: f64) -> (f64, f64, f64, f64) {
 }
 
 #[inline(always)]
-fn log_edges(x: f64, y: f64) -> f64 {
+fn log_special_cases(x: f64, y: f64) -> f64 {
     let y = if x == f64::INFINITY { x } else { y };
     let y = if x == 0.0 { f64::NEG_INFINITY } else { y };
     if x >= 0.0 { y } else { f64::NAN }
@@ -102,7 +102,7 @@ fn log_edges(x: f64, y: f64) -> f64 {
 pub fn log<const F: bool>(x: f64) -> f64 {
     let (f, k, half, tail) = log_parts::<F>(x);
     let low = fma::<F>(k, 1.908_214_929_270_587_7e-10, tail);
-    log_edges(x, fma::<F>(k, 6.931_471_803_691_238e-1, f - (half - low)))
+    log_special_cases(x, fma::<F>(k, 6.931_471_803_691_238e-1, f - (half - low)))
 }
 
 /// log2 of a positive finite x as an unevaluated sum (pow comes out within 5 ulp, measured).
@@ -125,14 +125,14 @@ fn high_bits(x: f64) -> f64 {
 #[inline(always)]
 pub fn log2<const F: bool>(x: f64) -> f64 {
     let (hi, lo) = log2_pair::<F>(x);
-    log_edges(x, hi + lo)
+    log_special_cases(x, hi + lo)
 }
 
-/// x reduced by quarter turns: the rest in [-pi/4, pi/4] and the count's low bits. Exact to 1e-16 relative for |x| <= 1.6e6 (pi/2 in
-/// three parts of which the first two have 33 bits); beyond, the rest is clamped into its range. inf and NaN give NaN.
+/// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of turns. Exact to 1e-16 relative for
+/// |x| <= 1.6e6 (pi/2 in three parts of which the first two have 33 bits); beyond, the remainder is clamped to its range. inf and NaN give NaN.
 #[inline(always)]
 pub fn quarter_turns(x: f64) -> (f64, i64) {
-    let (k, n) = nearest(x * std::f64::consts::FRAC_2_PI);
+    let (k, n) = round_to_int(x * std::f64::consts::FRAC_2_PI);
     let r = ((x - k * 1.570_796_326_734_125_6) - k * 6.077_100_506_303_966e-11) - k * 2.022_266_248_795_950_6e-21;
     let r = if r > 0.786 { 0.786 } else { r };
     let r = if r < -0.786 { -0.786 } else { r };
@@ -142,7 +142,7 @@ pub fn quarter_turns(x: f64) -> (f64, i64) {
 #[inline(always)]
 fn sin_and_cos<const F: bool>(r: f64) -> (f64, f64) {
     let z = r * r;
-    let s = poly::<f64, F, 6>(
+    let s = horner::<f64, F, 6>(
         z,
         [
             1.589_690_995_211_550_1e-10,
@@ -153,7 +153,7 @@ fn sin_and_cos<const F: bool>(r: f64) -> (f64, f64) {
             -1.666_666_666_666_663_2e-1,
         ],
     );
-    let c = poly::<f64, F, 6>(
+    let c = horner::<f64, F, 6>(
         z,
         [
             -1.135_964_755_778_819_5e-11,
@@ -186,7 +186,7 @@ pub fn tan<const F: bool>(x: f64) -> f64 {
 
 #[inline(always)]
 fn asin_core<const F: bool>(z: f64, s: f64) -> f64 {
-    let p = z * poly::<f64, F, 6>(
+    let p = z * horner::<f64, F, 6>(
         z,
         [
             3.479_331_075_960_212e-5,
@@ -198,7 +198,7 @@ fn asin_core<const F: bool>(z: f64, s: f64) -> f64 {
         ],
     );
     let q =
-        poly::<f64, F, 5>(z, [7.703_815_055_590_194e-2, -6.882_839_716_054_533e-1, 2.020_945_760_233_505_7, -2.403_394_911_734_414, 1.0]);
+        horner::<f64, F, 5>(z, [7.703_815_055_590_194e-2, -6.882_839_716_054_533e-1, 2.020_945_760_233_505_7, -2.403_394_911_734_414, 1.0]);
     fma::<F>(p / q, s, s)
 }
 
@@ -234,7 +234,7 @@ pub fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
     let q = num / den;
     let q = if equal { 0.0 } else { q };
     let z = q * q;
-    let p = poly::<f64, F, 5>(
+    let p = horner::<f64, F, 5>(
         z,
         [
             -8.750_608_600_031_904e-1,
@@ -244,7 +244,7 @@ pub fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
             -6.485_021_904_942_025e1,
         ],
     );
-    let d = poly::<f64, F, 6>(
+    let d = horner::<f64, F, 6>(
         z,
         [
             1.0,
@@ -267,9 +267,11 @@ pub fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
 pub fn sinh<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let z = a * a;
-    let p =
-        poly::<f64, F, 4>(z, [-7.894_744_439_635_37e-1, -1.637_258_575_259_838_3e2, -1.156_144_357_650_052_2e4, -3.517_549_648_081_514e5]);
-    let q = poly::<f64, F, 4>(z, [1.0, -2.777_110_814_206_028e2, 3.615_782_798_344_32e4, -2.110_529_788_848_908_4e6]);
+    let p = horner::<f64, F, 4>(
+        z,
+        [-7.894_744_439_635_37e-1, -1.637_258_575_259_838_3e2, -1.156_144_357_650_052_2e4, -3.517_549_648_081_514e5],
+    );
+    let q = horner::<f64, F, 4>(z, [1.0, -2.777_110_814_206_028e2, 3.615_782_798_344_32e4, -2.110_529_788_848_908_4e6]);
     let small = fma::<F>(a * z, p / q, a);
     let e = exp::<F>(0.5 * a);
     let large = (0.5 * e) * e - 0.5 / e / e;
@@ -286,14 +288,14 @@ pub fn cosh<const F: bool>(x: f64) -> f64 {
 pub fn tanh<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let z = a * a;
-    let p = poly::<f64, F, 3>(z, [-9.643_991_794_250_522e-1, -9.928_772_310_019_186e1, -1.614_687_684_417_084_5e3]);
-    let q = poly::<f64, F, 4>(z, [1.0, 1.128_116_784_916_329_3e2, 2.235_488_390_601_004_5e3, 4.844_063_053_251_255e3]);
+    let p = horner::<f64, F, 3>(z, [-9.643_991_794_250_522e-1, -9.928_772_310_019_186e1, -1.614_687_684_417_084_5e3]);
+    let q = horner::<f64, F, 4>(z, [1.0, 1.128_116_784_916_329_3e2, 2.235_488_390_601_004_5e3, 4.844_063_053_251_255e3]);
     let small = fma::<F>(a * z, p / q, a);
     let large = 1.0 - 2.0 / (exp::<F>(2.0 * a) + 1.0);
     (if a < 0.625 { small } else { large }).copysign(x)
 }
 
-/// log(1 + u), u > -1: what the rounding of 1 + u lost is added to first order.
+/// log(1 + u), u > -1: the rounding error of 1 + u is corrected to first order.
 #[inline(always)]
 fn log1p<const F: bool>(u: f64) -> f64 {
     let w = 1.0 + u;
@@ -339,7 +341,7 @@ pub fn pow<const F: bool>(x: f64, y: f64) -> f64 {
     let pl = (b - b1) * w1 + b * ((w - w1) + low);
     let sum = ph + pl;
     let bounded = if sum > 1026.0 { 1026.0 } else { sum };
-    let (k, n) = nearest(if bounded < -1077.0 { -1077.0 } else { bounded });
+    let (k, n) = round_to_int(if bounded < -1077.0 { -1077.0 } else { bounded });
     let rest = ((ph - k) + pl) * LN_2;
     let rest = if rest > 0.4 { 0.4 } else { rest };
     let rest = if rest < -0.4 { -0.4 } else { rest };

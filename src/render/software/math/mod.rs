@@ -13,7 +13,7 @@ use super::kernels::class::Kernels;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks travel in the same slots, bit-cast:
-/// integers as the low 32 bits, masks as no bit or all bits.
+/// integers as the low 32 bits, masks as all zeros or all ones.
 pub trait Real:
     Copy
     + PartialOrd
@@ -59,12 +59,12 @@ pub trait Real:
     fn with_sign(self, s: Self) -> Self;
     /// Nearest integer, ties to even.
     fn round(self) -> Self;
-    /// [`Real::round`], floor and truncation by one instruction where the machine has it; a library call where not.
-    fn whole_nearest(self) -> Self;
-    fn whole_below(self) -> Self;
-    fn whole_toward_zero(self) -> Self;
-    /// The nearest integer (ties to even) of |self| <= 2^22, as an element and as an integer; anything of larger ones and NaN.
-    fn nearest_small(self) -> (Self, i32);
+    /// [`Real::round`], floor and truncation as one instruction on machines that have it, elsewhere a library call.
+    fn round_native(self) -> Self;
+    fn floor_native(self) -> Self;
+    fn trunc_native(self) -> Self;
+    /// The nearest integer (ties to even), as an element and as an integer, for |self| <= 2^22; unspecified for larger values and NaN.
+    fn round_small(self) -> (Self, i32);
     fn is_nan(self) -> bool;
     fn is_inf(self) -> bool;
     /// self times 2^n.
@@ -147,7 +147,7 @@ macro_rules! common {
             let over = self >= LIMIT;
             let under = self < -LIMIT;
             let inside = if over | under | (self != self) { 0.0 } else { self };
-            // SAFETY: what lies outside i32 is zero now.
+            // SAFETY: values outside i32 have been replaced by zero.
             let k = unsafe { inside.to_int_unchecked::<i32>() };
             let k = if over { i32::MAX } else { k };
             if under { i32::MIN } else { k }
@@ -188,20 +188,20 @@ macro_rules! common {
             (if a < $magic { r } else { a }).copysign(self)
         }
         #[inline(always)]
-        fn whole_nearest(self) -> Self {
+        fn round_native(self) -> Self {
             self.round_ties_even()
         }
         #[inline(always)]
-        fn whole_below(self) -> Self {
+        fn floor_native(self) -> Self {
             self.floor()
         }
         #[inline(always)]
-        fn whole_toward_zero(self) -> Self {
+        fn trunc_native(self) -> Self {
             self.trunc()
         }
         #[inline(always)]
-        fn nearest_small(self) -> (Self, i32) {
-            // With 1.5 times that power the integer stands in the low bits: no conversion that saturates, which has no vector form.
+        fn round_small(self) -> (Self, i32) {
+            // With 1.5 times that power the integer is in the low bits. A saturating conversion would have no vector form.
             const MAGIC: $t = 1.5 * $magic;
             let sum = self + MAGIC;
             (sum - MAGIC, (sum.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32))
@@ -307,7 +307,7 @@ impl Real for f64 {
 
 /// Horner's rule, highest coefficient first.
 #[inline(always)]
-pub(crate) fn poly<R: Real, const F: bool, const K: usize>(x: R, c: [R; K]) -> R {
+pub(crate) fn horner<R: Real, const F: bool, const K: usize>(x: R, c: [R; K]) -> R {
     let mut y = c[0];
     let mut k = 1;
     while k < K {

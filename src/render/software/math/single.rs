@@ -1,8 +1,8 @@
 //! f32 functions. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf).
 
-use super::{Real, double, poly};
+use super::{Real, double, horner};
 
-const MAGIC: f32 = 12_582_912.0; // 1.5 * 2^23: adding it rounds to an integer that stands in the low bits
+const MAGIC: f32 = 12_582_912.0; // 1.5 * 2^23: adding it rounds to an integer in the low bits
 
 #[inline(always)]
 fn fma<const F: bool>(a: f32, b: f32, c: f32) -> f32 {
@@ -11,7 +11,7 @@ fn fma<const F: bool>(a: f32, b: f32, c: f32) -> f32 {
 
 /// 2^n for -126 <= n <= 127.
 #[inline(always)]
-fn power(n: i32) -> f32 {
+fn exp2_int(n: i32) -> f32 {
     f32::from_bits((n.wrapping_add(127) as u32) << 23)
 }
 
@@ -20,20 +20,20 @@ fn power(n: i32) -> f32 {
 pub fn scale(x: f32, n: i32) -> f32 {
     let n = n.clamp(-300, 300);
     let third = n / 3;
-    x * power(third) * power(third) * power(n - 2 * third)
+    x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
-/// e^r 2^n from r of at most ln(2)/2 and t = MAGIC + n, -126 <= n <= 128. The factor is 2^(n-1), because 2^128 is no number; for n = -126
+/// e^r 2^n from r of at most ln(2)/2 and t = MAGIC + n, -126 <= n <= 128. The factor is 2^(n-1), because f32 has no 2^128; for n = -126
 /// its bits are those of zero.
 #[inline(always)]
 fn exp_of_reduced<const F: bool>(r: f32, t: f32) -> f32 {
-    let p = poly::<f32, F, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
+    let p = horner::<f32, F, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
     let half = f32::from_bits((t.to_bits() << 23).wrapping_add(126 << 23));
     2.0 * fma::<F>(fma::<F>(p, r * r, r), half, half)
 }
 
-/// Results below 2^-125 (x < -86.99) are zero: WGSL lets subnormal results be flushed, and the half binade above them pays for one factor
-/// where the whole range needs two.
+/// Results below 2^-125 (x < -86.99) are zero. WGSL lets subnormal results be flushed; flushing from 2^-125 saves the second factor that the
+/// whole range would need.
 #[inline(always)]
 pub fn exp<const F: bool>(x: f32) -> f32 {
     let c = if x > 88.9 { 88.9 } else { x };
@@ -63,7 +63,7 @@ fn log_parts<const F: bool>(x: f32) -> (f32, f32, f32) {
     let bits = scaled.to_bits().wrapping_sub(0x3f35_04f3);
     let k = ((bits as i32) >> 23) as f32 - if tiny { 23.0 } else { 0.0 };
     let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(0x3f35_04f3)) - 1.0;
-    let p = poly::<f32, F, 9>(
+    let p = horner::<f32, F, 9>(
         f,
         [
             7.037_683_6e-2,
@@ -83,7 +83,7 @@ fn log_parts<const F: bool>(x: f32) -> (f32, f32, f32) {
 
 /// 0 to -inf, negative to NaN, inf to inf.
 #[inline(always)]
-fn log_edges(x: f32, y: f32) -> f32 {
+fn log_special_cases(x: f32, y: f32) -> f32 {
     let y = if x == f32::INFINITY { x } else { y };
     let y = if x == 0.0 { f32::NEG_INFINITY } else { y };
     if x >= 0.0 { y } else { f32::NAN }
@@ -93,7 +93,7 @@ fn log_edges(x: f32, y: f32) -> f32 {
 pub fn log<const F: bool>(x: f32) -> f32 {
     let (f, k, rest) = log_parts::<F>(x);
     let low = fma::<F>(k, -2.121_944_4e-4, rest);
-    log_edges(x, fma::<F>(k, 0.693_359_375, low + f))
+    log_special_cases(x, fma::<F>(k, 0.693_359_375, low + f))
 }
 
 #[inline(always)]
@@ -102,7 +102,7 @@ pub fn log2<const F: bool>(x: f32) -> f32 {
     // log2(e) = 1 + 0.4427: the large part is exact, so that the sum rounds once more only.
     const REST: f32 = 0.442_695_04;
     let small = fma::<F>(f, REST, rest * REST) + rest;
-    log_edges(x, (small + f) + k)
+    log_special_cases(x, (small + f) + k)
 }
 
 /// sin, or cos when `COS`. Relative error as stated for |x| <= 1.6e6; beyond, the result stays within [-1, 1].
@@ -112,15 +112,15 @@ pub fn sin_cos<const F: bool, const COS: bool>(x: f32) -> f32 {
     let r = r as f32;
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let z = r * r;
-    let s = fma::<F>(poly::<f32, F, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r).copysign(r);
-    let c = fma::<F>(poly::<f32, F, 3>(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]), z * z, fma::<F>(-0.5, z, 1.0));
+    let s = fma::<F>(horner::<f32, F, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r).copysign(r);
+    let c = fma::<F>(horner::<f32, F, 3>(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]), z * z, fma::<F>(-0.5, z, 1.0));
     let y = if quadrant & 1 != 0 { c } else { s };
     f32::from_bits(y.to_bits() ^ (((quadrant & 2) as u32) << 30))
 }
 
 #[inline(always)]
 fn asin_core<const F: bool>(z: f32, s: f32) -> f32 {
-    let p = poly::<f32, F, 5>(z, [4.216_32e-2, 2.418_131_1e-2, 4.547_002_6e-2, 7.495_300_3e-2, 1.666_675_2e-1]);
+    let p = horner::<f32, F, 5>(z, [4.216_32e-2, 2.418_131_1e-2, 4.547_002_6e-2, 7.495_300_3e-2, 1.666_675_2e-1]);
     fma::<F>(p * z, s, s)
 }
 
@@ -129,7 +129,7 @@ pub fn asin<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    // The lesser of the two is the one that is wanted; a choice by `big` would have the compiler compute the polynomial for either.
+    // The smaller of the two is the right argument. Selecting by `big` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<F>(z, if big { root } else { a });
@@ -142,7 +142,7 @@ pub fn acos<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    // The lesser of the two is the one that is wanted; a choice by `big` would have the compiler compute the polynomial for either.
+    // The smaller of the two is the right argument. Selecting by `big` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<F>(z, if big { root } else { x });
@@ -163,7 +163,7 @@ pub fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
     let q = num / den;
     let q = if equal { 0.0 } else { q };
     let z = q * q;
-    let p = poly::<f32, F, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
+    let p = horner::<f32, F, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
     let t = fma::<F>(p * z, q, q);
     let t = if far | (equal & (large > 0.0)) { std::f32::consts::FRAC_PI_4 + t } else { t };
     let t = if swap { std::f32::consts::FRAC_PI_2 - t } else { t };
@@ -183,7 +183,7 @@ pub fn pow<const F: bool>(x: f32, y: f32) -> f32 {
     let e = bits.wrapping_add(BIAS << 52) >> 52;
     let k = f64::from_bits(e | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
     let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(ROOT_HALF)) - 1.0;
-    let q = poly::<f64, F, 14>(
+    let q = horner::<f64, F, 14>(
         f,
         [
             -6.806_287_590_390_596e-2,
@@ -210,8 +210,8 @@ pub fn pow<const F: bool>(x: f32, y: f32) -> f32 {
     let exponent = log2 * b;
     let exponent = if exponent > 130.0 { 130.0 } else { exponent };
     let exponent = if exponent < -152.0 { -152.0 } else { exponent };
-    let (whole, n) = exponent.nearest_small();
-    let p = poly::<f64, F, 8>(
+    let (whole, n) = exponent.round_small();
+    let p = horner::<f64, F, 8>(
         exponent - whole,
         [
             1.529_732_376_070_107_4e-5,

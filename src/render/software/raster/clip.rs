@@ -4,9 +4,9 @@
 //! positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes come
 //! from the whole triangle, so a cut edge needs no interpolated values.
 
-/// Corners further than this many pixels from the target's origin are cut; the largest target is 16384 wide.
+/// Triangles are clipped to this many pixels around the target's origin; the largest target is 16384 wide.
 pub const GUARD_BAND_PX: f64 = 65536.0;
-/// Least w kept, relative to the triangle's greatest: what is nearer projects beyond the guard band anyway.
+/// Smallest w that is kept, relative to the triangle's greatest: nearer points project beyond the guard band anyway.
 const MIN_W: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
@@ -86,7 +86,7 @@ pub fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
                 polygon.push(a);
             }
             if (da >= 0.0) != (db >= 0.0) {
-                // From the inner corner to the outer one, so that two triangles that share the edge cut it at the same bits.
+                // From the inner corner to the outer one, so that two triangles that share the edge are cut at bit-identical points.
                 polygon.push(if da >= 0.0 { a.mix(&b, da / (da - db)) } else { b.mix(&a, db / (db - da)) });
             }
         }
@@ -150,7 +150,7 @@ mod tests {
     fn no_corner_leaves_the_guard_band_and_w_stays_positive() {
         let t = [corner(-1.0e9, 5.0, 0.0, 1.0), corner(1.0e9, -1.0e8, 0.0, 1.0), corner(3.0, 1.0e12, 0.0, 0.5)];
         let p = clip(&t).expect("huge but visible");
-        // The cut of a vertex 1e12 pixels away rounds by a part of a pixel.
+        // Clipping an edge to a vertex 1e12 pixels away rounds by a fraction of a pixel.
         for c in p.corners() {
             assert!(c.w > 0.0);
             assert!((c.x / c.w).abs() <= GUARD_BAND_PX + 1.0, "{c:?}");

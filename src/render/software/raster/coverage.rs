@@ -35,24 +35,24 @@ pub fn full_coverage(samples: u8) -> u16 {
     if samples == 4 { 0xffff } else { 0x1111 }
 }
 
-/// Left top pixel of a quad inside its tile.
-pub fn quad_place(quad: usize) -> [u32; 2] {
+/// Top-left pixel of a quad inside its tile.
+pub fn quad_position(quad: usize) -> [u32; 2] {
     let (block, inner) = (quad as u32 / BLOCK_QUADS, quad as u32 % BLOCK_QUADS);
     [block % BLOCKS_ACROSS * BLOCK_WIDTH + inner % QUADS_ACROSS * 2, block / BLOCKS_ACROSS * BLOCK_HEIGHT + inner / QUADS_ACROSS * 2]
 }
 
-/// Left top pixel of a block inside its tile.
-pub fn block_place(block: usize) -> [u32; 2] {
-    quad_place(block * BLOCK_QUADS as usize)
+/// Top-left pixel of a block inside its tile.
+pub fn block_position(block: usize) -> [u32; 2] {
+    quad_position(block * BLOCK_QUADS as usize)
 }
 
-/// The block whose left top pixel is this one of its tile.
+/// The block of a tile whose top-left pixel is at `x`, `y`.
 pub fn block_at([x, y]: [u32; 2]) -> Option<usize> {
-    let begins = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE && y < TILE;
-    begins.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
+    let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE && y < TILE;
+    is_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
 }
 
-/// Whether the triangle covers every sample of a target. Samples lie before the far edges, along which the triangle may end.
+/// Whether the triangle covers every sample of a target. The right and bottom edges themselves hold no sample and need not be covered.
 pub fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
     let last = |size: u32| i64::from(size) * SUBPIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
@@ -70,7 +70,7 @@ impl TilePixels {
     pub fn new() -> Self {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for quad in 0..TILE_QUADS {
-            let [qx, qy] = quad_place(quad);
+            let [qx, qy] = quad_position(quad);
             for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 x.push((qx + dx) as f32 + 0.5);
                 y.push((qy + dy) as f32 + 0.5);
@@ -86,8 +86,8 @@ impl Default for TilePixels {
     }
 }
 
-/// Calls `emit(quad, count, coverage)` for the quads of the tile at `tile_x`, `tile_y` (pixels) with a covered sample, in lane order: for those of a wholly covered
-/// block at once, else one by one.
+/// Calls `emit(quad, count, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once for
+/// all quads of a fully covered block, else one by one.
 pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [px0, py0, px1, py1] = triangle.pixels;
     let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
@@ -130,7 +130,7 @@ pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u
     }
 }
 
-/// Bounds of the edge functions over a rectangle of pixels: (the least of the three least, the least of the three greatest).
+/// Bounds of the three edge functions over a rectangle of pixels: (smallest of the three minima, smallest of the three maxima).
 /// A negative second value means that nothing is covered, a first value of zero or more that everything is.
 fn extremes(triangle: &RasterTriangle, x: u32, y: u32, width: u32, height: u32) -> (i64, i64) {
     let (x, y) = (i64::from(x) * SUBPIXEL, i64::from(y) * SUBPIXEL);
@@ -181,7 +181,7 @@ mod tests {
         }
         assert!(seen.iter().all(|s| *s));
         for block in 0..TILE_BLOCKS {
-            let [x, y] = block_place(block);
+            let [x, y] = block_position(block);
             assert_eq!((pixels.x[block * BLOCK_PIXELS], pixels.y[block * BLOCK_PIXELS]), (x as f32 + 0.5, y as f32 + 0.5));
             assert_eq!((block_at([x, y]), block_at([x + 2, y]), block_at([x, y + TILE])), (Some(block), None, None));
         }

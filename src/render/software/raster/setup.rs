@@ -1,4 +1,4 @@
-//! A triangle ready to be walked: edges in fixed point, and the planes of depth, 1/w and the varyings.
+//! Triangle set-up: edges in fixed point, and the plane equations of depth, 1/w and the varyings.
 //!
 //! Positions snap to 1/4096 pixel (a silhouette moves by at most 0.00012 pixel); edge functions are exact in i64 up to the guard band.
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
@@ -10,7 +10,7 @@ use crate::render::software::{RenderError, try_grow};
 /// Fixed-point steps per pixel.
 pub const SUBPIXEL: i64 = 4096;
 
-/// Which triangles are dropped, and where pixels may be touched.
+/// Size of the target, scissor rectangle and culling.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     pub width: u32,
@@ -20,7 +20,7 @@ pub struct Bounds {
     pub cull_back: bool,
 }
 
-/// `a x + b y + c >= 0` inside, x and y in fixed point; c carries the top-left rule.
+/// Edge function: `a x + b y + c >= 0` inside, x and y in fixed point; c includes the top-left rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
     pub a: i64,
@@ -28,14 +28,14 @@ pub struct Edge {
     pub c: i64,
 }
 
-/// One triangle on the pixel grid.
+/// A triangle in fixed point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RasterTriangle {
     pub edges: [Edge; 3],
     /// Pixels that may be covered: x0, y0, x1, y1, exclusive.
     pub pixels: [u32; 4],
-    /// Which [`Surface`] it is a part of.
-    pub surface: u32,
+    /// Index of the [`SourceTriangle`] that it is a part of.
+    pub source_triangle: u32,
 }
 
 /// value(x, y) = `at_origin` + `dx` (x - origin x) + `dy` (y - origin y), pixels.
@@ -55,17 +55,17 @@ impl Plane {
     }
 }
 
-/// What one source triangle's pixels share.
+/// The plane equations of one source triangle, which its clipped parts share.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
+pub struct SourceTriangle {
     pub origin: [f64; 2],
     /// Reversed depth.
     pub depth: Plane,
     pub inverse_w: Plane,
-    /// All three w are equal: varyings are planes as they are.
+    /// All three w are equal: varyings are linear in screen space.
     pub affine: bool,
     pub front: bool,
-    /// Where its planes begin in [`Geometry::planes`]: one per varying scalar, of value / w, or of the value itself when affine or flat.
+    /// Index of its first plane in [`Geometry::planes`]: one per varying scalar, of value / w, or of the value itself when affine or flat.
     pub first_plane: usize,
 }
 
@@ -73,44 +73,47 @@ pub struct Surface {
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
     pub triangles: Vec<RasterTriangle>,
-    pub surfaces: Vec<Surface>,
+    pub source_triangles: Vec<SourceTriangle>,
     pub planes: Vec<Plane>,
-    /// Source triangles that were cut and are still seen.
+    /// Source triangles that were clipped and are still visible.
     pub clipped: usize,
 }
 
-/// Raster triangles that one triangle can become: it is cut by the near plane and four sides of the guard band.
+/// Raster triangles that one triangle can become when the near plane and the four sides of the guard band clip it.
 const MAX_PARTS: usize = 7;
 
 impl Geometry {
-    /// Room for one more triangle with this many varying scalars.
+    /// Reserves memory for one more triangle with this many varying scalars.
     ///
     /// # Errors
-    /// Memory that is not there.
+    /// Too little memory.
     pub fn reserve(&mut self, varyings: usize) -> Result<(), RenderError> {
         try_grow(&mut self.triangles, MAX_PARTS, "the triangles")?;
-        try_grow(&mut self.surfaces, 1, "the triangles' depth planes")?;
+        try_grow(&mut self.source_triangles, 1, "the triangles' depth planes")?;
         try_grow(&mut self.planes, varyings, "the triangles' varyings")
     }
 
     /// Appends the triangles of `other` after those that are here.
     ///
     /// # Errors
-    /// Memory that is not there.
+    /// Too little memory.
     pub fn append(&mut self, other: &Self) -> Result<(), RenderError> {
         try_grow(&mut self.triangles, other.triangles.len(), "the triangles")?;
-        try_grow(&mut self.surfaces, other.surfaces.len(), "the triangles' depth planes")?;
+        try_grow(&mut self.source_triangles, other.source_triangles.len(), "the triangles' depth planes")?;
         try_grow(&mut self.planes, other.planes.len(), "the triangles' varyings")?;
-        let (surfaces, planes) = (self.surfaces.len(), self.planes.len());
-        self.triangles.extend(other.triangles.iter().map(|t| RasterTriangle { surface: t.surface + surfaces as u32, ..t.clone() }));
-        self.surfaces.extend(other.surfaces.iter().map(|s| Surface { first_plane: s.first_plane + planes, ..s.clone() }));
+        let (source_triangles, planes) = (self.source_triangles.len(), self.planes.len());
+        self.triangles.extend(
+            other.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangles as u32, ..t.clone() }),
+        );
+        self.source_triangles
+            .extend(other.source_triangles.iter().map(|s| SourceTriangle { first_plane: s.first_plane + planes, ..s.clone() }));
         self.planes.extend_from_slice(&other.planes);
         self.clipped += other.clipped;
         Ok(())
     }
 }
 
-/// How a varying is carried across the triangle.
+/// How a varying is interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
     Perspective,
@@ -130,7 +133,7 @@ fn edge(from: [i64; 2], to: [i64; 2]) -> Edge {
     Edge { a: -dy, b: dx, c: dy * from[0] - dx * from[1] - i64::from(!top_left) }
 }
 
-fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds, surface: u32) -> Option<RasterTriangle> {
+fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds, source_triangle: u32) -> Option<RasterTriangle> {
     let area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
     if area == 0 || (area > 0) != front_clockwise {
         return None;
@@ -147,10 +150,10 @@ fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds,
         return None;
     }
     let edges = [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])];
-    Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], surface })
+    Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
 }
 
-/// Clips, culls, snaps and derives one triangle into `geometry`. `varyings` holds three values per scalar, one a vertex.
+/// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings` has three values per scalar, one a vertex.
 pub fn set_up(
     clip_positions: [[f64; 4]; 3],
     varyings: impl Iterator<Item = (Interpolation, [f64; 3])>,
@@ -160,7 +163,7 @@ pub fn set_up(
     let mut corners = clip_positions.map(|p| Corner::from_clip(p, bounds.width, bounds.height));
     let Some(polygon) = clip(&corners) else { return };
     if !polygon.cut {
-        // Planes belong to the snapped triangle: a covered sample then never lies outside it, however thin it is.
+        // Planes are those of the snapped triangle, so that no covered sample lies outside it, however thin it is.
         for c in &mut corners {
             let [x, y] = snap(c).map(|v| v as f64 / SUBPIXEL as f64);
             (c.x, c.y) = (x * c.w, y * c.w);
@@ -188,13 +191,13 @@ pub fn set_up(
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
-    let Geometry { triangles, surfaces, planes, clipped } = geometry;
-    let surface = surfaces.len() as u32;
+    let Geometry { triangles, source_triangles, planes, clipped } = geometry;
+    let source_triangle = source_triangles.len() as u32;
     let before = triangles.len();
     let points = polygon.corners();
     for k in 1..points.len() - 1 {
         let p = [snap(&points[0]), snap(&points[k]), snap(&points[k + 1])];
-        triangles.extend(raster_triangle(p, !front, bounds, surface));
+        triangles.extend(raster_triangle(p, !front, bounds, source_triangle));
     }
     if triangles.len() == before {
         return;
@@ -205,7 +208,7 @@ pub fn set_up(
     let first_plane = planes.len();
     planes.extend(varyings.map(|(interpolation, v)| match interpolation {
         Interpolation::Flat => Plane::constant(v[0]),
-        // A constant needs no quotient and stays exact.
+        // A constant needs no division and stays exact.
         Interpolation::Perspective if affine && v[0] == v[1] && v[1] == v[2] => Plane::constant(v[0]),
         Interpolation::Perspective if affine => {
             let p = plane_of(v);
@@ -213,7 +216,7 @@ pub fn set_up(
         }
         Interpolation::Perspective => plane_of(v),
     }));
-    surfaces.push(Surface {
+    source_triangles.push(SourceTriangle {
         origin,
         depth: plane_of(corners.map(|c| c.z)),
         inverse_w: if affine { Plane::constant(1.0 / w) } else { plane_of([1.0; 3]) },
@@ -229,16 +232,16 @@ mod tests {
 
     const BOUNDS: Bounds = Bounds { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false };
 
-    fn surface_of(clip: [[f64; 4]; 3], values: [f64; 3], bounds: &Bounds) -> Option<(Surface, Plane)> {
+    fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], bounds: &Bounds) -> Option<(SourceTriangle, Plane)> {
         let mut g = Geometry::default();
         set_up(clip, [(Interpolation::Perspective, values)].into_iter(), bounds, &mut g);
-        Some((g.surfaces.pop()?, g.planes.pop()?))
+        Some((g.source_triangles.pop()?, g.planes.pop()?))
     }
 
     #[test]
     fn planes_give_the_vertices_their_values_back() {
         let clip = [[-1.0, -1.0, 0.5, 1.0], [3.0, -3.0, 0.5, 4.0], [0.0, 2.0, 0.25, 2.5]];
-        let (s, varying) = surface_of(clip, [1.0, -2.0, 5.0], &BOUNDS).expect("visible");
+        let (s, varying) = set_up_one(clip, [1.0, -2.0, 5.0], &BOUNDS).expect("visible");
         for (c, v) in clip.iter().zip([1.0, -2.0, 5.0]) {
             let corner = Corner::from_clip(*c, 64, 64);
             let (x, y) = (corner.x / corner.w - s.origin[0], corner.y / corner.w - s.origin[1]);
@@ -253,17 +256,17 @@ mod tests {
         let near = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
         let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];
         for clip in [near, cut] {
-            assert!(surface_of(clip, [0.0; 3], &BOUNDS).expect("visible").0.front);
+            assert!(set_up_one(clip, [0.0; 3], &BOUNDS).expect("visible").0.front);
             let back = [clip[0], clip[2], clip[1]];
-            assert!(!surface_of(back, [0.0; 3], &BOUNDS).expect("visible").0.front);
-            assert!(surface_of(back, [0.0; 3], &Bounds { cull_back: true, ..BOUNDS }).is_none());
+            assert!(!set_up_one(back, [0.0; 3], &BOUNDS).expect("visible").0.front);
+            assert!(set_up_one(back, [0.0; 3], &Bounds { cull_back: true, ..BOUNDS }).is_none());
         }
     }
 
     #[test]
     fn with_w_one_everywhere_a_constant_stays_exact() {
         let clip = [[-1.0, -1.0, 0.0, 1.0], [1.0, -1.0, 0.0, 1.0], [-1.0, 1.0, 0.0, 1.0]];
-        let (s, varying) = surface_of(clip, [0.1; 3], &BOUNDS).expect("visible");
+        let (s, varying) = set_up_one(clip, [0.1; 3], &BOUNDS).expect("visible");
         assert!(s.affine);
         assert_eq!(varying, Plane { at_origin: 0.1, dx: 0.0, dy: 0.0 });
     }
@@ -285,9 +288,9 @@ mod tests {
         for range in [0..1, 1..1, 1..4] {
             parts.append(&set_up_all(range)).expect("memory");
         }
-        assert!(whole.surfaces.len() == 4 && whole.triangles.len() > 4, "some must be clipped into several");
+        assert!(whole.source_triangles.len() == 4 && whole.triangles.len() > 4, "some must be clipped into several");
         assert_eq!(parts.triangles, whole.triangles);
-        assert_eq!(parts.surfaces, whole.surfaces);
+        assert_eq!(parts.source_triangles, whole.source_triangles);
         assert_eq!(parts.planes, whole.planes);
         assert_eq!(parts.clipped, whole.clipped);
         assert!((1..4).contains(&whole.clipped), "the first is whole, the last reaches behind the viewer: {}", whole.clipped);

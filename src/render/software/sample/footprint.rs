@@ -1,10 +1,10 @@
-//! From texture coordinates and their gradients to what each lane of a batch reads: a mip level and a row of taps.
+//! From the gradients of the texture coordinates to the mip level and the taps that each lane of a batch reads.
 //!
 //! A pixel's footprint is the ellipse that its unit circle becomes in texels. Its axes are the singular values of the gradient matrix; up to
-//! `most` trilinear taps are spread evenly along the major axis, from end to end, and the mip level is log2 of the minor one (or of the major over
-//! `most`, whichever is greater): the formula of shaders/lib/filtered_map.wesl. A plain sampler's level is log2 of the longer
-//! gradient. Everything is branch-free, so that a loop over lanes becomes vector code. Gradients that are not finite give some level and
-//! some taps.
+//! `max_taps` trilinear taps are spread evenly along the major axis, from end to end, and the mip level is log2 of the minor axis (or of the
+//! major axis / `max_taps`, if that is greater): the formula of shaders/lib/filtered_map.wesl. A plain sampler's level is log2 of the longer
+//! gradient. Everything is branch-free, so that loops over lanes are vectorised. Gradients that are not finite give an unspecified valid
+//! level and number of taps.
 
 use crate::render::software::math::Real;
 
@@ -13,7 +13,7 @@ use crate::render::software::math::Real;
 pub struct Footprint<R> {
     /// Mip level, not yet clamped.
     pub level: R,
-    /// A whole number from 1 on.
+    /// Number of taps, at least 1.
     pub taps: R,
     /// Step from tap to tap in texture coordinates.
     pub step: [R; 2],
@@ -32,7 +32,7 @@ impl<R: Real> Footprint<R> {
         Self { level, taps: R::ONE, step: [R::ZERO; 2] }
     }
 
-    /// Of gradients `[du, dv]` per pixel in x and in y, on a texture of `size` texels: one tap.
+    /// Isotropic filtering, one tap. `dx`, `dy`: gradients `[du, dv]` per pixel in x and in y; `size`: of the texture, in texels.
     #[inline(always)]
     pub fn isotropic(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> Self {
         let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
@@ -40,9 +40,9 @@ impl<R: Real> Footprint<R> {
         Self::at_level(half_log2(if x > y { x } else { y }))
     }
 
-    /// The same with up to `most` taps along the major axis, as `filtered_map` of shaders/lib/filtered_map.wesl has them.
+    /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl.
     #[inline(always)]
-    pub fn elongated(size: [R; 2], dx: [R; 2], dy: [R; 2], most: R) -> Self {
+    pub fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
         let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
         // J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
@@ -50,28 +50,29 @@ impl<R: Real> Footprint<R> {
         let (mean, difference) = (half * (a + c), half * (a - c));
         let (x, y) = (ux * ux + vx * vx, uy * uy + vy * vy);
         let longest_sq = if x > y { x } else { y };
-        let major_sq = if most > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq };
+        let major_sq = if max_taps > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq };
         let det = ux * vy - uy * vx;
         let minor_sq = det * det / major_sq;
-        let least_sq = major_sq / (most * most);
-        let kept_sq = if minor_sq > least_sq { minor_sq } else { least_sq };
-        // Below one texel there is nothing finer to read; so is NaN.
-        let kept_sq = if kept_sq > R::ONE { kept_sq } else { R::ONE };
-        // 1 % under the next whole number is still that number of taps.
-        let taps = floor((major_sq / kept_sq).sqrt() + R::from_f64(0.99));
-        let taps = if taps < most { taps } else { most };
+        let least_sq = major_sq / (max_taps * max_taps);
+        // Width of one tap, squared.
+        let width_sq = if minor_sq > least_sq { minor_sq } else { least_sq };
+        // At least one texel: level 0 has nothing finer. NaN becomes one texel as well.
+        let width_sq = if width_sq > R::ONE { width_sq } else { R::ONE };
+        // Rounded up, except for the last 1 %.
+        let taps = floor((major_sq / width_sq).sqrt() + R::from_f64(0.99));
+        let taps = if taps < max_taps { taps } else { max_taps };
         let taps = if taps > R::ONE { taps } else { R::ONE };
         // The eigenvector of the major axis, by whichever row is better conditioned.
         let wide = difference > R::ZERO;
         let x = if wide { major_sq - c } else { b };
         let y = if wide { b } else { major_sq - a };
-        let many = taps > R::ONE;
-        // The outermost taps, as wide as the minor axis, end with the major one: a second tap begins where the first is.
-        let spread = major_sq.sqrt() - kept_sq.sqrt();
-        let scale = spread / ((x * x + y * y).sqrt() * if many { taps - R::ONE } else { R::ONE });
-        let step_u = if many { x * scale / size[0] } else { R::ZERO };
-        let step_v = if many { y * scale / size[1] } else { R::ZERO };
-        Self { level: half_log2(kept_sq), taps, step: [step_u, step_v] }
+        let several = taps > R::ONE;
+        // The outermost taps end where the major axis ends, so the distance between their centres is the difference of both widths.
+        let spread = major_sq.sqrt() - width_sq.sqrt();
+        let scale = spread / ((x * x + y * y).sqrt() * if several { taps - R::ONE } else { R::ONE });
+        let step_u = if several { x * scale / size[0] } else { R::ZERO };
+        let step_v = if several { y * scale / size[1] } else { R::ZERO };
+        Self { level: half_log2(width_sq), taps, step: [step_u, step_v] }
     }
 }
 

@@ -1,12 +1,11 @@
-//! Texture sampling: what the executor asks of its textures, batch by batch.
+//! Texture sampling for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes, [`footprint`] chooses levels and taps, [`filter`] weighs them, [`Textures`] binds them to the texture
-//! uses of one program and runs them in a kernel class. Weights are of the lanes' own type; texels are f32, exact to f32 rounding.
+//! [`texels`] borrows and decodes, [`footprint`] chooses levels and taps, [`filter`] interpolates, [`Textures`] binds them to the texture
+//! uses of one program and runs them in a kernel class. Weights have the type of the lanes; texels are f32, exact to f32 rounding.
 //!
-//! Texels stay as the map has them, 4 bytes each, and are decoded when read: a map of 8192x4096 then takes 179 MB with its mip levels, where
-//! half floats or 16-bit integers would take 358 MB and f32 716 MB, and sRGB by a table of 1 kB costs three loads a texel. `texels::gather` has the loads of eight lanes
-//! in one instruction, where there is one.
-//! Every class gives the same bits.
+//! Texels stay as the map stores them, 4 bytes each, and are decoded when read: a map of 8192x4096 then takes 179 MB with its mip levels, where
+//! half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three loads a texel.
+//! `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives the same bits.
 
 pub mod filter;
 pub mod footprint;
@@ -17,7 +16,7 @@ use super::kernels::KernelClass;
 use super::math::Real;
 use crate::image::TexelFormat;
 use crate::render::plan::{AddressMode, SamplerState};
-use filter::{Channels, FilterRequest, MOST, sample};
+use filter::{BATCH, Channels, FilterRequest, sample};
 use std::sync::Arc;
 use texels::{Decode, Float, Srgb, TexelLevel, Texels, Unorm};
 
@@ -38,7 +37,7 @@ pub struct Textures<'a> {
 
 const PLAIN: SamplerState = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
 
-/// A batch's coordinates and how their levels are to be found.
+/// A batch's coordinates and how their mip levels are determined.
 #[derive(Clone, Copy)]
 struct Request<'a, R> {
     u: &'a [R],
@@ -49,37 +48,38 @@ struct Request<'a, R> {
 
 #[derive(Clone, Copy)]
 enum Levels<'a, R> {
-    Given(&'a [R]),
-    Of(Gradients<'a, R>),
-    /// With several taps, at most these.
-    Along(Gradients<'a, R>, &'a [R]),
+    Explicit(&'a [R]),
+    Isotropic(Gradients<'a, R>),
+    /// With the maximum number of taps per lane.
+    Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
-/// A batch's values, in `room` where they are fewer than a whole batch's.
+/// The values as a full batch; fewer values are copied to `buffer` and padded with zeros.
 #[inline(always)]
-fn whole<'a, R: Real>(values: &'a [R], room: &'a mut Option<[R; MOST]>) -> &'a [R; MOST] {
+fn full_batch<'a, R: Real>(values: &'a [R], buffer: &'a mut Option<[R; BATCH]>) -> &'a [R; BATCH] {
     if let Some(values) = values.first_chunk() {
         return values;
     }
-    let room = room.insert([R::ZERO; MOST]);
-    room[..values.len()].copy_from_slice(values);
-    room
+    let buffer = buffer.insert([R::ZERO; BATCH]);
+    buffer[..values.len()].copy_from_slice(values);
+    buffer
 }
 
 #[inline(always)]
 fn batch<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>) {
-    let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut [const { None }; 7];
-    let mut wanted = FilterRequest::new(whole(request.u, room_u), whole(request.v, room_v));
+    let [u, v, level_or_du_dx, dv_dx, du_dy, dv_dy, taps] = &mut [const { None }; 7];
+    let mut filter = FilterRequest::new(full_batch(request.u, u), full_batch(request.v, v));
     match request.levels {
-        Levels::Given(level) => wanted.level = *whole(level, room_0),
-        Levels::Of(g) | Levels::Along(g, _) => {
+        Levels::Explicit(level) => filter.level = *full_batch(level, level_or_du_dx),
+        Levels::Isotropic(g) | Levels::Anisotropic(g, _) => {
             let size = [levels[0].width, levels[0].height];
-            let g = [whole(g.du_dx, room_0), whole(g.dv_dx, room_1), whole(g.du_dy, room_2), whole(g.dv_dy, room_3)];
-            let most = if let Levels::Along(_, most) = request.levels { Some(whole(most, room_most)) } else { None };
-            wanted.footprints(size, g, most);
+            let max_taps = if let Levels::Anisotropic(_, max_taps) = request.levels { Some(full_batch(max_taps, taps)) } else { None };
+            let gradients =
+                [full_batch(g.du_dx, level_or_du_dx), full_batch(g.dv_dx, dv_dx), full_batch(g.du_dy, du_dy), full_batch(g.dv_dy, dv_dy)];
+            filter.footprints(size, gradients, max_taps);
         }
     }
-    sample(decode, levels, &wanted, state, request.active, out);
+    sample(decode, levels, &filter, state, request.active, out);
 }
 
 macro_rules! class {
@@ -100,9 +100,9 @@ macro_rules! class {
             /// As above.
             $(#[$feature])*
             pub unsafe fn single<R: Real, D: Decode>(
-                $decode: D, levels: &[TexelLevel<'_>], place: Place<'_, R>, active: LaneMask, out: [&mut [R]; 4],
+                $decode: D, levels: &[TexelLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
             ) {
-                load($how, levels, place, active, out);
+                load($how, levels, coordinates, active, out);
             }
         }
     };
@@ -111,7 +111,7 @@ macro_rules! class {
 class!(plain, decode => decode,);
 #[cfg(target_arch = "x86_64")]
 class!(avx2, decode => {
-    // SAFETY: whoever calls this class has AVX2.
+    // SAFETY: functions of this class are called only on machines with AVX2.
     unsafe { decode.gathering() }
 }, #[target_feature(enable = "avx2,fma")]);
 #[cfg(target_arch = "x86_64")]
@@ -122,8 +122,8 @@ class!(avx512, decode => {
 #[cfg(target_arch = "aarch64")]
 class!(neon, decode => decode, #[target_feature(enable = "neon")]);
 
-/// The function of a class, of those that [`Textures::new`] keeps.
-macro_rules! of_class {
+/// The variant of a function that is compiled for a kernel class; [`Textures::new`] has checked that the machine can run it.
+macro_rules! for_class {
     ($class:expr, $function:ident::<$r:ty, $d:ty>) => {
         match $class {
             #[cfg(target_arch = "x86_64")]
@@ -138,7 +138,7 @@ macro_rules! of_class {
 }
 
 impl<'a> Textures<'a> {
-    /// Bound textures, sampled in a class that this machine has (another one falls back to plain code).
+    /// Bound textures, sampled in a kernel class; one that this machine lacks falls back to the portable class.
     pub fn new(bound: Vec<BoundTexture<'a>>, class: KernelClass) -> Self {
         let class = if KernelClass::available().contains(&class) { class } else { KernelClass::Portable };
         Self { bound, class }
@@ -155,21 +155,21 @@ impl<'a> Textures<'a> {
 
     fn decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
         let state = bound.sampler.unwrap_or(PLAIN);
-        let count = request.u.len().min(MOST);
-        let there = if count == MOST { LaneMask::MAX } else { (1 << count) - 1 };
-        let request = Request { active: request.active & there, ..request };
+        let count = request.u.len().min(BATCH);
+        let present = if count == BATCH { LaneMask::MAX } else { (1 << count) - 1 };
+        let request = Request { active: request.active & present, ..request };
         if request.active == 0 {
             return;
         }
-        let run = of_class!(self.class, filtered::<R, D>);
+        let run = for_class!(self.class, filtered::<R, D>);
         let run_into = |out: Channels<'_, R>| {
-            // SAFETY: `new` keeps only classes that this machine has.
+            // SAFETY: `new` has checked that this machine has the class.
             unsafe { run(decode, &bound.texels.levels, &state, request, out) }
         };
-        if out.iter().all(|lanes| lanes.is_empty() || lanes.len() >= MOST) {
+        if out.iter().all(|lanes| lanes.is_empty() || lanes.len() >= BATCH) {
             return run_into(out.map(|lanes| lanes.first_chunk_mut()));
         }
-        let mut filtered = [[R::ZERO; MOST]; 4];
+        let mut filtered = [[R::ZERO; BATCH]; 4];
         run_into(filtered.each_mut().map(Some));
         for (out, filtered) in out.into_iter().zip(&filtered) {
             let count = count.min(out.len());
@@ -178,42 +178,48 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// Writes one lane.
+/// Writes the channels of one lane.
 #[inline(always)]
-fn put<R: Real, D: Decode>(decode: D, stored: D::Texel, lane: usize, out: [&mut [R]; 4]) {
-    for (to, channel) in out.into_iter().zip(decode.channels(stored)) {
+fn write_lane<R: Real, D: Decode>(decode: D, texel: D::Texel, lane: usize, out: [&mut [R]; 4]) {
+    for (to, channel) in out.into_iter().zip(decode.channels(texel)) {
         if let Some(to) = to.get_mut(lane) {
             *to = R::from_f32_bits(channel.to_bits());
         }
     }
 }
 
-/// Integer coordinates and level of single texels.
-type Place<'a, R> = [&'a [R]; 3];
+/// Integer coordinates x and y, and the level, of single texels.
+type TexelCoordinates<'a, R> = [&'a [R]; 3];
 
 /// Single texels by integer coordinates.
 #[inline(always)]
-fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: Place<'_, R>, active: LaneMask, out: [&mut [R]; 4]) {
-    let [x, y, level] = place;
-    let count = x.len().min(MOST);
+fn load<R: Real, D: Decode>(
+    decode: D,
+    levels: &[TexelLevel<'_>],
+    coordinates: TexelCoordinates<'_, R>,
+    active: LaneMask,
+    out: [&mut [R]; 4],
+) {
+    let [x, y, level] = coordinates;
+    let count = x.len().min(BATCH);
     let [r, g, b, a] = out;
     let (x, y, level) = (&x[..count], &y[..count], &level[..count]);
-    // Where every lane lies inside level 0 there is no more to ask. Negative integers are large ones here.
+    // Fast path: every lane lies inside level 0. Negative integers are large as u32.
     let (width, height) = (levels[0].width, levels[0].height);
     let mut inside = true;
     for i in 0..count {
         inside &= (x[i].int() < width) & (y[i].int() < height) & (level[i].int() == 0);
     }
     if inside {
-        // Without branches, so that many reads are under way at once: they wait for memory more than anything.
-        let eights = count / 8 * 8;
-        for lanes in (0..eights).step_by(8).map(|k| k..k + 8) {
+        // Branch-free, so that many reads are in flight at once: memory latency dominates.
+        let whole_eights = count / 8 * 8;
+        for lanes in (0..whole_eights).step_by(8).map(|k| k..k + 8) {
             let mut index = [0; 8];
             for ((index, x), y) in index.iter_mut().zip(&x[lanes.clone()]).zip(&y[lanes.clone()]) {
                 *index = y.int().wrapping_mul(width).wrapping_add(x.int());
             }
             // SAFETY: tested above.
-            let texels = unsafe { decode.eight(&levels[0], &index) };
+            let texels = unsafe { decode.channels_of_eight(&levels[0], &index) };
             for (to, texels) in [&mut *r, &mut *g, &mut *b, &mut *a].into_iter().zip(&texels) {
                 let Some(to) = to.get_mut(lanes.clone()).and_then(|to| to.first_chunk_mut::<8>()) else { continue };
                 for (to, texel) in to.iter_mut().zip(texels) {
@@ -221,47 +227,47 @@ fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: Place<'
                 }
             }
         }
-        for lane in eights..count {
+        for lane in whole_eights..count {
             // SAFETY: tested above.
-            let stored = unsafe { decode.stored(&levels[0], y[lane].int().wrapping_mul(width).wrapping_add(x[lane].int())) };
-            put(decode, stored, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
+            let texel = unsafe { decode.texel(&levels[0], y[lane].int().wrapping_mul(width).wrapping_add(x[lane].int())) };
+            write_lane(decode, texel, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
         }
         return;
     }
     for lane in 0..count {
         let (x, y) = (x[lane].int(), y[lane].int());
-        let stored = match levels.get(level[lane].int() as usize) {
-            // SAFETY: both lie inside the level.
-            Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.stored(at, y * at.width + x) },
-            // What lies outside reads as zero, and zero bytes are zero in every format.
+        let texel = match levels.get(level[lane].int() as usize) {
+            // SAFETY: both coordinates lie inside the level.
+            Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.texel(at, y * at.width + x) },
+            // Texels outside read as zero, and zero bytes are zero in every format.
             _ => D::Texel::default(),
         };
-        put(decode, stored, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
+        write_lane(decode, texel, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
     }
 }
 
 impl<R: Real> TextureUnit<R> for Textures<'_> {
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], g: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]) {
-        self.sample(texture, Request { u, v, levels: Levels::Of(g), active }, out);
+        self.sample(texture, Request { u, v, levels: Levels::Isotropic(g), active }, out);
     }
 
-    fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        self.sample(texture, Request { u: place[0], v: place[1], levels: Levels::Along(g, most), active }, out);
+    fn sample_filtered(&self, texture: usize, uv: [&[R]; 2], g: Gradients<'_, R>, max_taps: &[R], active: LaneMask, out: [&mut [R]; 4]) {
+        self.sample(texture, Request { u: uv[0], v: uv[1], levels: Levels::Anisotropic(g, max_taps), active }, out);
     }
 
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        self.sample(texture, Request { u, v, levels: Levels::Given(level), active }, out);
+        self.sample(texture, Request { u, v, levels: Levels::Explicit(level), active }, out);
     }
 
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
         let Texels { format, levels } = &*self.bound[texture].texels;
-        let place = [x, y, level];
-        // SAFETY: `new` keeps only classes that this machine has.
+        let coordinates = [x, y, level];
+        // SAFETY: `new` has checked that this machine has the class.
         unsafe {
             match format {
-                TexelFormat::Rgba8Srgb => of_class!(self.class, single::<R, Srgb>)(Srgb::new(), levels, place, active, out),
-                TexelFormat::Rgba8Unorm => of_class!(self.class, single::<R, Unorm>)(Unorm, levels, place, active, out),
-                TexelFormat::Rgba32Float => of_class!(self.class, single::<R, Float>)(Float, levels, place, active, out),
+                TexelFormat::Rgba8Srgb => for_class!(self.class, single::<R, Srgb>)(Srgb::new(), levels, coordinates, active, out),
+                TexelFormat::Rgba8Unorm => for_class!(self.class, single::<R, Unorm>)(Unorm, levels, coordinates, active, out),
+                TexelFormat::Rgba32Float => for_class!(self.class, single::<R, Float>)(Float, levels, coordinates, active, out),
             }
         }
     }

@@ -1,7 +1,7 @@
-//! The texels that a binding reads: borrowed bytes of every mip level, decoded on the way.
+//! The texels that a binding reads: borrowed bytes of every mip level, decoded when read.
 //!
-//! sRGB is decoded by a table of 256 f32, exact to f32 rounding. Levels are whole (their bytes fit their size): that is checked here once,
-//! so that reads need no other check than that of the coordinates.
+//! sRGB is decoded with a table of 256 f32, exact to f32 rounding. [`Texels::new`] checks once that each level has as many bytes as its size
+//! needs, so that reads check only the coordinates.
 
 use crate::image::{TexelFormat, Texture};
 use std::sync::LazyLock;
@@ -11,7 +11,7 @@ static SRGB_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(
 
 /// Texels of one level at most: indices are 32 bits wide.
 const MAX_TEXELS: u64 = 1 << 30;
-/// Texels along a side at most: see [`crate::render::software::math::Real::nearest_small`].
+/// Texels along a side at most: see [`crate::render::software::math::Real::round_small`].
 const MAX_SIDE: u32 = 1 << 22;
 
 /// One mip level.
@@ -58,18 +58,18 @@ impl<'a> Texels<'a> {
     }
 }
 
-/// How bytes become four linear floats; one type per format, so that the inner loops are made for each.
+/// How bytes become four linear floats; one type per format, so that the inner loops are compiled for each.
 pub trait Decode: Copy {
     /// A texel as stored.
     type Texel: Copy + Default;
-    /// The same by gathers, where the machine has them.
+    /// The same format read with gather instructions, on machines that have them.
     type Gathering: Decode;
     /// # Safety
     /// The machine has AVX2.
     unsafe fn gathering(self) -> Self::Gathering;
     /// # Safety
     /// `index` is less than the level's width times its height.
-    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
+    unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
     /// One of its four channels.
     fn channel<const K: usize>(self, texel: Self::Texel) -> f32;
     #[inline(always)]
@@ -89,22 +89,22 @@ pub trait Decode: Copy {
 
     /// Texels of several lanes.
     /// # Safety
-    /// As [`Decode::stored`], for every lane.
+    /// As [`Decode::texel`], for every lane.
     #[inline(always)]
     unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [Self::Texel; N] {
         let mut out = [Self::Texel::default(); N];
         for (o, i) in out.iter_mut().zip(index) {
             // SAFETY: passed on to the caller.
-            *o = unsafe { self.stored(level, *i) };
+            *o = unsafe { self.texel(level, *i) };
         }
         out
     }
 
     /// The four channels of eight lanes' texels.
     /// # Safety
-    /// As [`Decode::stored`], for every lane.
+    /// As [`Decode::texel`], for every lane.
     #[inline(always)]
-    unsafe fn eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
+    unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
         // SAFETY: passed on to the caller.
         let t = unsafe { self.fetch(level, index) };
         [
@@ -136,9 +136,9 @@ impl Default for Srgb {
 }
 
 /// # Safety
-/// As [`Decode::stored`]; texels have four bytes.
+/// As [`Decode::texel`]; texels have four bytes.
 #[inline(always)]
-unsafe fn four_bytes(level: &TexelLevel<'_>, index: u32) -> u32 {
+unsafe fn read_u32(level: &TexelLevel<'_>, index: u32) -> u32 {
     // SAFETY: a level holds the bytes of all its texels ([`Texels::new`]).
     u32::from_le(unsafe { level.bytes.as_ptr().cast::<u32>().wrapping_add(index as usize).read_unaligned() })
 }
@@ -167,9 +167,9 @@ macro_rules! four_bytes_a_texel {
                 self
             }
             #[inline(always)]
-            unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
+            unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> u32 {
                 // SAFETY: passed on to the caller.
-                unsafe { four_bytes(level, index) }
+                unsafe { read_u32(level, index) }
             }
             #[inline(always)]
             fn channel<const K: usize>(self, $texel: u32) -> f32 {
@@ -199,8 +199,8 @@ impl Decode for Float {
         self
     }
     #[inline(always)]
-    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
-        // SAFETY: as in `four_bytes`; a texel has sixteen.
+    unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
+        // SAFETY: as in `read_u32`; a texel has sixteen bytes.
         let bits = unsafe { level.bytes.as_ptr().cast::<[u32; 4]>().wrapping_add(index as usize).read_unaligned() };
         let f = |k: usize| f32::from_bits(u32::from_le(bits[k]));
         [f(0), f(1), f(2), f(3)]
@@ -213,9 +213,10 @@ impl Decode for Float {
 
 #[cfg(target_arch = "x86_64")]
 mod gather {
-    //! Texels of four bytes by gathers, eight in one instruction; texels of sixteen by one load each, turned into channels in registers.
+    //! Texels of four bytes are read with gather instructions, eight at a time; texels of sixteen bytes with one load each and transposed into
+    //! channels in registers.
     //!
-    //! In: places inside a level, each below its number of texels. Out: the same bits as one read after the other. Only where the machine has AVX2.
+    //! In: indices of texels, each below the level's number of texels. Out: the same bits as reading one after the other. Needs AVX2.
 
     use super::{Decode, Float, Srgb, TexelLevel, Unorm, unorm};
     use std::arch::x86_64::{
@@ -224,16 +225,17 @@ mod gather {
     };
     use std::mem::transmute;
 
-    /// Four floats anywhere. Loads and stores of vectors through pointers are checked in checked builds, which takes ten times as long as they do; values of the same size are not.
+    /// Four floats at any alignment. Debug builds check vector loads through pointers, which takes ten times as long as the load; reading a
+    /// packed value is not checked.
     #[derive(Clone, Copy)]
     #[repr(C, packed)]
     struct Unaligned(__m128);
 
-    /// A format read by gathers; sRGB takes its red, green and blue from their table by further ones. Made by [`Decode::gathering`] alone.
+    /// A format read with gather instructions; sRGB gathers from its decoding table as well. Only [`Decode::gathering`] makes it.
     #[derive(Clone, Copy)]
     pub struct Gathering<D>(pub(super) D);
 
-    /// Formats of four bytes a texel, and the table by which red, green and blue are decoded.
+    /// Formats of four bytes a texel, with the table that decodes red, green and blue.
     trait FourBytes: Decode<Texel = u32> {
         fn table(self) -> Option<&'static [f32; 256]>;
     }
@@ -277,9 +279,9 @@ mod gather {
             self
         }
         #[inline(always)]
-        unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
+        unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> u32 {
             // SAFETY: passed on to the caller.
-            unsafe { self.0.stored(level, index) }
+            unsafe { self.0.texel(level, index) }
         }
         #[inline(always)]
         fn channel<const K: usize>(self, texel: u32) -> f32 {
@@ -294,7 +296,7 @@ mod gather {
                     for (byte, texel) in byte.iter_mut().zip(texels) {
                         *byte = texel >> (8 * K) & 0xff;
                     }
-                    // SAFETY: a byte is below the table's length; whoever made this has AVX2.
+                    // SAFETY: a byte is below the table's length; a `Gathering` exists only on machines with AVX2.
                     let words = unsafe { gather(table.as_ptr().cast::<u8>(), &byte) };
                     for (out, word) in out.iter_mut().zip(words) {
                         *out = f32::from_bits(word);
@@ -310,12 +312,12 @@ mod gather {
         }
         #[inline(always)]
         unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [u32; N] {
-            // SAFETY: a level has at most 2^30 texels ([`Texels::new`]), and the caller keeps to them; whoever made this has AVX2.
+            // SAFETY: a level has at most 2^30 texels ([`Texels::new`]), and the caller keeps to them; a `Gathering` exists only with AVX2.
             unsafe { gather(level.bytes.as_ptr(), index) }
         }
     }
 
-    /// Four floats a texel. Made by [`Decode::gathering`] alone.
+    /// Four floats a texel. Only [`Decode::gathering`] makes it.
     #[derive(Clone, Copy)]
     pub struct Transposing(pub(super) Float);
 
@@ -327,19 +329,19 @@ mod gather {
             self
         }
         #[inline(always)]
-        unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
+        unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
             // SAFETY: passed on to the caller.
-            unsafe { self.0.stored(level, index) }
+            unsafe { self.0.texel(level, index) }
         }
         #[inline(always)]
         fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
             self.0.channel::<K>(texel)
         }
         #[inline(always)]
-        unsafe fn eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
+        unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
             let texels = level.bytes.as_ptr().cast::<Unaligned>();
             let pair = |low: usize| -> __m256 {
-                // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; whoever made this has AVX2.
+                // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; a `Transposing` exists only with AVX2.
                 unsafe {
                     let Unaligned(first) = *texels.wrapping_add(index[low] as usize);
                     let Unaligned(second) = *texels.wrapping_add(index[low + 4] as usize);
@@ -347,7 +349,7 @@ mod gather {
                 }
             };
             let [t0, t1, t2, t3] = [pair(0), pair(1), pair(2), pair(3)];
-            // SAFETY: whoever made this has AVX2; vectors and arrays hold eight floats each.
+            // SAFETY: a `Transposing` exists only with AVX2; vectors and arrays hold eight floats each.
             unsafe {
                 let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
                 let (high_01, high_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));

@@ -57,7 +57,7 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut DrawFeatures) {
 fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures, shown: &DrawFeatures) {
     // A rule that takes a value away says why; the first of each dimension counts.
     let rules = reductions(asked);
-    let because = |d: &Dimension| rules.iter().find(|r| r.of == d.name).map(|r| r.because);
+    let because = |d: &Dimension| rules.iter().find(|r| r.dimension == d.name).map(|r| r.because);
     let room = ui.available_width();
     Grid::new("dimensions").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
         let mut part = None;

@@ -1,4 +1,4 @@
-//! The light pass and its tone map drawn tile by tile as one, against the two drawn one after the other: every byte is the same.
+//! The HDR pass and its tone map fused tile by tile, against the two executed one after the other: every byte is the same.
 
 use super::frame::{pass, scene, sphere, tone_map, with_threads};
 use super::lower::compile;
@@ -6,22 +6,22 @@ use glam::Vec3;
 use orrery::render::plan::{Blend, ColourFormat, Plan};
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
 use orrery::scene::draw::MapSet;
-use orrery::shader::Library;
+use orrery::shader::ShaderLibrary;
 use orrery::shader::fragments::Fragments;
 
 /// The tone map as it ships.
 const TONE_MAP: &str = include_str!("../../shaders/entry/tone_map.wesl");
 
 /// A library whose tone map has another fragment stage.
-fn with_tone_map(from: &str, to: &str) -> Library {
+fn with_tone_map(from: &str, to: &str) -> ShaderLibrary {
     assert!(TONE_MAP.contains(from));
-    let library = Library::in_memory(lowering());
+    let library = ShaderLibrary::in_memory(lowering());
     library.set_fragments(Fragments::with_files([("entry/tone_map.wesl".to_owned(), TONE_MAP.replace(from, to))]));
     library
 }
 
 /// The display bytes of a plan, from two passes and from one.
-fn both_ways(plan: &Plan, library: &Library, options: Options) -> [Vec<[u8; 4]>; 2] {
+fn both_ways(plan: &Plan, library: &ShaderLibrary, options: Options) -> [Vec<[u8; 4]>; 2] {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     [true, false].map(|keep_hdr| {
         let (frame, timings) = renderer.render(plan, library, keep_hdr).expect("a frame");
@@ -40,7 +40,7 @@ fn lit(size: [u32; 2]) -> Plan {
 
 #[test]
 fn one_pass_gives_the_bytes_of_two() {
-    let library = Library::in_memory(lowering());
+    let library = ShaderLibrary::in_memory(lowering());
     for size in [[150, 130], [64, 64], [1, 1], [333, 70], [17, 200]] {
         for samples in [1, 4] {
             let mut plan = lit(size);
@@ -59,7 +59,7 @@ fn one_pass_gives_the_bytes_of_two() {
 
 #[test]
 fn what_is_drawn_over_the_picture_stays() {
-    let library = Library::in_memory(lowering());
+    let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit([150, 130]);
     let mut over = sphere(Vec3::X, MapSet::default());
     (over.scissor, over.blend) = ([70, 3, 140, 90], Blend::PremultipliedOver);
@@ -84,14 +84,14 @@ fn a_tone_map_that_looks_elsewhere_is_drawn_as_a_pass_of_its_own() {
         let library = with_tone_map(from, to);
         let [two, one] = both_ways(&lit([150, 130]), &library, with_threads(2));
         assert!(two == one, "{to}");
-        let [as_shipped, _] = both_ways(&lit([150, 130]), &Library::in_memory(lowering()), with_threads(2));
+        let [as_shipped, _] = both_ways(&lit([150, 130]), &ShaderLibrary::in_memory(lowering()), with_threads(2));
         assert!(two != as_shipped, "{to} shows");
     }
 }
 
 #[test]
 fn light_that_is_read_again_is_a_picture() {
-    let library = Library::in_memory(lowering());
+    let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit([150, 130]);
     // The second tone map needs the first's light.
     plan.passes.push(pass("again", [150, 130], ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)]));
@@ -112,7 +112,7 @@ fn a_program_knows_whether_its_place_matters() {
         "return vec4f(1.0);",
         "let c = textureLoad(light, vec2i(p.xy) + vec2i(1, 2), 0); if c.x > 0.5 { return sqrt(c); } return c * c;",
     ] {
-        assert!(fragment(same).is_same_everywhere(), "{same}");
+        assert!(fragment(same).is_position_independent(), "{same}");
     }
     for different in [
         "return textureLoad(light, vec2i(floor(p.xy)), 0) + p.x;",
@@ -123,6 +123,6 @@ fn a_program_knows_whether_its_place_matters() {
         "var sum = vec4f(0.0); for (var i = 0; i < i32(p.x); i++) { sum += textureLoad(light, vec2i(i, 0), 0); } return sum;",
         "let c = textureLoad(light, vec2i(p.xy), 0); return dpdx(c);",
     ] {
-        assert!(!fragment(different).is_same_everywhere(), "{different}");
+        assert!(!fragment(different).is_position_independent(), "{different}");
     }
 }

@@ -1,0 +1,29 @@
+//! Finished images in GPU memory, kept as long as a [`GpuImage`] handle exists.
+
+use crate::render::plan::GpuImage;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Weak};
+use wgpu::TextureView;
+
+/// The next image's id, unique across all devices, so that an image of another device is recognised.
+static NEXT_ID: AtomicU64 = AtomicU64::new(0);
+
+#[derive(Default)]
+pub struct GpuImages {
+    by_id: HashMap<u64, (Weak<u64>, TextureView)>,
+}
+
+impl GpuImages {
+    pub fn keep(&mut self, view: TextureView, [width, height]: [u32; 2]) -> GpuImage {
+        self.by_id.retain(|_, (held, _)| held.strong_count() > 0);
+        let id = Arc::new(NEXT_ID.fetch_add(1, Ordering::Relaxed));
+        self.by_id.insert(*id, (Arc::downgrade(&id), view));
+        GpuImage { id, width, height }
+    }
+
+    /// `None` for an image of another device.
+    pub fn get(&self, image: &GpuImage) -> Option<TextureView> {
+        self.by_id.get(&*image.id).map(|(_, view)| view.clone())
+    }
+}

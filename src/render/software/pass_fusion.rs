@@ -1,0 +1,130 @@
+//! Fusing two passes: the tone map reads each tile of the HDR image while the tile is still in cache, and the HDR image is never stored.
+//!
+//! In: a plan, and the tile that a pass has just resolved. Out: whether the next pass may be executed tile by tile with it ([`can_fuse_with_next`]),
+//! and the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of its own block gets zeros and sets a
+//! flag; the renderer then executes the two passes one after the other.
+
+use super::exec::{Gradients, LANES, LaneMask, TextureUnit};
+use super::math::Real;
+use super::program::{LaneInput, Program};
+use super::raster::coverage::{BLOCK_PIXELS, block_at, quad_position};
+use super::tape::{Instr, Operand, TextureOp};
+use super::tiles::TileTarget;
+use crate::render::plan::{Blend, ColourFormat, Plan, TextureSource};
+use std::cell::Cell;
+use std::collections::{BTreeSet, HashMap};
+
+const _: () = assert!(LANES == BLOCK_PIXELS);
+
+/// Pixels of a block in lane order, relative to its top-left pixel: x and y.
+static BLOCK_OFFSETS: std::sync::LazyLock<[[u32; LANES]; 2]> = std::sync::LazyLock::new(|| {
+    let offsets = |axis: usize| std::array::from_fn(|lane| quad_position(lane / 4)[axis] + (((lane % 4) >> axis) & 1) as u32);
+    [offsets(0), offsets(1)]
+});
+
+/// Whether pass `k` and the next one may be fused: pass `k` is an HDR image whose only reader is the first draw of the next pass, which writes
+/// display values of the same size.
+pub fn can_fuse_with_next(plan: &Plan, k: usize) -> bool {
+    let (Some(hdr), Some(display)) = (plan.passes.get(k), plan.passes.get(k + 1)) else { return false };
+    let reads = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == k);
+    let readers = plan.passes.iter().flat_map(|p| &p.draws).flat_map(|d| &d.textures).filter(|t| reads(&t.source)).count();
+    let first = display.draws.first();
+    hdr.format != ColourFormat::Rgba8Unorm
+        && display.format == ColourFormat::Rgba8Unorm
+        && (hdr.width, hdr.height, 1, false) == (display.width, display.height, display.samples, display.depth)
+        && readers == 1
+        && first.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads(&d.textures[0].source))
+}
+
+/// A resolved tile in the guise of a texture of its target's size.
+pub struct TileTexture<'a> {
+    pub resolved: &'a TileTarget,
+    /// Top-left pixel of the tile.
+    pub tile: [u32; 2],
+    /// Size of the target, in pixels.
+    pub size: [u32; 2],
+    /// A read was not that of the pixels of one block of this tile, in lane order.
+    pub read_other_pixels: Cell<bool>,
+}
+
+impl TileTexture<'_> {
+    fn reject<R: Real>(&self, out: [&mut [R]; 4]) {
+        self.read_other_pixels.set(true);
+        out.into_iter().for_each(|o| o.fill(R::ZERO));
+    }
+
+    /// The block whose pixels these are, in lane order.
+    fn block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
+        let (x, y, level): (&[R; LANES], &[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?, level.try_into().ok()?);
+        let [dx, dy] = &*BLOCK_OFFSETS;
+        let [x0, y0] = [x[0].int(), y[0].int()];
+        let mut same = true;
+        for i in 0..LANES {
+            same &= (x[i].int().wrapping_sub(x0) == dx[i]) & (y[i].int().wrapping_sub(y0) == dy[i]) & (level[i].int() == 0);
+        }
+        block_at([x0.wrapping_sub(self.tile[0]), y0.wrapping_sub(self.tile[1])]).filter(|_| same)
+    }
+}
+
+impl<R: Real> TextureUnit<R> for TileTexture<'_> {
+    fn sample_gradients(&self, _: usize, _: &[R], _: &[R], _: Gradients<'_, R>, _: LaneMask, out: [&mut [R]; 4]) {
+        self.reject(out);
+    }
+    fn sample_level(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {
+        self.reject(out);
+    }
+    fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {
+        let Some(planes) = self.block(x, y, level).and_then(|block| self.resolved.block(block)) else { return self.reject(out) };
+        for (to, plane) in out.into_iter().zip(planes) {
+            for (to, value) in to.iter_mut().zip(plane) {
+                *to = R::from_f32_bits(value.to_bits());
+            }
+        }
+    }
+    fn dimensions(&self, _: usize, _: u32) -> [u32; 2] {
+        self.size
+    }
+    fn levels(&self, _: usize) -> u32 {
+        1
+    }
+}
+
+impl Program {
+    /// Whether a lane's position is used for nothing but the coordinates of the texels that it loads, so that equal texels give equal results.
+    /// False for programs with backward jumps, which are not analysed.
+    pub fn is_position_independent(&self) -> bool {
+        // Slots whose value depends on the lane's position.
+        let mut dependent: BTreeSet<u16> =
+            (0..).zip(&self.inputs).filter(|(_, input)| !matches!(input, LaneInput::FrontFacing)).map(|(k, _)| k).collect();
+        // Dependent slots at the jumps to each target.
+        let mut at_targets: HashMap<usize, BTreeSet<u16>> = HashMap::new();
+        for (at, instr) in self.lane_tape.iter().enumerate() {
+            dependent.extend(at_targets.remove(&at).unwrap_or_default());
+            let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
+            let result_depends = match instr {
+                Instr::Texture { what: TextureOp::Load, args, mask, .. }
+                    if !depends(mask) && args.last().is_none_or(|level| !depends(level)) =>
+                {
+                    false
+                }
+                _ => instr.operands().iter().any(depends),
+            };
+            match instr.target() {
+                Some(_) if result_depends => return false,
+                Some(target) if target as usize <= at => return false,
+                Some(target) => at_targets.entry(target as usize).or_default().extend(&dependent),
+                None => {}
+            }
+            for slot in instr.written_slots() {
+                if result_depends {
+                    dependent.insert(slot);
+                } else {
+                    dependent.remove(&slot);
+                }
+            }
+        }
+        dependent.extend(at_targets.into_values().flatten());
+        let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
+        !self.uses_derivatives && !self.output_operands.iter().chain(&self.discarded).any(depends)
+    }
+}
