@@ -28,10 +28,10 @@ pub enum EclipseRadii {
 }
 
 impl EclipseRadii {
-    /// Every choice.
+    /// All values.
     pub const ALL: [Self; 2] = [Self::Iau, Self::Almanac];
 
-    /// As options and links have it.
+    /// The name in options and links.
     pub fn name(self) -> &'static str {
         match self {
             Self::Iau => "iau",

@@ -73,7 +73,7 @@ pub struct Catalog {
 pub struct Problem {
     /// As it was named to the reader.
     pub file: String,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     /// Body and field, what it says, and what is allowed.
     pub message: String,

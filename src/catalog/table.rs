@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 #[derive(Clone, Debug)]
 pub(super) struct SourceLine {
     pub file: Rc<str>,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
 }
 

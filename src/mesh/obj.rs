@@ -36,7 +36,7 @@ pub struct Obj {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{line}: {message}")]
 pub struct ObjError {
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     pub message: String,
 }

@@ -86,7 +86,7 @@ pub struct SmallBodies {
 #[error("{file}:{line}: {message}")]
 pub struct SmallBodyFileError {
     pub file: String,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     pub message: String,
 }

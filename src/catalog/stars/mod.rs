@@ -60,7 +60,7 @@ pub struct StarCatalog {
 #[error("{file}:{line}: {message}")]
 pub struct StarFileError {
     pub file: String,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     pub message: String,
 }
