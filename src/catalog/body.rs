@@ -1,6 +1,6 @@
-//! A body's record: identity, figure, light, maps, motion, rotation, rings, air.
+//! The catalog entry of a body: identity, shape, photometry, maps, motion, rotation, rings, atmosphere.
 //!
-//! Plain values, as the reader of catalog files makes them.
+//! Plain values, filled by the reader of catalog files.
 
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 pub struct NaifId(pub i32);
 
 impl NaifId {
-    /// The root of all positions.
+    /// The solar system barycentre, the origin of all positions.
     pub const SOLAR_SYSTEM_BARYCENTER: Self = Self(0);
-    /// What the planetary theories place in place of the Earth.
+    /// The Earth-Moon barycentre, whose position the planetary theories give.
     pub const EARTH_MOON_BARYCENTER: Self = Self(3);
     /// The star of the system.
     pub const SUN: Self = Self(10);
@@ -26,50 +26,50 @@ impl NaifId {
 /// What a body is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BodyKind {
-    /// It shines by itself.
+    /// A star.
     Star,
-    /// One of the eight.
+    /// One of the eight planets.
     Planet,
-    /// Round, in an orbit that it shares.
+    /// A dwarf planet.
     DwarfPlanet,
-    /// Its parent is no star.
+    /// A satellite of a body that is not a star.
     Moon,
     /// A small body about the Sun.
     Asteroid,
 }
 
-/// How a surface turns sunlight into radiance. The numbers are uniforms; the variant is structure.
+/// The photometric model of a surface. The variant is part of the shader's structure; the numbers are uniforms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Photometry {
-    /// Glows by itself; limb darkening I(mu)/I(1) = 1 - u1 (1-mu) - u2 (1-mu)^2 per linear RGB channel.
+    /// Emissive, with limb darkening I(mu)/I(1) = 1 - u1 (1-mu) - u2 (1-mu)^2 per linear RGB channel.
     Emissive {
         /// Linear term, per linear RGB channel.
         u1: [f64; 3],
         /// Quadratic term, per linear RGB channel.
         u2: [f64; 3],
     },
-    /// Equally bright from every direction.
+    /// Lambert's law: equal radiance in every direction.
     Lambert,
-    /// mu0/(mu+mu0): dark, porous ground.
+    /// Lommel-Seeliger, mu0/(mu+mu0), for dark porous regolith.
     LommelSeeliger,
-    /// McEwen's blend: 2 L mu0/(mu+mu0) + (1-L) mu0.
+    /// McEwen's lunar-Lambert mixture: 2 L mu0/(mu+mu0) + (1-L) mu0.
     LunarLambert {
         /// L, 0 to 1.
         lunar_weight: f64,
     },
-    /// Roughness as the standard deviation of facet slopes, degrees.
+    /// Oren-Nayar, with roughness as the standard deviation of facet slopes, degrees.
     OrenNayar {
         /// 0 to 60.
         roughness_deg: f64,
     },
 }
 
-/// Which latitude the rows of a map count.
+/// The kind of latitude in which the rows of a map are evenly spaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapLatitude {
-    /// Angle of the ellipsoid's normal to the equator.
+    /// Planetographic: angle of the ellipsoid's normal to the equator.
     Planetographic,
-    /// Angle of the line from the centre to the equator.
+    /// Planetocentric: angle of the line from the centre to the equator.
     Planetocentric,
 }
 
@@ -78,48 +78,48 @@ pub enum MapLatitude {
 pub struct Map {
     /// File name inside textures/ (embedded) or `--textures`.
     pub file: String,
-    /// Linear factor per channel that brings the decoded map to the body's published colour and albedo.
+    /// Linear factor per channel that scales the decoded map to the body's published colour and albedo.
     pub gain: [f64; 3],
-    /// Which latitude its rows count.
+    /// The kind of latitude of its rows.
     pub latitude: MapLatitude,
-    /// Its width, texels, where the catalog says it: what is finer than a texel can be decided before the map is read.
+    /// Its width in texels if the catalog says it, which decides about procedural detail before the map is read.
     pub columns: Option<u32>,
-    /// What of it nobody has measured, and what it was made from; `None`: all of it is pictures or measurements.
+    /// The invented part of it and its source; `None` if all of it is images or measurements.
     pub invented: Option<String>,
 }
 
-/// A body's maps; a missing one is drawn by its mean or not at all.
+/// A body's maps; a missing one is replaced by a constant or left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Colour of the ground.
     pub albedo: Option<Map>,
-    /// Slopes of the ground, tangent space: red east, green north.
+    /// Normal map in tangent space: red east, green north.
     pub normal: Option<Map>,
-    /// White where water mirrors the Sun.
+    /// Specular map: white for water.
     pub specular: Option<Map>,
     /// City lights of the night side.
     pub night: Option<Map>,
 }
 
-/// A shell of cloud over the whole body.
+/// The cloud shell of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clouds {
     /// Opacity, linear in the texel's first channel; the gain is not used.
     pub map: Map,
     /// Above the ellipsoid.
     pub height_km: f64,
-    /// Lambert albedo of a closed deck.
+    /// Lambert albedo of complete cloud cover.
     pub albedo: f64,
-    /// Texels, 0 to 1, at which the sky is clear, and closed.
+    /// Texel value, 0 to 1, of a clear sky.
     pub clear_texel: f64,
-    /// Of a closed deck.
+    /// Texel value of complete cloud cover.
     pub closed_texel: f64,
 }
 
-/// Which theory places a body, relative to its parent.
+/// The theory of a body's motion relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// The kernel and the planetary series know this code.
+    /// The kernel or the planetary series, by its NAIF code.
     Planetary,
     /// L1.2, index 0 Io .. 3 Callisto.
     GalileanL12 {
@@ -144,36 +144,36 @@ pub struct MeanElements {
     pub pole_dec_deg: f64,
     /// Julian date, TT, at which the elements hold.
     pub epoch_jd_tt: f64,
-    /// Of the ellipse.
+    /// Semi-major axis.
     pub semi_major_axis_km: f64,
-    /// 0 to below 1.
+    /// Eccentricity, 0 to below 1.
     pub eccentricity: f64,
-    /// Against the frame's equator.
+    /// Inclination to the frame's equator.
     pub inclination_deg: f64,
     /// Longitude of the ascending node, from the frame's x axis.
     pub node_deg: f64,
-    /// From the ascending node.
+    /// Argument of periapsis, from the ascending node.
     pub argument_of_periapsis_deg: f64,
-    /// At the epoch.
+    /// Mean anomaly at the epoch.
     pub mean_anomaly_deg: f64,
-    /// Of the mean anomaly.
+    /// Mean motion: rate of the mean anomaly.
     pub mean_motion_deg_day: f64,
     /// Julian years; 0 = does not precess.
     pub node_period_yr: f64,
-    /// Of the argument of periapsis, Julian years; 0 = does not precess.
+    /// Precession period of the argument of periapsis, Julian years; 0: none.
     pub argument_period_yr: f64,
-    /// Coefficient of T² in the mean longitude, degrees per Julian century squared, T from the epoch: what a tide does to the motion. 0 = none known.
+    /// Tidal acceleration: coefficient of T² in the mean longitude, degrees per Julian century squared, T from the epoch. 0: none known.
     pub longitude_quadratic_deg_cy2: f64,
 }
 
-/// Which model turns a body.
+/// The rotation model of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rotation {
     /// IAU 2006 precession, nutation, UT1.
     EarthIau2006,
     /// The text PCK has this body's pole and prime meridian.
     Pck,
-    /// Turns once an orbit, the same face to the parent, pole along the orbit's normal.
+    /// Tidally locked: one rotation per orbit, pole along the orbit's normal.
     Synchronous,
     /// Pole and spin given here (bodies that the PCK lacks).
     Fixed {
@@ -183,15 +183,15 @@ pub enum Rotation {
         pole_dec_deg: f64,
         /// Angle of the prime meridian at J2000 (TDB).
         w0_deg: f64,
-        /// Its change a day.
+        /// Rate of the prime meridian per day.
         w_deg_day: f64,
     },
 }
 
-/// One ring, flat and even, in the plane of its body's equator.
+/// One flat homogeneous ring in the plane of its body's equator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ring {
-    /// As astronomers call it.
+    /// The ring's name in astronomy.
     pub name: String,
     /// Radius of the inner edge.
     pub inner_km: f64,
@@ -199,58 +199,58 @@ pub struct Ring {
     pub outer_km: f64,
     /// Optical depth along the normal.
     pub tau_normal: f64,
-    /// Single-scattering albedo per linear RGB channel that makes single scattering as bright as what is observed.
+    /// Single-scattering albedo per linear RGB channel, fitted so that single scattering matches the observed brightness.
     pub albedo: [f64; 3],
-    /// Part of its light that dust scatters forward.
+    /// Fraction of its light that forward-scattering dust contributes.
     pub dust: f64,
 }
 
-/// A gas or aerosol with an exponential profile (or a tent when `tent_centre_km` is set).
+/// A gas or aerosol with an exponential profile, or a triangular one if `tent_centre_km` is set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
-    /// Of the gas or aerosol.
+    /// Name of the gas or aerosol.
     pub name: String,
-    /// Of the exponential; of a tent its half width.
+    /// Scale height of an exponential profile; half width of a triangular one.
     pub scale_height_km: f64,
-    /// Height of a tent's peak; `None`: an exponential profile.
+    /// Height of the peak of a triangular profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
-    /// Linear sRGB channel means, per kilometre, at the reference level.
+    /// Scattering coefficient, linear sRGB channel means, per kilometre, at the reference level.
     pub scattering_per_km: [f64; 3],
-    /// As the scattering.
+    /// Absorption coefficient, likewise.
     pub absorption_per_km: [f64; 3],
     /// Henyey-Greenstein asymmetry; `None` is Rayleigh's phase function.
     pub asymmetry: Option<f64>,
-    /// By how much scattering and absorption may be off, where no published table was read.
+    /// Estimated error of scattering and absorption, if they were not taken from a published table.
     pub estimate_percent: Option<f64>,
 }
 
-/// By how much a value may be off that was not read in a published table, percent of it; `None` was read there.
+/// Estimated errors of values that were not taken from a published table, in percent; `None` for a published value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimates {
-    /// Of the geometric albedo.
+    /// Error of the geometric albedo.
     pub albedo_percent: Option<f64>,
-    /// Of the colour.
+    /// Error of the colour.
     pub colour_percent: Option<f64>,
 }
 
-/// Images that one body may have.
+/// Maximum number of overlays of a body.
 pub const MAX_OVERLAYS: u8 = 2;
 
-/// Where an overlay's image lies. Latitudes are planetographic, longitudes east; north is up in the image.
+/// The map projection of an overlay. Latitudes are planetographic, longitudes east; north is up in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Even in longitude and latitude.
+    /// Equirectangular: linear in longitude and latitude.
     Equirectangular {
         /// Longitude of the left edge.
         west_deg: f64,
-        /// Longitude of the right edge, by 360 at most above the left.
+        /// Longitude of the right edge, at most 360 above the left.
         east_deg: f64,
         /// Latitude of the lower edge.
         south_deg: f64,
         /// Latitude of the upper edge.
         north_deg: f64,
     },
-    /// Seen from far above a place, straight down.
+    /// Orthographic: seen from far above a place.
     Orthographic {
         /// Of the place below the image's middle.
         latitude_deg: f64,
@@ -263,46 +263,46 @@ pub enum Projection {
     },
 }
 
-/// An image laid over a body's ground by its alpha.
+/// An image blended over a body's ground by its alpha.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlay {
-    /// What users switch it by; single within its body.
+    /// Name by which users switch it; unique within its body.
     pub name: String,
     /// File name inside `--textures` or textures/.
     pub file: String,
     /// Linear factor per channel from the image's colour to albedo.
     pub gain: [f64; 3],
-    /// On its alpha.
+    /// Factor on its alpha.
     pub opacity: f64,
-    /// Where it lies.
+    /// Its projection and extent.
     pub projection: Projection,
 }
 
-/// A shape given by triangles in place of the ellipsoid.
+/// A shape model of triangles that replaces the ellipsoid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeModel {
     /// A Wavefront OBJ in `--textures` or beside the catalog files; body axes: x through the prime meridian, z the pole.
     pub file: String,
-    /// Kilometres to one unit of the file.
+    /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Both sides of each triangle are seen.
+    /// Whether both sides of each triangle are visible.
     pub two_sided: bool,
-    /// The albedo map's alpha cuts it out.
+    /// Whether the albedo map's alpha makes it transparent.
     pub alpha: bool,
-    /// The colours of the file's vertices multiply the albedo, where it has any.
+    /// Whether the file's vertex colours, if any, multiply the albedo.
     pub vertex_colours: bool,
-    /// What of it nobody has measured; `None`: a measured shape.
+    /// The invented part of it; `None` for a measured shape.
     pub invented: Option<String>,
 }
 
-/// The air around a body.
+/// The atmosphere of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
-    /// Height above which there is none.
+    /// Height of its top.
     pub top_km: f64,
-    /// Refractive index less 1 at the reference level, green light; `None`: its bending of light is not counted.
+    /// Refractivity (refractive index minus 1) at the reference level, green light; `None`: refraction is left out.
     pub refractivity: Option<f64>,
-    /// Luminance of its glow at night, straight up; `None`: not known, and left out.
+    /// Luminance of its airglow in the zenith; `None`: unknown, and left out.
     pub airglow_cd_m2: Option<f64>,
     /// Rayleigh gas, Mie aerosol and absorption layers.
     pub species: Vec<Species>,
@@ -313,13 +313,13 @@ pub struct Atmosphere {
 pub struct Body {
     /// Its NAIF code.
     pub id: NaifId,
-    /// In English, without an article.
+    /// Its English name, without an article.
     pub name: String,
     /// Other names that [`find_body_or_barycenter`](super::Catalog::find_body_or_barycenter) finds.
     pub aliases: Vec<String>,
     /// Star, planet, moon and so on.
     pub kind: BodyKind,
-    /// What it moves about; `None`: the Sun.
+    /// The body that it orbits; `None` for the Sun.
     pub parent: Option<NaifId>,
     /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
     pub radii_km: DVec3,
@@ -327,44 +327,44 @@ pub struct Body {
     pub gm_km3_s2: Option<f64>,
     /// V-band geometric albedo (0 for the Sun).
     pub geometric_albedo: f64,
-    /// Reflected part of all sunlight.
+    /// Bond albedo.
     pub bond_albedo: Option<f64>,
-    /// Geometric albedo of the ground alone where the map shows it without the clouds that the whole disc has.
+    /// Geometric albedo without clouds, if the map shows the ground without them.
     pub clear_sky_albedo: Option<f64>,
-    /// Linear sRGB of the mean disc, scaled to luminance 1: what an eye would see, without the brightness.
+    /// Mean colour of the disc, linear sRGB scaled to luminance 1.
     pub colour: Vec3,
-    /// Old ground, covered with craters down to the smallest: finer ones than its map holds may be invented near it.
+    /// Whether its ground is saturated with craters, so that procedural ones may be added near it.
     pub cratered: bool,
     /// Which custom surface colours its ground: 0 for none, else 1..=4.
     pub custom_surface: u8,
-    /// How its ground reflects or shines.
+    /// Its photometric model.
     pub photometry: Photometry,
-    /// Pictures of its ground.
+    /// Its maps.
     pub maps: Maps,
-    /// The first lies under the second.
+    /// Its overlays, the lowest first.
     pub overlays: Vec<Overlay>,
-    /// A deck of them over the ground.
+    /// Its cloud shell.
     pub clouds: Option<Clouds>,
-    /// A shape in place of the ellipsoid.
+    /// Its shape model, if it has one.
     pub mesh: Option<ShapeModel>,
-    /// What places it.
+    /// Its theory of motion.
     pub motion: Motion,
-    /// What turns it.
+    /// Its rotation model.
     pub rotation: Rotation,
-    /// From the inside out.
+    /// Its rings, from the inside out.
     pub rings: Vec<Ring>,
-    /// Its air.
+    /// Its atmosphere.
     pub atmosphere: Option<Atmosphere>,
-    /// Where the values come from, by topic (`radii`, `gm`, `albedo`, `colour`, ...).
+    /// Sources of the values by topic (`radii`, `gm`, `albedo`, `colour`, ...).
     pub sources: BTreeMap<String, String>,
-    /// Values that were not read in a published table.
+    /// Estimated errors of values that are not from a published table.
     pub estimates: Estimates,
 }
 
 impl Body {
-    /// What of the body rests on estimates, and what that does to a picture; a line for each.
+    /// The estimated values of the body and their effect on a picture; one line each.
     pub fn estimate_notes(&self) -> Vec<String> {
-        // A part too little is more magnitudes than the same part too much.
+        // A relative error downwards is more magnitudes than the same error upwards.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
         let albedo = self.estimates.albedo_percent.map(|p| {
             let value = self.geometric_albedo;

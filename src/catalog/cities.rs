@@ -1,7 +1,8 @@
 //! Cities by name: where they are on the Earth.
 //!
-//! In: the embedded table cities.csv. Out: cities, those first whose name begins as the text does. Always: places are those of the table, to two kilometres. The table has the cities that name a
-//! time zone and some sixty large ones besides; a place may be given by its latitude and longitude everywhere else.
+//! In: the embedded table cities.csv. Out: cities that match a text; those whose name starts with it come first. Always: places are those of the table, to
+//! two kilometres. The table has the cities that name a time zone and some sixty other large ones; everywhere else a place can be given by latitude and
+//! longitude.
 
 use std::sync::LazyLock;
 
@@ -10,7 +11,7 @@ use std::sync::LazyLock;
 pub struct City {
     pub name: &'static str,
     pub country: &'static str,
-    /// Degrees north and east.
+    /// Latitude north and longitude east, degrees.
     pub latitude_deg: f64,
     pub longitude_deg: f64,
 }
@@ -28,12 +29,12 @@ static CITIES: LazyLock<Vec<City>> = LazyLock::new(|| {
     lines.filter_map(City::of_line).collect()
 });
 
-/// All of them, by name.
+/// All cities, sorted by name.
 pub fn all() -> &'static [City] {
     &CITIES
 }
 
-/// At most `most` whose name, or a word of it, begins with a text of at least two letters.
+/// At most `most` cities whose name, or a word of it, starts with a text of at least two letters.
 pub fn named(text: &str, most: usize) -> Vec<&'static City> {
     let wanted = text.trim().to_lowercase();
     if wanted.chars().count() < 2 {

@@ -1,34 +1,34 @@
 //! The constellations: names, figures and borders.
 //!
-//! In: the embedded files of catalogs/ (right ascension and declination of J2000, degrees). Out: [`Constellations`]: figures whose corners name their stars where the
-//! catalogue has them, so that they move with these, and borders as Delporte drew them, along circles of B1875. Not here: where anything is seen at a date.
+//! In: the embedded files of catalogs/ (right ascension and declination of J2000, degrees). Out: [`Constellations`]: figures whose vertices refer to
+//! catalogue stars if possible, so that they follow proper motion, and borders as Delporte drew them, along circles of B1875. Not here: apparent places.
 
 use super::stars::StarCatalog;
 use glam::DVec3;
 use serde::Deserialize;
 use std::sync::LazyLock;
 
-/// A corner of a figure.
+/// A vertex of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
     /// Unit vector of J2000, ICRF.
     pub direction: DVec3,
-    /// The star that stands there: its place among those of [`StarCatalog::embedded`].
+    /// The star at this vertex: its index in [`StarCatalog::embedded`].
     pub star: Option<usize>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constellation {
-    /// As the IAU abbreviates it.
+    /// The IAU abbreviation.
     pub abbreviation: String,
     pub name: String,
-    /// Where its name stands, unit vector, ICRF.
+    /// The position of its name, unit vector, ICRF.
     pub middle: DVec3,
-    /// Lines from star to star.
+    /// Polylines from star to star.
     pub figure: Vec<Vec<Corner>>,
 }
 
-/// A piece of a border: from corner to corner along a circle of right ascension or declination of B1875.
+/// A segment of a border between two corners, along a circle of right ascension or declination of B1875.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Border {
     /// Right ascension and declination of B1875, radians; right ascensions are less than half a turn apart.
@@ -41,7 +41,7 @@ pub struct Constellations {
     pub borders: Vec<Border>,
 }
 
-/// A corner within this angle of a star is that star: the files give four decimals of a degree, at other epochs for the swiftest stars.
+/// Angle within which a vertex is identified with a star: the files have four decimals of a degree, and other epochs for the fastest stars.
 const SAME_STAR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
 #[derive(Deserialize)]
@@ -66,7 +66,7 @@ fn direction([longitude_deg, latitude_deg]: [f64; 2]) -> DVec3 {
 }
 
 /// The mean equator and equinox of B1875.0, columns in ICRF: precession by Lieske's angles (1977, A&A 58, 1) over -1.2500 Julian centuries from J2000. The frame of the
-/// FK4 itself differs by up to an arc second, which no border shows.
+/// FK4 itself differs by up to an arc second, which is invisible in a border.
 pub fn icrf_from_b1875() -> glam::DMat3 {
     /// B1875.0 is JD 2405889.258.
     const CENTURIES: f64 = (2_405_889.258 - crate::units::JD_J2000) / crate::units::DAYS_PER_JULIAN_CENTURY;
@@ -103,7 +103,7 @@ impl Constellations {
             };
             let near = |cell: &&super::stars::Cell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
             let places = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
-            // The brightest of a double.
+            // The brighter component of a double star.
             let same = places.filter(|place| off(*place) < SAME_STAR_RAD);
             let star = same.min_by(|a, b| stars.stars()[*a].v_magnitude.total_cmp(&stars.stars()[*b].v_magnitude));
             Corner { direction, star }

@@ -1,16 +1,17 @@
-//! Which radii of the Sun and the Moon eclipses are reckoned with.
+//! The radii of the Sun and the Moon that eclipses are computed with.
 //!
-//! In: a convention. Out: the two bodies' radii in the catalog, so that picture, shadow, contacts and questions all use the same. The radii move totality by
-//! seconds: for 2024-04-08 the IAU's Moon, larger than the almanacs' by 0.75 km, keeps the Sun covered 5 s longer under an umbra 5 km wider.
-//! Not here: the Moon's mountains, which move contacts by seconds more.
+//! In: a convention. Out: the two bodies' radii in the catalog, so that picture, shadow, contacts and queries all use the same. The choice of radii shifts
+//! totality by seconds: for 2024-04-08 the IAU's Moon, larger than the almanacs' by 0.75 km, keeps the Sun covered 5 s longer under an umbra 5 km wider. Not
+//! here: the Moon's mountains, which move contacts by seconds more.
 
 use super::{Catalog, NaifId};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// The Earth's equatorial radius by which almanacs count k, km.
+/// The Earth's equatorial radius to which almanacs refer k, km.
 const ALMANAC_EARTH_KM: f64 = 6378.137;
-/// The Moon's radius over the Earth's for the umbra: the mean depth of the valleys on its limb, which let the last sunlight through; and for the penumbra.
+/// k, the ratio of the Moon's radius to the Earth's: for the umbra, at the mean depth of the valleys on its limb, which transmit the last sunlight; and for
+/// the penumbra.
 const K_UMBRA: f64 = 0.272_281;
 const K_PENUMBRA: f64 = 0.272_488;
 /// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), on which almanacs agreed.
@@ -27,10 +28,10 @@ pub enum EclipseRadii {
 }
 
 impl EclipseRadii {
-    /// Every choice.
+    /// All values.
     pub const ALL: [Self; 2] = [Self::Iau, Self::Almanac];
 
-    /// As options and links have it.
+    /// The name in options and links.
     pub fn name(self) -> &'static str {
         match self {
             Self::Iau => "iau",
@@ -51,7 +52,7 @@ impl EclipseRadii {
         }
     }
 
-    /// The Moon's radius for first and last contact over that for totality and for the picture.
+    /// Ratio of the Moon's radius for first and last contact to that for totality and for the picture.
     pub fn penumbral_moon_ratio(self) -> f64 {
         match self {
             Self::Iau => 1.0,

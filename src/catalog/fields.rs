@@ -30,7 +30,7 @@ pub(super) fn number(section: &mut TableReader, field: &'static str, allowed: &s
     section.need::<f64>(field, allowed, |v| v.is_finite() && ok(*v)).map(|l| l.value)
 }
 
-/// What of a map or a shape is invented, in words of one line.
+/// The description of the invented part of a map or shape: one line.
 pub(super) fn invented(s: &mut TableReader) -> Option<String> {
     let said = s.take("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
     said.map(|l| l.value)

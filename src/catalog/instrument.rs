@@ -6,35 +6,35 @@
 use super::fields::{is_name, need_word};
 use super::table::TableReader;
 
-/// The field of view of something to look through.
+/// The field of view of an instrument or eyepiece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instrument {
-    /// As its frame is labelled.
+    /// The label of its frame.
     pub name: String,
-    /// What it sees.
+    /// Its field of view.
     pub field: Field,
-    /// Of the frame's upper side, from north through east.
+    /// Position angle of the frame's upper side, from north through east.
     pub position_angle_deg: f64,
 }
 
 /// The shape of a field of view, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Field {
-    /// Of an eyepiece.
+    /// A circle, as of an eyepiece.
     Circle {
-        /// Across.
+        /// Diameter.
         diameter_deg: f64,
     },
-    /// Of a sensor.
+    /// A rectangle, as of a sensor.
     Rectangle {
-        /// Of the middle row.
+        /// Width along the middle row.
         width_deg: f64,
-        /// Of the middle column.
+        /// Height along the middle column.
         height_deg: f64,
     },
 }
 
-/// Degrees of a field at most.
+/// Largest field, degrees.
 const WIDEST_DEG: f64 = 170.0;
 
 #[derive(Clone, Copy, PartialEq)]

@@ -1,10 +1,10 @@
-//! The layers of a catalog: those of its files, and those that are added while it is in use, as when a file is dropped on the window.
+//! The data layers of a catalog: those of its files, and those added at run time, as when a file is dropped on the window.
 
 use super::data_layer::DataLayer;
 use parking_lot::RwLock;
 use std::sync::Arc;
 
-/// In the order in which they are drawn.
+/// Data layers in drawing order.
 #[derive(Debug, Default)]
 pub(super) struct LayerList(RwLock<Vec<Arc<DataLayer>>>);
 
@@ -17,7 +17,7 @@ impl LayerList {
         self.0.read().clone()
     }
 
-    /// One of the same name is replaced.
+    /// Adds a layer, or replaces that of the same name.
     pub fn add(&self, layer: DataLayer) {
         let mut all = self.0.write();
         all.retain(|there| there.name != layer.name);

@@ -1,7 +1,7 @@
-//! What is known of each body: identity, figure, light, maps, motion, rotation, rings, air.
+//! The catalog of bodies: identity, shape, photometry, maps, motion, rotation, rings, atmosphere.
 //!
 //! In: the embedded files of catalogs/ and the user's, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
-//! every field in its range, single names and known parents. It reads no file system and computes no position.
+//! every field in its range, unique names and known parents. It reads no file system and computes no position.
 
 use crate::wording::{did_you_mean, echo, echo_within, one_line};
 use orrery_catalogs::TABLES;
@@ -57,13 +57,14 @@ pub struct Catalog {
     data_layers: LayerList,
     instruments: Vec<Instrument>,
     eclipse_radii: EclipseRadii,
-    /// The user's; `None`: those that ship.
+    /// The user's stars; `None`: the embedded ones.
     stars: Option<Arc<StarCatalog>>,
-    /// Minor planets and comets; those that ship are read when they are first asked for.
+    /// Minor planets and comets; the embedded ones are read on first use.
     small_bodies: OnceLock<Arc<SmallBodies>>,
-    /// The user's; none ship.
+    /// The user's lunar height map; none is embedded.
     lunar_heights: Option<Arc<HeightMap>>,
-    /// File and line of the fields that only the whole can check, by body and field; a field that is not here stands with its body, under "".
+    /// File and line of fields that can be checked only against the whole catalog, by body and field; other fields are reported at their body, under
+    /// "".
     field_lines: BTreeMap<BodyField, FileLine>,
 }
 
@@ -72,7 +73,7 @@ pub struct Catalog {
 pub struct Problem {
     /// As it was named to the reader.
     pub file: String,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     /// Body and field, what it says, and what is allowed.
     pub message: String,
@@ -80,7 +81,7 @@ pub struct Problem {
 
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        // Both repeat what stands in files: a fault stays on its line.
+        // Both quote the files' text; control characters are escaped, so that a message stays on its line.
         write!(f, "{}:{}: {}", one_line(&self.file), self.line, one_line(&self.message))
     }
 }
@@ -106,13 +107,13 @@ impl std::fmt::Display for CatalogError {
     }
 }
 
-/// A name that no body has. One line: the name, and the nearest.
+/// An unknown name, in one line: the name, and the nearest known one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct UnknownName(pub String);
 
 impl Catalog {
-    /// The catalog that ships inside the program. A test holds that it has no problem, so it never panics in a built program.
+    /// The embedded catalog. A test verifies that it has no problem, so it never panics in a built program.
     pub fn embedded() -> Self {
         match read::read(TABLES) {
             Ok(catalog) => catalog,
@@ -141,12 +142,12 @@ impl Catalog {
         Problem { file, line, message: format!("{name}.{field}: {message}") }
     }
 
-    /// Every body, by rising NAIF code.
+    /// Every body, in order of NAIF code.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// The same with other stars.
+    /// This catalog with other stars.
     pub fn with_stars(self, stars: Option<Arc<StarCatalog>>) -> Self {
         Self { stars, ..self }
     }
@@ -157,17 +158,17 @@ impl Catalog {
         body.map(|b| b.custom_surface = number).is_some()
     }
 
-    /// The stars of the sky. Those that ship are read when they are first asked for.
+    /// The stars. The embedded ones are read on first use.
     pub fn stars(&self) -> Arc<StarCatalog> {
         self.stars.clone().unwrap_or_else(StarCatalog::embedded)
     }
 
-    /// Of the brightest star; those that ship need not be read for it.
+    /// Magnitude of the brightest star; does not read the embedded stars.
     pub fn brightest_magnitude(&self) -> f32 {
         self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST, |s| s.brightest_magnitude())
     }
 
-    /// The same with other minor planets, or comets, where there are some.
+    /// This catalog with other minor planets or comets, if there are any.
     pub fn with_small_bodies(self, own: Option<SmallBodies>) -> Self {
         let Some(own) = own else { return self };
         let shipped = SmallBodies::embedded();
@@ -182,12 +183,12 @@ impl Catalog {
         Arc::clone(self.small_bodies.get_or_init(|| Arc::new((*SmallBodies::embedded()).clone().without_bodies_of(self))))
     }
 
-    /// The same with the Moon's own heights.
+    /// This catalog with a lunar height map.
     pub fn with_lunar_heights(self, lunar_heights: Option<Arc<HeightMap>>) -> Self {
         Self { lunar_heights, ..self }
     }
 
-    /// The Moon's own heights, where the user gave them.
+    /// The lunar height map, if the user gave one.
     pub fn lunar_heights(&self) -> Option<&Arc<HeightMap>> {
         self.lunar_heights.as_ref()
     }
@@ -197,7 +198,7 @@ impl Catalog {
         self.data_layers.all()
     }
 
-    /// The same with the content of its data layers, each by [`DataLayer::with_content`]. An image of a body lies over its ground from then on.
+    /// This catalog with the content of its data layers, each by [`DataLayer::with_content`]. From then on an image of a body is an overlay.
     ///
     /// # Errors
     /// Of the first file that cannot be read, and an image too many for a body.
@@ -261,7 +262,7 @@ impl Catalog {
     /// The body of a name.
     ///
     /// # Errors
-    /// What the name may have meant, or that it is a centre of mass.
+    /// An unknown name with a suggestion, or a barycentre.
     pub fn named(&self, name: &str) -> Result<&Body, UnknownName> {
         let id = self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body"))?;
         self.body(id).ok_or_else(|| {

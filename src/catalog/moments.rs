@@ -1,19 +1,19 @@
-//! Well-known moments: eclipses, transits, triple shadows, ring crossings, and where to stand to see them.
+//! Well-known moments: eclipses, transits, triple shadows, ring crossings, and viewpoints for them.
 //!
 //! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and readable times, or every wrong field. A moment of a
-//! later file with the same name replaces the earlier one. It computes nothing: that a moment shows what it says is tested against the ephemeris.
+//! later file with the same name replaces the earlier one. Nothing is computed here; tests compare the moments with the ephemeris.
 
 use super::table::{Problems, TableReader, WithLine};
 use super::{Body, NaifId};
 use crate::time::Instant;
 use std::collections::BTreeMap;
 
-/// From where a moment is looked at.
+/// The viewpoint of a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Vantage {
-    /// From a body's centre, through a lens.
+    /// From a body's centre, with a telephoto field of view.
     Centre {
-        /// Whose centre.
+        /// The body at whose centre the camera is.
         body: NaifId,
         /// Vertical field of view.
         fov_deg: f64,
@@ -22,49 +22,49 @@ pub enum Vantage {
     Side {
         /// The body that this side of the target faces.
         of: NaifId,
-        /// The other side, which faces away from it.
+        /// Whether the camera is on the opposite side.
         away: bool,
-        /// From the target, in its equatorial radii.
+        /// Distance from the target's centre in its equatorial radii.
         radii: f64,
     },
     /// Over a place of a body: planetographic latitude and east longitude.
     Place {
-        /// Whose ground it is.
+        /// The body that the place is on.
         body: NaifId,
         /// Planetographic.
         latitude_deg: f64,
         /// East.
         longitude_deg: f64,
-        /// Above the ellipsoid.
+        /// Height above the ellipsoid.
         height_km: f64,
         /// Vertical field of view.
         fov_deg: f64,
     },
 }
 
-/// A time and a view worth seeing.
+/// A time and a view of a remarkable event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
-    /// What the window's list shows.
+    /// The title in the window's list.
     pub name: String,
     /// Groups of the list: `solar eclipse`, `lunar eclipse`, `transit`, `shadows`, `rings`, `conjunction`, `photograph`.
     pub kind: String,
-    /// What there is to see, one sentence.
+    /// A description in one sentence.
     pub about: String,
-    /// When it is.
+    /// The instant.
     pub time: Instant,
-    /// What to look at.
+    /// The target.
     pub target: NaifId,
-    /// From where.
+    /// The viewpoint.
     pub vantage: Vantage,
-    /// Where the instant comes from.
+    /// The source of the instant.
     pub source: String,
 }
 
 /// Kinds in the order of the list.
 pub const KINDS: [&str; 7] = ["solar eclipse", "lunar eclipse", "transit", "shadows", "rings", "conjunction", "photograph"];
 
-/// One table, its bodies not looked up yet.
+/// One table whose bodies are not resolved yet.
 pub(super) struct MomentDraft {
     name: WithLine<String>,
     kind: String,
@@ -132,7 +132,7 @@ pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
     })
 }
 
-/// Looks the bodies up; the list by kind, then by time.
+/// Resolves the bodies, and sorts the list by kind, then by time.
 pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
     let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.to_lowercase(), b.id)));
     let ids: BTreeMap<String, NaifId> = names.collect();

@@ -1,8 +1,8 @@
 //! Names on the surfaces of bodies: those of the IAU's gazetteer, and where people landed.
 //!
 //! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by prominence.
-//! Always: directions are planetocentric, east longitudes, as the gazetteer has them of Mars and of all that is nearly round; of flattened moons, for which it has
-//! planetographic latitudes, a place is off by up to 2 degrees (Enceladus, Mimas). Not here: which names a picture has room for.
+//! Always: directions are planetocentric with east longitudes, as in the gazetteer for Mars and nearly spherical bodies. For oblate moons the gazetteer has
+//! planetographic latitudes, so that their features are off by up to 2 degrees (Enceladus, Mimas). Not here: which names fit into a picture.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -11,21 +11,22 @@ use std::sync::LazyLock;
 /// A named place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feature {
-    /// As the table has it.
+    /// The name in the table.
     pub name: &'static str,
     /// Unit vector from the body's centre, in body-fixed axes.
     pub direction: DVec3,
-    /// 0 where the table gives none, and of landing sites.
+    /// Diameter; 0 if the table gives none, and for landing sites.
     pub diameter_km: f64,
-    /// How much of a picture it takes: the diameter, of valleys, ridges and rilles, which have a length instead, a quarter of it.
+    /// Effective size in a picture: the diameter; for elongated features such as valleys, ridges and rilles, which have a length instead, a quarter of
+    /// it.
     pub prominence_km: f64,
-    /// Where people landed.
+    /// Whether it is a landing site.
     pub is_landing_site: bool,
 }
 
-/// Types of the gazetteer that are long and narrow: catena, chasma, dorsum, fossa, linea, flumen, rima, rupes, scopulus, sulcus, vallis.
+/// Elongated feature types of the gazetteer: catena, chasma, dorsum, fossa, linea, flumen, rima, rupes, scopulus, sulcus, vallis.
 const LONG: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "RU", "SC", "SU", "VA"];
-/// Their width counts as this part of their length.
+/// Assumed width of these relative to their length.
 const LONG_PART: f64 = 0.25;
 
 impl Feature {
@@ -75,7 +76,7 @@ pub fn features(body: &str) -> &'static [Feature] {
     BY_BODY.get(&body.to_lowercase()).map_or(&[], Vec::as_slice)
 }
 
-/// Every letter of the names.
+/// All characters of the names, for the glyph atlas.
 pub fn letters() -> impl Iterator<Item = char> {
     BY_BODY.values().flatten().flat_map(|f| f.name.chars())
 }

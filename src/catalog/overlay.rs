@@ -1,4 +1,4 @@
-//! Reading `[[overlay]]`: images laid over a body's ground.
+//! Reading `[[overlay]]`: images blended over a body's ground.
 
 use super::fields::{each, number};
 use super::table::{TableReader, WithLine};
@@ -53,7 +53,7 @@ pub(super) fn overlay(mut s: TableReader) -> Option<(WithLine<String>, Overlay)>
     Some((of?, overlay))
 }
 
-/// Puts an overlay over those that are there: one of the same name is replaced. What is wrong, if it cannot be.
+/// Adds an overlay, or replaces that of the same name. Returns what is wrong if it cannot be added.
 pub(super) fn add(over: &mut Vec<Overlay>, new: Overlay) -> Result<(), String> {
     if let Some(same) = over.iter_mut().find(|o| o.name == new.name) {
         *same = new;

@@ -1,4 +1,4 @@
-//! From catalog files to bodies: drafts per body, later files over earlier ones, then one check of the whole.
+//! Reads catalog files into bodies: one draft per body, later files over earlier ones, then a check of the whole.
 //!
 //! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
 //! replaces that field; photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced whole, maps one by one.
@@ -129,7 +129,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     })
 }
 
-/// The body of a layer; a problem where there is none of that name.
+/// Resolves the body of a layer; reports an unknown name.
 fn body_named(bodies: &[Body], of: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
     let found = bodies.iter().find(|b| b.name.eq_ignore_ascii_case(&of.value)).map(|b| b.id);
     if found.is_none() {
@@ -140,7 +140,7 @@ fn body_named(bodies: &[Body], of: &WithLine<String>, problems: &Problems) -> Op
     found
 }
 
-/// Where a body's fields stand that only the whole can check.
+/// Positions of those fields that can be checked only against the whole catalog.
 fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     let fields = [
         ("", Some(&d.place)),
@@ -155,14 +155,14 @@ fn is_embedded(place: &SourceLine) -> bool {
     TABLES.iter().any(|(file, _)| *file == &*place.file)
 }
 
-/// Bodies of a circle that its message names.
+/// Maximum number of bodies of a cycle that its message names.
 const MAX_NAMES: usize = 8;
 
-/// Parents that lead round in a circle, each said at the parents of it that the user's files name.
+/// Reports cycles of parents, each at the `parent` fields of the user's files.
 fn circles(bodies: &[Body], places: &BTreeMap<i32, SourceLine>, problems: &Problems) {
     let by_id: BTreeMap<NaifId, &Body> = bodies.iter().map(|b| (b.id, b)).collect();
     let parent_of = |body: &Body| body.parent.and_then(|id| by_id.get(&id).copied());
-    // Each body is walked over once: a walk ends at a body of an earlier one, or of its own, which is a circle.
+    // Each body is visited once: a walk ends at a body of an earlier walk, or of its own, which is a cycle.
     let mut walked = BTreeSet::new();
     for start in bodies {
         let path: Vec<&Body> =
@@ -179,7 +179,7 @@ fn circles(bodies: &[Body], places: &BTreeMap<i32, SourceLine>, problems: &Probl
     }
 }
 
-/// Drafts to bodies: what must be there is there, names are single, parents and owners exist.
+/// Turns drafts into bodies: checks that required fields are present, names are unique, and parents and owners exist.
 fn assemble(
     drafts: BTreeMap<i32, BodyDraft>,
     rings: Vec<(WithLine<String>, Vec<Ring>)>,
@@ -196,7 +196,7 @@ fn assemble(
             let Some((other, other_place)) = named.insert(name.to_lowercase(), (*id, place)).filter(|(other, _)| other != id) else {
                 continue;
             };
-            // The user's file is to blame, whichever body comes first.
+            // The user's file gets the message, whichever body comes first.
             let (place, other) = if is_embedded(place) { (other_place, *id) } else { (place, other) };
             problems.add(place, format!("the name \"{name}\" is already that of body {other}"));
         }

@@ -1,4 +1,4 @@
-//! Reading `[[body]]`: what one file says of a body, over what earlier files said.
+//! Reading `[[body]]`: merges the fields that one file gives for a body into those of earlier files.
 //!
 //! A field replaces that field; photometry, motion, rotation, clouds and mesh are replaced whole, maps one by one.
 
@@ -7,7 +7,7 @@ use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
 use std::collections::BTreeMap;
 
-/// What the files say of one body so far.
+/// The fields of one body as read so far.
 pub(super) struct BodyDraft {
     pub place: SourceLine,
     pub name: Option<WithLine<String>>,
@@ -221,7 +221,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
     };
     let older = drafts.remove(&id.value);
     if let Some(older) = older {
-        // An estimate is of the value that it came with.
+        // An estimated error belongs to the value in the same file.
         let kept = |own: Option<f64>, replaced: bool, former: Option<f64>| own.or(former.filter(|_| !replaced));
         fresh.estimates = Estimates {
             albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),

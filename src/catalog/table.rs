@@ -11,22 +11,22 @@ use std::rc::Rc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-/// Where a value stands.
+/// Position of a value.
 #[derive(Clone, Debug)]
 pub(super) struct SourceLine {
     pub file: Rc<str>,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
 }
 
-/// A value and where it stands.
+/// A value with its position.
 #[derive(Clone, Debug)]
 pub(super) struct WithLine<T> {
     pub value: T,
     pub place: SourceLine,
 }
 
-/// Problems with a hint at what was meant.
+/// Maximum number of problems with a suggestion.
 const MAX_HINTS: usize = 200;
 
 /// All problems found so far, in the order of the files.
@@ -98,7 +98,7 @@ impl<'a> TomlFile<'a> {
     }
 }
 
-/// One table under reading. Every field it may have is asked for once; [`TableReader::finish`] reports the rest.
+/// A table being read. Every allowed field is requested once; [`TableReader::finish`] reports the rest.
 pub(super) struct TableReader<'a> {
     source: &'a TomlFile<'a>,
     /// Dotted path for messages, ending in a dot unless empty.
@@ -123,12 +123,12 @@ impl<'a> TableReader<'a> {
         self.table.remove(field)
     }
 
-    /// Whether a field is there.
+    /// Whether a field is present.
     pub fn has(&self, field: &str) -> bool {
         self.table.contains_key(field)
     }
 
-    /// A leaf of type `T` that passes `ok`; `allowed` says in words what does.
+    /// A value of type `T` that passes `ok`; `allowed` describes the condition.
     pub fn take<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;
         let span = value.span();
@@ -143,7 +143,7 @@ impl<'a> TableReader<'a> {
         }
     }
 
-    /// As [`TableReader::take`], and absence is a problem too.
+    /// Like [`TableReader::take`], but reports a missing field.
     pub fn need<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         if !self.table.contains_key(field) {
             self.source.problems.add(&self.place, format!("{}{field} is missing: expected {allowed}", self.name));
@@ -153,7 +153,7 @@ impl<'a> TableReader<'a> {
         self.take(field, allowed, ok)
     }
 
-    /// A table below this one.
+    /// A nested table.
     pub fn section(&mut self, field: &'static str) -> Option<TableReader<'a>> {
         let value = self.value(field)?;
         let place = self.source.place(value.span().start);
@@ -201,7 +201,7 @@ impl<'a> TableReader<'a> {
         self.take(field, allowed, |_| true).map(|l| l.value).unwrap_or_default()
     }
 
-    /// Reports what nobody asked for, with the nearest known name.
+    /// Reports fields that were not requested, with the nearest known name.
     pub fn finish(self) {
         for key in self.table.keys() {
             let place = self.source.place(key.span().start);

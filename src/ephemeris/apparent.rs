@@ -1,7 +1,7 @@
-//! What an observer sees: apparent places from the Earth's centre, and the points of a body that face the observer and the Sun.
+//! Apparent places from the Earth's centre, and the sub-observer and sub-solar points of a body.
 //!
-//! A body and an instant (of reception) come in; degrees, kilometres and seconds go out, ready to be written. Apparent places hold light
-//! time, the bending of light by the Sun, and stellar aberration with its relativistic terms. Left out: bending by the planets (under 0.02
+//! In: a body and an instant (of reception). Out: degrees, kilometres and seconds, for display. Apparent places include light time, light deflection by the
+//! Sun, and stellar aberration with its relativistic terms. Left out: deflection by the planets (under 0.02
 //! arcsec, and only beside their discs), the atmosphere, and the observer's place on the Earth.
 
 use super::orientation::{self, PoleAndMeridian};
@@ -11,7 +11,7 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// Under this angle from the Sun's centre (half of its square, radians) bending fades out; the Sun's limb is at 1.1e-5.
+/// Angle from the Sun's centre (half of its square, radians) below which the deflection fades out; the Sun's limb is at 1.1e-5.
 const BENDING_LIMIT: f64 = 1e-6;
 
 /// Right ascension 0 to 360 and declination, degrees.
@@ -61,17 +61,17 @@ fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
 /// Where a body is seen from the Earth's centre.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ApparentPlace {
-    /// In the axes of the GCRS.
+    /// Right ascension and declination in the GCRS.
     pub gcrs: RaDec,
-    /// In the true equator and equinox of date (IAU 2006/2000A).
+    /// Right ascension and declination of the true equator and equinox of date (IAU 2006/2000A).
     pub true_of_date: RaDec,
-    /// From the body when the light left to the Earth when it came.
+    /// Distance from the body at the time of emission to the Earth at reception.
     pub distance_km: f64,
     /// From the body to the observer.
     pub light_time_s: f64,
     /// The least accurate theory that took part.
     pub source: Source,
-    /// The ephemeris' bound of error as an angle.
+    /// The ephemeris' upper limit of error as an angle.
     pub error_arcsec: f64,
 }
 
@@ -139,7 +139,7 @@ pub struct SurfacePoint {
     pub lat_graphic_deg: f64,
 }
 
-/// How a body is turned to an observer and to the Sun, at the moment when the light left it.
+/// The orientation of a body towards an observer and the Sun, at the time of emission.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoints {
     /// Where the line to the observer meets the surface.
@@ -186,7 +186,7 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
     })
 }
 
-/// Whether the body turns westward: a fixed direction then wanders east in the body's axes.
+/// Whether the rotation is retrograde: a fixed direction then moves east in the body's axes.
 fn is_retrograde(now: &DMat3, soon: &DMat3) -> bool {
     (*soon * now.row(0)).y > 0.0
 }

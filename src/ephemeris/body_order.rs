@@ -1,7 +1,7 @@
 //! Bodies in the order in which people name them: the Sun, each planet followed by its moons, then everything else.
 //!
-//! In: the catalog and the ephemeris. Out: every body's code once. Siblings stand by mean distance from their parent: the semi-major axis of
-//! the catalog's elements, else that of the orbit which the ephemeris has them on at J2000. Nothing here depends on the instant that is shown.
+//! In: the catalog and the ephemeris. Out: every body's code once. Siblings are sorted by mean distance from their parent: the semi-major axis of
+//! the catalog's elements, else that of the osculating orbit at J2000. Nothing here depends on the displayed instant.
 
 use super::Ephemeris;
 use crate::catalog::{Body, BodyKind, Catalog, Motion, NaifId};

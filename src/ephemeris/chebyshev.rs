@@ -1,7 +1,7 @@
-//! Sums of Chebyshev polynomials: what kernels hold, and what stands in for a slow theory.
+//! Chebyshev series, as in kernels and in the cache of slow theories.
 //!
-//! In: coefficients and a place in -1..=1, or a function there. Out: value and slope, or the coefficients of the polynomial that meets the function at
-//! the Chebyshev nodes, which is within a small factor of the best one of its degree.
+//! In: coefficients and an argument in -1..=1, or a function there. Out: value and derivative, or the coefficients of the polynomial that interpolates the
+//! function at the Chebyshev nodes, which is within a small factor of the best one of its degree.
 
 use glam::DVec3;
 use std::f64::consts::PI;

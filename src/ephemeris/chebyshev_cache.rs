@@ -1,8 +1,8 @@
-//! Polynomials in place of a slow theory, made where time goes and kept.
+//! A cache of Chebyshev polynomials that replace a slow theory.
 //!
-//! In: a place, an instant, a theory of the place's position. Out: its state. The theory is asked at the nodes of a stretch of days, once; whatever
-//! else is asked in that stretch is a short sum. Always: the stretches lie on a grid of their own, so that an answer does not depend on
-//! what was asked before; the velocity is the slope of the position that is answered.
+//! In: a place, an instant, a theory of the place's position. Out: its state. The theory is evaluated once at the Chebyshev nodes of an interval of days;
+//! every further state in that interval is a short sum. Always: the intervals lie on a fixed grid, so that a result does not depend on earlier calls; the
+//! velocity is the derivative of the returned position.
 
 use super::{State, chebyshev};
 use crate::units::SECONDS_PER_DAY;
@@ -13,15 +13,15 @@ use std::sync::Arc;
 
 /// Terms of a polynomial.
 const TERMS: usize = 14;
-/// Polynomials that are kept, a third of a kilobyte each; with one more all go.
+/// Maximum number of cached polynomials, a third of a kilobyte each; when it is exceeded, all are dropped.
 const MOST: usize = 8192;
 
-/// Coefficients by axis, of a stretch.
+/// Coefficients of an interval by axis.
 type ChebyshevSegment = [Vec<f64>; 3];
 
 #[derive(Debug, Default)]
 pub struct ChebyshevCache {
-    /// By place and the number of the stretch, counted from J2000.
+    /// Keyed by place and number of the interval, counted from J2000.
     kept: Mutex<HashMap<(i32, i64), Arc<ChebyshevSegment>>>,
 }
 
@@ -34,7 +34,7 @@ impl ChebyshevCache {
         let key = (place, number as i64);
         let known = self.kept.lock().get(&key).cloned();
         let piece = known.unwrap_or_else(|| {
-            // Without the lock: others are answered meanwhile. Two that make the same piece make the same numbers.
+            // Computed without the lock, so that others are not blocked. Two threads that compute the same interval get the same numbers.
             let made = Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
             let mut kept = self.kept.lock();
             if kept.len() >= MOST {

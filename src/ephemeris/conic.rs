@@ -1,28 +1,28 @@
 //! Motion on any conic about one centre: ellipse, parabola and hyperbola by one formula, Kepler's equation in universal variables.
 //!
-//! In: a state and the centre's GM, or the orbit of a small body; a span of time. Out: the state then. Of Stumpff's functions c_k(x) = sum (-x)^n / (2n + k)! the first four
-//! serve all three kinds, so nothing is lost near the parabola. Units: whatever length and time the GM has. Left out: every other pull.
+//! In: a state and the centre's GM, or the orbit of a small body; a time span. Out: the state after it. Of Stumpff's functions c_k(x) = sum (-x)^n / (2n + k)!
+//! the first four serve all three kinds of conic, so no precision is lost near the parabola. Units: those of length and time in GM. Left out: perturbations.
 //! After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
 
 use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// c0 to c3 of Stumpff at `x`, to rounding: a series for an argument divided by four until it is small, and the formulas of the double angle.
+/// Stumpff's c0 to c3 at `x`, to rounding: the series for an argument divided by four until it is small, then double-angle formulas.
 pub fn stumpff(x: f64) -> [f64; 4] {
     let (mut x, mut halvings) = (x, 0);
     while x.abs() > 0.1 && halvings < 64 {
         x *= 0.25;
         halvings += 1;
     }
-    // Next terms: 0.1^7 / 16! and less.
+    // The next terms are 0.1^7 / 16! and smaller.
     let series = |first: f64| {
         (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + first + 1.0) * (2.0 * f64::from(n) + first + 2.0)) * sum)
     };
     let (mut c2, mut c3) = (0.5 * series(2.0), series(3.0) / 6.0);
     let (mut c0, mut c1) = (1.0 - x * c2, 1.0 - x * c3);
     for _ in 0..halvings {
-        // 1 + c0 as 2 - x c2 keeps the digits of c2, which is 1 - cos E over E squared.
+        // Writing 1 + c0 as 2 - x c2 preserves the precision of c2, which is (1 - cos E) / E squared.
         c3 = 0.25 * (c2 + c0 * c3);
         c2 *= 0.5 * (2.0 - x * c2);
         c1 *= c0;
@@ -32,28 +32,28 @@ pub fn stumpff(x: f64) -> [f64; 4] {
     [c0, c1, c2, c3]
 }
 
-/// A place and a velocity.
+/// Position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConicState {
-    /// From the centre.
+    /// Position relative to the centre.
     pub position: DVec3,
-    /// Its change.
+    /// Its derivative.
     pub velocity: DVec3,
 }
 
 impl ConicState {
-    /// GM over the semi-major axis: above 0 on an ellipse, 0 on a parabola, below on a hyperbola.
+    /// GM over the semi-major axis: positive for an ellipse, 0 for a parabola, negative for a hyperbola.
     pub fn inverse_axis_gm(&self, gm: f64) -> f64 {
         2.0 * gm / self.position.length() - self.velocity.length_squared()
     }
 
-    /// The state after a span of time, which may be negative.
+    /// The state after a time span, which may be negative.
     #[must_use]
     pub fn after(&self, gm: f64, span: f64) -> Self {
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
         let alpha = self.inverse_axis_gm(gm);
         let turn = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
-        // Whole turns change nothing.
+        // Whole revolutions are removed.
         let span = if turn.is_finite() { span - turn * (span / turn).round() } else { span };
         let universal_functions = |s: f64| {
             let [c0, c1, c2, c3] = stumpff(alpha * s * s);
@@ -63,8 +63,8 @@ impl ConicState {
             let [g0, g1, g2, g3] = universal_functions(s);
             (r0 * g1 + sigma * g2 + gm * g3 - span, r0 * g0 + sigma * g1 + gm * g2)
         };
-        // The time grows with s, at the rate of the distance: Newton's steps inside a bracket.
-        // It begins small: the functions of a hyperbola overflow far beyond the root.
+        // The time increases with s at the rate of the distance: Newton's method inside a bracket.
+        // The bracket starts small, because the functions of a hyperbola overflow far beyond the root.
         let first = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
         let (mut low, mut high) = (0.0_f64, span.signum() * first);
         for _ in 0..200 {
@@ -98,7 +98,7 @@ impl ConicState {
     }
 }
 
-/// A small body's heliocentric state, au and au a day, ICRF, at a time in days past J2000 (TDB).
+/// A small body's heliocentric state, au and au per day, ICRF, at a time in days past J2000 (TDB).
 pub fn heliocentric_state(orbit: &HeliocentricOrbit, days: f64) -> ConicState {
     let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
     let speed = (gm * (1.0 + orbit.eccentricity) / orbit.perihelion_au).sqrt();

@@ -1,22 +1,23 @@
-//! How far the theories reach, in messages: why a place cannot be had at an instant, and what of a catalog no theory has at any.
+//! Coverage of the theories, for messages: why a state is not available at an instant, and which fields of a catalog no theory supports.
 //!
-//! In: places, instants, a catalog. Out: lines for the user. Always: the span that a message names is that of the theories themselves. Nothing is computed of a place here.
+//! In: places, instants, a catalog. Out: lines for the user. Always: the span that a message names is that of the theories themselves. No positions are
+//! computed here.
 
 use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, has_massive_moons, mean_elements};
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 
-/// A field of a body that no theory can follow, whatever the time.
+/// A field of a body that no theory supports at any time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CoverageFault {
     pub body: NaifId,
-    /// Of the body's table in the catalog.
+    /// The line or key in the body's table of the catalog.
     pub field: &'static str,
     pub why: String,
 }
 
-/// TDB seconds past J2000 of a span of Julian years.
+/// A span of Julian years as TDB seconds past J2000.
 fn span_of((first, last): (f64, f64)) -> (f64, f64) {
     let seconds = |year: f64| (year - 2000.0) * 365.25 * SECONDS_PER_DAY;
     (seconds(first), seconds(last))
@@ -43,7 +44,7 @@ impl Ephemeris {
         }
     }
 
-    /// When `source` has a place, at the widest; `None`: at no time.
+    /// The widest span in which `source` covers a place; `None` if it never does.
     fn reach(&self, place: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
         let mut spans = Vec::new();
         if source.is_none_or(|s| s == Source::Kernel) {
@@ -82,7 +83,7 @@ impl Ephemeris {
         })
     }
 
-    /// What a catalog asks of its bodies that no theory here can answer at any time.
+    /// The fields of a catalog's bodies that no theory supports at any time.
     pub fn faults(&self, catalog: &Catalog) -> Vec<CoverageFault> {
         let mut faults = Vec::new();
         for body in catalog.bodies() {
@@ -131,7 +132,7 @@ impl Ephemeris {
                 return None;
             }
             match self.orbits.get(&at) {
-                // A parent without a theory is a fault of its own.
+                // A parent without a theory is reported separately.
                 None => return None,
                 Some(orbit) if orbit.motion == Motion::Planetary => return None,
                 Some(orbit) => at = orbit.parent,

@@ -1,10 +1,9 @@
 //! The Moon by ELP2000-82B, truncated: an instant comes in, the geocentric state goes out, ICRF.
 //!
-//! The theory: Chapront-Touzé and Chapront, Astron. Astrophys. 190 (1988), 342; the terms are in catalogs/elp2000_truncated.csv. ELP's
-//! tidal acceleration is older than DE440's, so three figures were fitted to DE440's longitude over 1560 to 2640 (1500 dates).
-//! Measured against DE440 (`examples/measure_ephemeris.rs`) over 1552 to 2646: 6.6 km, 3.8 arcsec at the worst, 1.4 km rms; over 1600 to
-//! 2500: 4.7 km, 2.7 arcsec. Outside them the fitted square of time is an
-//! extrapolation; a change of 1 arcsec per century squared in the tidal acceleration would be 20 arcmin at 3000 BC.
+//! The theory: Chapront-Touzé and Chapront, Astron. Astrophys. 190 (1988), 342; the terms are in catalogs/elp2000_truncated.csv. ELP's tidal acceleration is
+//! older than DE440's, so three figures were fitted to DE440's longitude over 1560 to 2640 (1500 dates). Measured against DE440
+//! (`examples/measure_ephemeris.rs`) over 1552 to 2646: 6.6 km, 3.8 arcsec at the worst, 1.4 km rms; over 1600 to 2500: 4.7 km, 2.7 arcsec. Outside them the
+//! fitted square of time is an extrapolation; a change of 1 arcsec per century squared in the tidal acceleration would be 20 arcmin at 3000 BC.
 
 use super::{EphemerisError, State, frames};
 use glam::DVec3;
@@ -15,7 +14,7 @@ const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SEC
 /// Mean longitude in the mean dynamical ecliptic of date from its departure point: radians by powers of Julian centuries.
 const MEAN_LONGITUDE: [f64; 5] =
     [3.810_344_430_588_308, 1_732_559_343.736_04 * ARCSEC, -5.8883 * ARCSEC, 0.006_604 * ARCSEC, -0.000_031_69 * ARCSEC];
-/// What DE440 adds to the mean longitude, arcseconds by powers of Julian centuries (fitted here).
+/// Correction of the mean longitude to DE440, arcseconds by powers of Julian centuries (fitted here).
 const FITTED_TO_DE440: [f64; 3] = [-0.076_889 * ARCSEC, -0.317_650 * ARCSEC, -0.946_281 * ARCSEC];
 
 /// D, l', l, F, zeta, then the mean longitudes of Mercury to Neptune: radians by powers of Julian centuries.
@@ -34,10 +33,10 @@ const ARGUMENTS: [[f64; 5]; 13] = [
     [5.481_293_871_604_991, 7.478_159_856_714, 0.0, 0.0, 0.0],
     [5.311_886_286_783_467, 3.813_303_563_758, 0.0, 0.0, 0.0],
 ];
-/// D, l and F hold the Moon's own longitude and share its correction.
+/// D, l and F contain the Moon's longitude and get the same correction.
 const HOLD_THE_MOON: [usize; 3] = [0, 2, 3];
 
-/// The theory's distance unit over the one its mean motion defines.
+/// Ratio of the theory's distance unit to the one that its mean motion defines.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
 /// Laskar (1986), the mean ecliptic of date in that of J2000: sin(π/2) sin Π and sin(π/2) cos Π by powers of centuries from 1.
@@ -54,7 +53,7 @@ struct Term {
     multipliers: [i8; 13],
 }
 
-/// The series in memory, terms of each quantity by falling amplitude.
+/// The series, with the terms of each quantity in order of decreasing amplitude.
 #[derive(Debug)]
 pub struct LunarSeries {
     terms: Vec<Term>,
@@ -103,7 +102,7 @@ impl LunarSeries {
         let ((sin_v, cos_v), (sin_u, cos_u)) = (v.sin_cos(), u.sin_cos());
         let outward = DVec3::new(cos_u * cos_v, cos_u * sin_v, sin_u);
         let along = DVec3::new(-cos_u * sin_v, cos_u * cos_v, 0.0) * v_rate + DVec3::new(-sin_u * cos_v, -sin_u * sin_v, cos_u) * u_rate;
-        // The ecliptic itself turns by 47 arcsec a century: 0.03 mm/s at the Moon, left out of the velocity.
+        // The ecliptic itself rotates by 47 arcsec per century: 0.03 mm/s at the Moon, left out of the velocity.
         let icrf_from_date = frames::icrf_from_ecliptic() * j2000_from_ecliptic_of_date(t);
         State { pos_km: icrf_from_date * (outward * r), vel_km_s: icrf_from_date * (outward * r_rate + along * r) / CENTURY_S }
     }

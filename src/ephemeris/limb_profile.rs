@@ -1,24 +1,26 @@
-//! The Moon's limb by its own heights, as a place sees it.
+//! The Moon's limb profile from a height map, as seen from a place.
 //!
-//! In: a map of heights and the place in the Moon's axes. Out: [`LimbProfile`], how far the silhouette stands over that of the map's sphere at each position angle. All ground near the
-//! limb counts, before and behind the line on which a sphere would end: the highest in sight decides. Libration is in the place. Always: heights are
-//! those of view rays, their least distance from the Moon's centre less the sphere's radius, so that they hardly depend on the distance.
+//! In: a height map and the place in the Moon's axes. Out: [`LimbProfile`], the height of the silhouette over the map's sphere at each position angle. All
+//! ground near the limb is searched, on both sides of the limb of a sphere: the highest in sight defines the profile. The place includes libration. Always:
+//! heights are those of view rays, their least distance from the Moon's centre minus the sphere's radius, so that they hardly depend on the viewer's
+//! distance.
 //!
-//! The ground is asked for at half the map's steps along the line of sight, then for its summit between the neighbours of the highest sample: what is missed is a summit elsewhere that is
-//! higher by less than it rises over half a step. Positions are those of the Moon's centre of mass, from which maps count. The Moon's turn is the session's: 0.01 degrees, a shift of 0.3 km along the limb.
+//! The ground is sampled at half the map's steps along the line of sight, then its summit is searched between the neighbours of the highest sample; a
+//! summit elsewhere is missed if it exceeds that one by less than the ground rises over half a step. Positions are relative to the Moon's centre of mass,
+//! the origin of the map. The Moon's orientation is the session's: accurate to 0.01 degrees, a shift of 0.3 km along the limb.
 
 use crate::catalog::lunar_heights::HeightMap;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Position angles of a profile: 1.3 km of limb.
+/// Number of position angles of a profile: 1.3 km of limb each.
 pub const LIMB_POINTS: usize = 8192;
 
 /// Heights of a silhouette.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbProfile {
-    /// Kilometres over the sphere, at even steps of the position angle from the first of `across` to the second.
+    /// Kilometres over the sphere, at equal steps of the position angle from the first of `across` to the second.
     heights_km: Vec<f64>,
     /// Unit vectors across the direction to the place, the Moon's axes: towards its north as seen, and a quarter turn counterclockwise from there, to the place's left.
     across: [DVec3; 2],
@@ -28,7 +30,7 @@ pub struct LimbProfile {
 }
 
 impl LimbProfile {
-    /// As seen from `place_km` in the Moon's axes, which lies outside of all ground.
+    /// The profile seen from `place_km` in the Moon's axes, which is outside of all ground.
     pub fn seen_from(map: &HeightMap, place_km: DVec3) -> Self {
         let distance_km = place_km.length();
         let towards = place_km / distance_km;
@@ -44,17 +46,17 @@ impl LimbProfile {
         Self { heights_km, across, towards, sphere_km: map.sphere_km() }
     }
 
-    /// Radius of the sphere that heights count from.
+    /// Radius of the sphere from which heights are measured.
     pub fn sphere_km(&self) -> f64 {
         self.sphere_km
     }
 
-    /// Heights at even steps of the position angle.
+    /// Heights at equal steps of the position angle.
     pub fn heights_km(&self) -> &[f64] {
         &self.heights_km
     }
 
-    /// The unit vectors from which and towards which position angles count, the Moon's axes.
+    /// The unit vectors at position angles of 0 and 90 degrees, the Moon's axes.
     pub fn across(&self) -> [DVec3; 2] {
         self.across
     }
@@ -64,12 +66,12 @@ impl LimbProfile {
         self.towards
     }
 
-    /// The least and the greatest height.
+    /// The minimum and the maximum height.
     pub fn range_km(&self) -> [f64; 2] {
         self.heights_km.iter().fold([f64::MAX, f64::MIN], |[a, b], h| [a.min(*h), b.max(*h)])
     }
 
-    /// Linear between two points.
+    /// Height at a position angle, interpolated linearly.
     pub fn height_km(&self, position_angle_rad: f64) -> f64 {
         let place = position_angle_rad.rem_euclid(TAU) / TAU * LIMB_POINTS as f64;
         let at = |k: usize| self.heights_km[k % LIMB_POINTS];
@@ -85,7 +87,7 @@ impl LimbProfile {
     }
 }
 
-/// Thirds taken off the interval that holds the summit: (2/3)^13 is half a hundredth.
+/// Iterations of the ternary search for the summit: (2/3)^13 is half a hundredth.
 const REFINEMENTS: usize = 13;
 
 /// The greatest distance of a grazing view ray from the Moon's centre in the half plane towards `aside`, less the sphere's radius.
@@ -101,7 +103,7 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
     let ground_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + aside * angle.sin()), angle);
     let step = 0.5 * map.step_rad();
     let (mut best_km, mut best_angle) = (ground_km(limb), limb);
-    // Outwards on both sides, until not even the greatest height could be seen over what is.
+    // Outwards on both sides, until even the map's maximum could not exceed the highest sample.
     for way in [-1.0, 1.0] {
         for k in 1.. {
             let angle = limb + way * step * f64::from(k);
@@ -114,7 +116,7 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
             }
         }
     }
-    // The summit itself lies between the neighbours of the highest sample: thirds, until a hundredth of a step is left.
+    // The summit lies between the neighbours of the highest sample: a ternary search to a hundredth of a step.
     let (mut from, mut to) = (best_angle - step, best_angle + step);
     for _ in 0..REFINEMENTS {
         let third = (to - from) / 3.0;

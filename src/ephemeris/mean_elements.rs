@@ -1,7 +1,7 @@
 //! The planets on mean ellipses for 3000 BC to AD 3000: the elements and rates of E. M. Standish, "Keplerian elements for approximate
 //! positions of the major planets" (JPL), tables 2a and 2b.
 //!
-//! A planet's barycentre and an instant come in; a heliocentric state goes out, ICRF. Errors are in [`error_km`].
+//! In: a planet's barycentre and an instant. Out: a heliocentric state, ICRF. Errors are in [`error_km`].
 
 use super::{State, frames, two_body};
 use crate::units::{DAYS_PER_JULIAN_CENTURY, KM_PER_AU, SECONDS_PER_DAY};
@@ -23,10 +23,10 @@ const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
     ([39.48686035, 0.24885238, 17.14104260, 238.96535011, 224.09702598, 110.30167986], [0.00449751, 0.00006016, 0.00000501, 145.18042903, -0.00968827, -0.00809981], [-0.01262724, 0.0, 0.0, 0.0]),
 ];
 
-/// The Sun's mass over that of the systems of Jupiter, Saturn, Uranus and Neptune (DE440).
+/// Ratio of the Sun's mass to those of the systems of Jupiter, Saturn, Uranus and Neptune (DE440).
 const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
-/// NAIF code of the place that the theories of the planets, the Sun and the Moon count `place` from; `None` for other places.
+/// NAIF code of the origin of `place` in the theories of the planets, the Sun and the Moon; `None` for other places.
 pub fn relative_to(place: i32) -> Option<i32> {
     match place {
         1..=9 => Some(10),
@@ -53,14 +53,14 @@ pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
         node.to_radians(),
         (perihelion - node).to_radians(),
         (anomaly % 360.0).to_radians(),
-        // The slow drift of the ellipse itself is under 1e-4 of the motion and left out of the velocity.
+        // The secular motion of the ellipse itself is under 1e-4 of the velocity and left out.
         ((rates[3] - rates[4] + 2.0 * b * t) / CENTURY_S).to_radians(),
     );
     let icrf_from_ecliptic = frames::icrf_from_ecliptic();
     Some(State { pos_km: icrf_from_ecliptic * state.pos_km, vel_km_s: icrf_from_ecliptic * state.vel_km_s })
 }
 
-/// The Sun's barycentric state, from the pull of the four giants; the inner planets move it by 800 km more.
+/// The Sun's barycentric state, from the four giant planets; the inner planets move it by 800 km more.
 pub fn sun(tdb_s: f64) -> State {
     let mut moved = State::REST;
     let total: f64 = 1.0 + SUN_OVER_GIANT.iter().map(|(_, m)| 1.0 / m).sum::<f64>();
@@ -72,8 +72,8 @@ pub fn sun(tdb_s: f64) -> State {
     moved
 }
 
-/// Bound of the position's error in km: the worst against DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs`
-/// prints it, rounded up. Beyond it grows in step with the time; a test holds the planets to that against VSOP87 from 3000 BC to AD 3000.
+/// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
+/// rounded up. Outside that span it grows linearly with time; a test verifies this for the planets against VSOP87 from 3000 BC to AD 3000.
 pub fn error_km(place: i32, tdb_s: f64) -> f64 {
     let worst_km = match place {
         1 => 8_000.0,

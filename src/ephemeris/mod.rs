@@ -1,8 +1,8 @@
-//! Where everything is, and how it is turned: f64, kilometres, TDB, ICRF.
+//! Positions, velocities and orientations of bodies: f64, kilometres, TDB, ICRF.
 //!
-//! A catalog and an instant come in, states go out. Each place is one step from another (Moon from Earth, Earth from the Earth-Moon
-//! barycentre, that from the solar system's); a state is the difference of two walks up to their first common place. What always holds:
-//! the answer names the least accurate source that it used and a bound of its error. No file is read here: bytes come in.
+//! In: a catalog and an instant. Out: states. Each place is defined relative to another (Moon to Earth, Earth to the Earth-Moon barycentre, that to the
+//! solar system's); a state is the difference of two chains up to their first common place. Always: the result names the least accurate source that it used
+//! and an upper limit of its error. No file is read here: the caller passes bytes.
 
 pub mod apparent;
 #[doc(hidden)]
@@ -41,7 +41,7 @@ use parking_lot::Mutex;
 use satellites::{drift, galilean, tass};
 use std::collections::{HashMap, VecDeque};
 
-/// A family of theories, from the least accurate to the most.
+/// Sources of states, from the least accurate to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
@@ -66,12 +66,12 @@ impl State {
     /// At the origin, not moving.
     pub const REST: Self = Self { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO };
 
-    /// This state counted from that one's origin.
+    /// This state relative to the origin of `other`.
     pub fn plus(self, other: Self) -> Self {
         Self { pos_km: self.pos_km + other.pos_km, vel_km_s: self.vel_km_s + other.vel_km_s }
     }
 
-    /// This state seen from that one.
+    /// This state relative to another one.
     pub fn minus(self, other: Self) -> Self {
         Self { pos_km: self.pos_km - other.pos_km, vel_km_s: self.vel_km_s - other.vel_km_s }
     }
@@ -94,12 +94,12 @@ pub fn angle_rad(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// What cannot be answered, in one line.
+/// Why a state is not available, in one line.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct EphemerisError(pub String);
 
-/// One step from a place to the place it is counted from.
+/// One step of a chain: from a place to its origin.
 #[derive(Clone, Copy, Debug)]
 struct LinkState {
     state: State,
@@ -107,7 +107,7 @@ struct LinkState {
     error_km: f64,
 }
 
-/// What gives a step; it costs next to nothing to know, so that only the steps that an answer needs are summed.
+/// The source of a step. Finding it is cheap, so only the steps that a result needs are evaluated.
 #[derive(Clone, Copy)]
 enum Theory<'a> {
     Kernel {
@@ -116,12 +116,12 @@ enum Theory<'a> {
     },
     Series,
     Mean,
-    /// A planet's centre, by what its moons weigh.
+    /// A planet's centre relative to its system's barycentre, from the masses of its moons.
     MassCentre,
     Orbit(&'a Motion),
 }
 
-/// A step that is not summed yet.
+/// A step that is not evaluated yet.
 #[derive(Clone, Copy)]
 struct ChainLink<'a> {
     place: NaifId,
@@ -136,28 +136,28 @@ struct Orbit {
     motion: Motion,
 }
 
-/// No chain of places is longer: moon, planet, barycentre, Sun, solar system.
+/// Maximum length of a chain: moon, planet, barycentre, Sun, solar system.
 const LONGEST_CHAIN: usize = 8;
 
-/// All theories behind one interface. What it answers never changes after construction; shared by threads.
+/// All theories behind one interface. Results never depend on earlier calls; it is shared by threads.
 #[derive(Debug)]
 pub struct Ephemeris {
-    /// The first that has a body goes before the others; the shipped one is the last.
+    /// Kernels in order of precedence; the shipped one is the last.
     kernels: Vec<spk::Spk>,
     series: series::Series,
     orbits: HashMap<NaifId, Orbit>,
     rotations: HashMap<NaifId, Rotation>,
-    /// The moons that shift a planet's centre, each with its share of the system's mass.
+    /// The moons that displace a planet's centre, each with its share of the system's mass.
     mass_shares: HashMap<NaifId, Vec<MassShare>>,
     theories: satellites::MoonTheories,
-    /// Of the catalog's bodies, for messages.
+    /// Names of the catalog's bodies, for messages.
     names: HashMap<NaifId, String>,
     pck: orientation::Pck,
-    /// Planets' centres that were asked for last: a frame asks for one at the same instant for each of the planet's moons.
+    /// The most recent centres of planets: a frame needs one at the same instant for each of the planet's moons.
     recent_centres: Mutex<VecDeque<(NaifId, Instant, LinkState)>>,
 }
 
-/// Centres that are remembered.
+/// Number of cached centres.
 const MAX_RECENT_CENTRES: usize = 16;
 
 impl Ephemeris {
@@ -182,7 +182,7 @@ impl Ephemeris {
         })
     }
 
-    /// Puts the user's SPK (bytes of the file) before the shipped kernel.
+    /// Adds the user's SPK (bytes of the file) with precedence over the shipped kernel.
     pub fn with_kernel(mut self, name: &str, bytes: Vec<u8>) -> Result<Self, EphemerisError> {
         self.kernels.insert(0, spk::Spk::parse(name, &bytes)?);
         Ok(self)
@@ -194,7 +194,7 @@ impl Ephemeris {
             return Err(EphemerisError("the time is not a number".into()));
         }
         let (up, down) = (self.chain(body, t, source), self.chain(center, t, source));
-        // What both walks share cancels: the Sun's own place is not asked for when the Sun is the centre.
+        // The common part of both chains cancels: the Sun's own place is not needed if the Sun is the centre.
         let common = up.places().find_map(|(i, p)| down.places().find_map(|(j, q)| (p == q).then_some((i, j))));
         let Some((up_len, down_len)) = common else {
             let stuck = if up.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &down } else { &up };
@@ -235,8 +235,8 @@ impl Ephemeris {
         }
     }
 
-    /// Where `body` is seen from `observer_pos_km` (barycentric ICRF) at `t`: barycentric position at the time the light left, and
-    /// that time.
+    /// The place of `body` with light time from `observer_pos_km` (barycentric ICRF) at `t`: barycentric position at the time of emission, and that
+    /// time.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
         // Each round shrinks the error by v/c, under 1e-3 for any body here. What is late by less than a second is moved along its velocity, which
@@ -254,7 +254,7 @@ impl Ephemeris {
         unreachable!("the loop returns in its sixth round")
     }
 
-    /// The legs from `place` towards the solar system barycentre, as far as the theories lead.
+    /// The steps from `place` towards the solar system barycentre, as far as the theories go.
     fn chain(&self, place: NaifId, t: Instant, source: Option<Source>) -> Chain<'_> {
         let mut chain = Chain { first: place, links: [None; LONGEST_CHAIN] };
         let mut at = place;
@@ -269,7 +269,7 @@ impl Ephemeris {
         chain
     }
 
-    /// The best theory that has `place` at `t`, and what it counts from.
+    /// The best source for `place` at `t`, and its origin.
     fn link(&self, place: NaifId, t: Instant, source: Option<Source>) -> Option<ChainLink<'_>> {
         let tdb_s = t.tdb_seconds_past_j2000();
         let link = |from: i32, theory| Some(ChainLink { place, from: NaifId(from), theory });
@@ -323,7 +323,7 @@ impl Ephemeris {
         }
     }
 
-    /// A body about its parent, by its theory. The theories of moons and asteroids serve every `source`: none here places them better.
+    /// A body relative to its parent, by its theory. The theories of moons and asteroids serve every `source`: none here is more accurate.
     fn orbit_step(&self, place: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
         if !in_years(t, ORBIT_YEARS) {
             return None;
@@ -337,8 +337,8 @@ impl Ephemeris {
         Some(LinkState { state, source, error_km })
     }
 
-    /// The centre of a planet counts from its system's barycentre by what its moons weigh: -Σ m r / Σ m. The moons' own states are
-    /// counted from the planet, so this asks for no place of the planet.
+    /// The centre of a planet relative to its system's barycentre, from the masses of its moons: -Σ m r / Σ m. The moons' own states are relative to
+    /// the planet, so this needs no position of the planet.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<LinkState> {
         let mut recent_centres = self.recent_centres.lock();
         if let Some((.., known)) = recent_centres.iter().find(|(of, at, _)| *of == planet && *at == t) {
@@ -367,7 +367,7 @@ const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Moons answer wherever a long kernel such as DE441 has their planet, with an error that grows; rotations likewise.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
-/// Planets whose centre is placed by what their moons weigh.
+/// Planets whose centre is computed from the masses of their moons.
 fn has_massive_moons(place: NaifId) -> bool {
     matches!(place.0, 499 | 599 | 699 | 799 | 899 | 999)
 }
@@ -386,7 +386,7 @@ struct MassShare {
 /// A moon that has less of its system's mass than this does not count: the largest left out, Mimas and Hyperion, shift Saturn by
 /// 12 and 15 metres; Phobos shifts Mars by 0.2 metres.
 const MIN_MASS_SHARE: f64 = 1e-7;
-/// What the moons left out may add up to, km.
+/// Upper limit of the effect of the omitted moons, km.
 const OMITTED_MOONS_KM: f64 = 0.05;
 
 fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
@@ -401,19 +401,19 @@ fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
     mass_shares
 }
 
-/// A walk from a place, without an allocation; empty slots come last.
+/// A chain of places without an allocation; empty slots come last.
 struct Chain<'a> {
     first: NaifId,
     links: [Option<ChainLink<'a>>; LONGEST_CHAIN],
 }
 
 impl<'a> Chain<'a> {
-    /// The first `len` legs.
+    /// The first `len` steps.
     fn links(&self, len: usize) -> impl Iterator<Item = &ChainLink<'a>> {
         self.links[..len].iter().flatten()
     }
 
-    /// Each place with the number of legs that lead to it.
+    /// Each place with the number of steps that lead to it.
     fn places(&self) -> impl Iterator<Item = (usize, NaifId)> {
         std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.from)).enumerate()
     }

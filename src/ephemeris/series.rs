@@ -1,9 +1,8 @@
 //! The planets by VSOP87 (crate vsop87, full theory), the Sun's place from VSOP87E, and Pluto by a refit of DE440 for 1551-2646.
 //!
-//! A place and an instant come in; a state relative to the place that the theory counts from goes out, ICRF. The planets' series have thousands of terms:
-//! they are summed at the nodes of polynomials (src/ephemeris/chebyshev_cache.rs), which follow them to 4e-3 km, as
-//! far as a Julian date in a double tells one instant from the next, and 2e-6 km/s (tests/ephemeris/positions.rs).
-//! Errors against DE440 are in [`error_km`].
+//! In: a place and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated at
+//! the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs), which agree with them to 4e-3 km, the resolution of a Julian date in a double,
+//! and to 2e-6 km/s (tests/ephemeris/positions.rs). Errors against DE440 are in [`error_km`].
 
 use super::chebyshev_cache::ChebyshevCache;
 use super::{EphemerisError, State, elp::LunarSeries, frames, spk::Spk};
@@ -11,10 +10,10 @@ use crate::units::{JD_J2000, KM_PER_AU, SECONDS_PER_DAY};
 use glam::DVec3;
 use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
 
-/// Mass of the Earth over that of the Moon (DE440, Park et al. 2021).
+/// Ratio of the Earth's mass to the Moon's (DE440, Park et al. 2021).
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 
-/// Days that one polynomial covers: Mercury's year is the shortest, and has the largest overtones.
+/// Days that one polynomial covers. The limit is Mercury, with the shortest period and the largest harmonics.
 const MERCURY_SEGMENT_DAYS: f64 = 16.0;
 const SEGMENT_DAYS: f64 = 32.0;
 
@@ -34,7 +33,7 @@ impl Series {
         })
     }
 
-    /// NAIF code of the place that the series of `place` counts from; `None` where no series has it.
+    /// NAIF code of the origin of the series of `place`; `None` without a series.
     pub fn relative_to(&self, place: i32, tdb_s: f64) -> Option<i32> {
         match place {
             9 => self.pluto.segment(9, tdb_s).map(|segment| segment.center),
@@ -42,7 +41,7 @@ impl Series {
         }
     }
 
-    /// The span in which the series have `place`, TDB seconds past J2000; infinite where only their use is limited.
+    /// The span in which the series are valid for `place`, TDB seconds past J2000; infinite without a limit of their own.
     pub fn reach(&self, place: i32) -> Option<(f64, f64)> {
         match place {
             9 => self.pluto.reach(9),
@@ -50,7 +49,7 @@ impl Series {
         }
     }
 
-    /// State of `place` relative to where it counts from; `None` where no series has it.
+    /// State of `place` relative to its origin; `None` without a series.
     pub fn state(&self, place: i32, tdb_s: f64) -> Option<State> {
         match place {
             9 => self.pluto.step(9, tdb_s).map(|(_, state)| state),
@@ -65,12 +64,12 @@ impl Series {
         }
     }
 
-    /// The position of a planet or of the Sun by its series itself, km; `None`: they have no other place.
+    /// The position of a planet or of the Sun directly from its series, km; `None` for other places.
     pub fn evaluate_km(place: i32, tdb_s: f64) -> Option<DVec3> {
         planetary(place).map(|theory| theory_position_km(theory, tdb_s))
     }
 
-    /// The Moon by its largest terms alone: its mean motion with the equation of the centre, evection, variation and their like.
+    /// The Moon by its largest terms only: mean motion, equation of the centre, evection, variation and the like.
     pub fn mean_moon(&self, tdb_s: f64) -> State {
         self.moon.state(tdb_s, 500.0)
     }
@@ -82,7 +81,7 @@ pub fn earth_from_moon(moon: State) -> State {
     State { pos_km: moon.pos_km * part, vel_km_s: moon.vel_km_s * part }
 }
 
-/// Astronomical units in the ecliptic of J2000, by Julian date.
+/// Astronomical units, ecliptic of J2000, as a function of the Julian date.
 type Theory = fn(f64) -> RectangularCoordinates;
 
 fn planetary(place: i32) -> Option<Theory> {
@@ -105,8 +104,8 @@ fn theory_position_km(theory: Theory, tdb_s: f64) -> DVec3 {
     frames::icrf_from_ecliptic() * (DVec3::new(p.x, p.y, p.z) * KM_PER_AU)
 }
 
-/// Bound of the position's error in km: the worst against DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs`
-/// prints it, rounded up; it grows with the square of the time beyond. The growth is an assumption: nothing beyond was measured.
+/// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
+/// rounded up. Outside that span it grows with the square of time; that growth is an assumption and was not measured.
 pub fn error_km(place: i32, tdb_s: f64) -> f64 {
     let worst_km = match place {
         1 => 125.0,

@@ -1,10 +1,10 @@
-//! SPK kernels: the bytes of a file come in, states of bodies relative to their segment's centre go out.
+//! SPK kernels. In: the bytes of a file. Out: states of bodies relative to their segment's centre.
 //!
 //! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
 //! doubles and summed in `chebyshev`: anise's own call goes through an epoch of nanoseconds, which costs more than the sum.
-//! What always holds: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
-//! (Chebyshev positions) and 3 (positions and velocities) are read; other types are named and refused. A file is refused before anise sees it
-//! where its chain of summary records leaves the file or returns to a record, which anise would follow for ever.
+//! Always: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
+//! (Chebyshev positions) and 3 (positions and velocities) are read; other types are rejected by name. A file is rejected before anise reads it
+//! if its chain of summary records leaves the file or returns to a record, which anise would follow for ever.
 
 use super::chebyshev::value_and_slope;
 use super::{EphemerisError, State};
@@ -16,7 +16,7 @@ use std::collections::{HashMap, HashSet};
 
 /// Bytes of a record of a DAF file.
 const RECORD_BYTES: usize = 1024;
-/// Summaries that a record of an SPK holds at most: (128 - 3) doubles, 5 a summary.
+/// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
 
 /// Walks the chain of summary records (DAF Required Reading: each begins with the numbers of the next and of the previous record and with how
@@ -50,7 +50,7 @@ fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// One stretch of Chebyshev records of equal length.
+/// A segment of Chebyshev records of equal length.
 #[derive(Debug)]
 pub struct Segment {
     pub target: i32,
@@ -135,7 +135,7 @@ impl Spk {
                     }
                     other => return Err(wrong(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
                 };
-                // Segments that share their records would let a small file ask for any amount of memory.
+                // Segments that share their records would let a small file allocate any amount of memory.
                 doubles_left = doubles_left
                     .checked_sub(data.len())
                     .ok_or_else(|| wrong(format!("segment of {target}: the segments hold more than the file; fetch the file again")))?;
@@ -154,7 +154,7 @@ impl Spk {
                 if !whole || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
                     return Err(wrong(format!("segment of {target}: broken records; fetch the file again")));
                 }
-                // A later segment of a file goes before an earlier one (SPK Required Reading).
+                // A later segment of a file has precedence over an earlier one (SPK Required Reading).
                 by_target.entry(target).or_default().insert(0, segment);
             }
             let summary = spk.daf_summary(block).map_err(|e| wrong(e.to_string()))?;
@@ -185,7 +185,7 @@ impl Spk {
         spans.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
-    /// State of `target` relative to `center` by this file alone; a centre is reached by going outward from both.
+    /// State of `target` relative to `center` from this file only, by following both chains of centres.
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
         let to_root = |mut id: i32| {
             let mut path = vec![(id, State { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO })];

@@ -1,13 +1,14 @@
-//! Where a star stands at a date: straight motion through space, and parallax from the viewer's place.
+//! The place of a star at a date: linear space motion, and parallax from the viewer's position.
 //!
-//! In: a star of a catalogue, the years since its epoch, the viewer's barycentric place. Out: the vector to the star in units of its distance at the epoch, so that stars
-//! without a measured distance need no case of their own: its direction is where the star is seen by a viewer at rest, and one over its square is how much brighter it
-//! is than in the catalogue. Left out: the change of the light's time on its way, as catalogues do, orbits of double stars, and bending by the Sun (0.004 arcsec abeam, 1.75 at the limb).
+//! In: a star of a catalogue, the years since its epoch, the viewer's barycentric position. Out: the vector to the star in units of its distance at the
+//! epoch, so that stars without a measured distance need no special case: its direction is that for a viewer at rest, and one over its squared length is
+//! the brightness relative to the catalogue. Left out: the change of light time along the star's path, as in catalogues, orbits of double stars, and light
+//! deflection by the Sun (0.004 arcsec at 90 degrees, 1.75 at the limb).
 
 use crate::catalog::stars::Star;
 use glam::DVec3;
 
-/// From the viewer to the star, in units of the star's distance at the epoch. `viewer_au`: from the barycentre, ICRF.
+/// Vector from the viewer to the star, in units of the star's distance at the epoch. `viewer_au`: barycentric, ICRF.
 pub fn star_from_viewer(star: &Star, years: f64, viewer_au: DVec3) -> DVec3 {
     star.direction + star.motion_per_year * years - viewer_au * star.parallax_rad
 }

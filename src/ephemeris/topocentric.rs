@@ -1,8 +1,8 @@
-//! What a viewer on the ground sees: altitude and azimuth, rising and setting, and one disc before another.
+//! Topocentric phenomena: altitude and azimuth, rising and setting, and transits and occultations of discs.
 //!
-//! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are airless; rising and setting on the Earth count the
+//! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
 //! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is in, stellar
-//! aberration is not: 20 arcsec of altitude, 1.4 s of a rising; two discs beside each other move together. The horizon is the ellipsoid's.
+//! aberration is left out: 20 arcsec of altitude, 1.4 s of a rising; two neighbouring discs are displaced together. The horizon is the ellipsoid's.
 
 use super::{Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};
@@ -11,17 +11,17 @@ use glam::DVec3;
 
 /// Refraction at the horizon, degrees.
 const REFRACTION_DEG: f64 = 34.0 / 60.0;
-/// Between samples of a day; a body that stays above the horizon for less is missed.
+/// Seconds between samples of a day; a body that is above the horizon for less time is missed.
 const RISE_STEP_S: f64 = 600.0;
-/// Between samples of two discs that may meet.
+/// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
-/// Roots are closed in to this, seconds.
+/// Tolerance of roots, seconds.
 const ROOT_TOLERANCE_S: f64 = 0.05;
 
 /// A place on the ground of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observer {
-    /// Whose ground it is.
+    /// The body that the place is on.
     pub body: NaifId,
     /// Planetographic.
     pub latitude_deg: f64,
@@ -31,54 +31,54 @@ pub struct Observer {
     pub height_km: f64,
 }
 
-/// Where a target stands in the sky of a place.
+/// The position of a target in the sky of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizontal {
     /// From north through east, 0 to 360.
     pub azimuth_deg: f64,
     /// Without refraction.
     pub altitude_deg: f64,
-    /// About the ground's pole, from the meridian westward, -180 to 180.
+    /// Hour angle from the meridian westward, -180 to 180.
     pub hour_angle_deg: f64,
     /// From the observer to the body's centre.
     pub distance_km: f64,
-    /// Of the disc's mean radius.
+    /// Angular diameter of the disc of mean radius.
     pub semidiameter_deg: f64,
-    /// From the place to the target, ICRF.
+    /// Direction from the place to the target, ICRF.
     pub direction: DVec3,
 }
 
-/// One day of a target.
+/// Rising, transit and setting of a target in one day.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RiseSetTimes {
     /// `None`: it does not rise within the day.
     pub rise: Option<Instant>,
     /// `None`: it does not set within the day.
     pub set: Option<Instant>,
-    /// In the meridian above the pole, and its altitude, degrees; `None`: not within the day, as of the Moon once a month.
+    /// Upper transit and its altitude, degrees; `None` if there is none within the day, as for the Moon once a month.
     pub transit: Option<(Instant, f64)>,
-    /// Above the horizon at the start.
+    /// Whether it is above the horizon at the start.
     pub up_at_start: bool,
 }
 
-/// A disc passing before another.
+/// A transit or occultation of one disc by another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscPassage {
     /// First and last contact of the discs.
     pub begins: Instant,
     /// Last contact of the discs.
     pub ends: Instant,
-    /// Between second and third contact the smaller disc is wholly before or behind the larger.
+    /// Second and third contact, between which the smaller disc is wholly in front of or behind the larger.
     pub inner: Option<(Instant, Instant)>,
-    /// When most is covered.
+    /// The instant of greatest obscuration.
     pub greatest: Instant,
-    /// Part of the target's diameter that is covered at the greatest; where one disc lies within the other, the ratio of their sizes.
+    /// Largest covered part of the target's diameter; if one disc lies within the other, the ratio of their sizes.
     pub magnitude: f64,
-    /// Of the target at the greatest.
+    /// The target's altitude then.
     pub altitude_deg: f64,
 }
 
-/// Point of the reference ellipsoid raised by `height_km`: the ellipsoid's normal has the given planetographic latitude and east
+/// The point at `height_km` above the reference ellipsoid, where the ellipsoid's normal has the given planetographic latitude and east
 /// longitude (exact for three different axes). Returns the point and the normal, body-fixed.
 pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, height_km: f64) -> (DVec3, DVec3) {
     let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
@@ -88,13 +88,13 @@ pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, h
     (surface + normal * height_km, normal)
 }
 
-/// A sky to look at: what all questions here share.
+/// The sky of a place: inputs that all computations here share.
 pub struct ObserverSky<'a> {
-    /// Bodies and their radii.
+    /// The bodies with their radii.
     pub catalog: &'a Catalog,
-    /// Where they are.
+    /// Their positions.
     pub ephemeris: &'a Ephemeris,
-    /// Where the observer stands.
+    /// The observer's place.
     pub place: Observer,
 }
 
@@ -115,7 +115,7 @@ impl ObserverSky<'_> {
         let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
         let north = normal.cross(east);
         let azimuth_deg = local.dot(east).atan2(local.dot(north)).to_degrees().rem_euclid(360.0);
-        // The sine alone loses digits near the zenith.
+        // The arc sine alone is imprecise near the zenith.
         let across = local.dot(east).hypot(local.dot(north));
         Ok(Horizontal {
             azimuth_deg,
@@ -131,7 +131,7 @@ impl ObserverSky<'_> {
     fn above(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let seen = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
-        // Planets and stars are points to almanacs; the Sun and the Moon have limbs, and so has whatever is as large.
+        // Almanacs treat planets and stars as points; the Sun and the Moon have limbs, and so have bodies as large.
         let limb = if seen.semidiameter_deg > 0.05 { seen.semidiameter_deg } else { 0.0 };
         Ok(seen.altitude_deg + refraction + limb)
     }
@@ -144,7 +144,7 @@ impl ObserverSky<'_> {
         let height = |s: f64| self.above(target, start.plus_seconds(s));
         let (rises, sets) = first_crossings(length_s, height)?;
         let seen = |s: f64| self.topocentric(target, start.plus_seconds(s));
-        // Of the two meridians that it passes, one has the pole below it.
+        // Of its two meridian passages, one is below the pole.
         let westward = |s: f64| Ok(seen(s)?.hour_angle_deg.to_radians().sin());
         let (to_west, to_east) = first_crossings(length_s, westward)?;
         let mut transit = None;
@@ -162,8 +162,8 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// When the target's centre, without refraction, first rises over an altitude and first sinks under it within `length_s` of `start`: twilight by the Sun
-    /// at -6, -12 and -18 degrees. A stay of less than ten minutes on one side is missed.
+    /// When the target's centre, without refraction, first rises above an altitude and first sinks below it within `length_s` of `start`, as for twilight by
+    /// the Sun at -6, -12 and -18 degrees. A stay of less than ten minutes on one side is missed.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
@@ -184,7 +184,7 @@ impl ObserverSky<'_> {
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn passage(&self, target: NaifId, before: NaifId, start: Instant, length_s: f64) -> Result<Option<DiscPassage>, EphemerisError> {
-        // Degrees by which the discs overlap; negative apart.
+        // Overlap of the discs in degrees; negative if they are apart.
         let overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
             let (far, near) = (self.topocentric(target, t)?, self.topocentric(before, t)?);
@@ -193,7 +193,7 @@ impl ObserverSky<'_> {
             }
             Ok(far.semidiameter_deg + near.semidiameter_deg - angle_rad(far.direction, near.direction).to_degrees())
         };
-        // Almanacs reckon first and last contact with a larger Moon than totality.
+        // Almanacs compute first and last contact with a larger Moon than totality.
         let penumbral = if before == NaifId::MOON { self.catalog.eclipse_radii().penumbral_moon_ratio() } else { 1.0 };
         let outer_overlap = |s: f64| -> Result<f64, EphemerisError> {
             let near = self.topocentric(before, start.plus_seconds(s))?;
@@ -206,7 +206,7 @@ impl ObserverSky<'_> {
             let o = overlap(s)?;
             match best {
                 Some((_, most)) if o > most => best = Some((s, o)),
-                // Past its greatest: later ones are another passage.
+                // After its maximum; later overlaps belong to another passage.
                 Some((_, most)) if most > 0.0 && o <= 0.0 => break,
                 None => best = Some((s, o)),
                 _ => {}
@@ -235,7 +235,7 @@ impl ObserverSky<'_> {
         };
         let t = start.plus_seconds(greatest_s);
         let (far, near) = (self.topocentric(target, t)?, self.topocentric(before, t)?);
-        // Overlap at which the smaller disc touches the larger from within.
+        // Overlap at which the smaller disc is internally tangent to the larger.
         let inner_at = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
             Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(before, t)?.semidiameter_deg))
@@ -256,7 +256,7 @@ impl ObserverSky<'_> {
     }
 }
 
-/// Where `f` first turns positive and first turns negative from 0 to `length_s`.
+/// The first rising and the first falling root of `f` in 0 to `length_s`.
 fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<(Option<f64>, Option<f64>), EphemerisError> {
     let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
     let (mut rises, mut sets) = (None, None);
@@ -275,7 +275,7 @@ fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>
     Ok((rises, sets))
 }
 
-/// Where `f` turns positive between `a` (where it is not) and `b` (where it is).
+/// The root of `f` between `a` (not positive) and `b` (positive).
 fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
     while (b - a).abs() > ROOT_TOLERANCE_S {
         let middle = 0.5 * (a + b);
@@ -288,7 +288,7 @@ fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) 
     Ok(0.5 * (a + b))
 }
 
-/// Where `f`, which has one peak between `a` and `b`, is greatest: golden sections.
+/// The maximum of `f` between `a` and `b`, if it has one peak, by golden-section search.
 fn greatest(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
     const SECTION: f64 = 0.618_033_988_749_895;
     while b - a > ROOT_TOLERANCE_S {

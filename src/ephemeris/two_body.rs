@@ -1,7 +1,6 @@
-//! Motion on a precessing ellipse: mean elements come in, a state relative to the parent goes out, in ICRF.
+//! Motion on a precessing ellipse. In: mean elements. Out: a state relative to the parent, ICRF.
 //!
-//! What always holds: 0 <= e < 1. What it leaves out: every periodic perturbation; how far that carries is measured per body by the
-//! tests of who calls it.
+//! Always: 0 <= e < 1. Left out: all periodic perturbations; the tests of each caller measure the resulting error per body.
 
 use super::State;
 use crate::catalog::MeanElements;
@@ -12,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Eccentric anomaly (radians, within half a turn of `mean_anomaly_rad`) that solves E - e sin E = M for 0 <= e < 1, to rounding.
 ///
-/// Newton's steps kept inside a bracket that every step narrows: E lies in [M, M + e] for M in [0, π], and by symmetry below.
+/// Newton's method inside a bracket that every step narrows: E is in [M, M + e] for M in [0, π], and by symmetry below.
 pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     let turns = (mean_anomaly_rad / TAU).round();
     let m = mean_anomaly_rad - turns * TAU;
@@ -65,15 +64,15 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
-/// The node goes back for inclinations under 90 degrees and forward above; the periapsis goes forward. The table's mean motion is that
-/// of the mean longitude at the epoch, so the anomaly's rate is what the two slow angles leave of it; a tide's square of the time adds to both.
+/// The node regresses for inclinations under 90 degrees and advances above; the periapsis advances. The table's mean motion is that of the mean longitude
+/// at the epoch, so the rate of the anomaly is what remains after the two slow angles; a tidal term in T² is added to both.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     let per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * 365.25) };
     let retrograde = elements.inclination_deg > 90.0;
     let node_rate = if retrograde { per_day(elements.node_period_yr) } else { -per_day(elements.node_period_yr) };
     let argument_rate = per_day(elements.argument_period_yr);
-    // Longitude is node + argument + anomaly; for a retrograde orbit it counts against the node.
+    // Longitude is node + argument + anomaly; in a retrograde orbit the node is subtracted.
     let linear_rate = elements.mean_motion_deg_day - argument_rate + if retrograde { node_rate } else { -node_rate };
     let (quadratic_deg_cy2, centuries) = (elements.longitude_quadratic_deg_cy2, days / DAYS_PER_JULIAN_CENTURY);
     let anomaly_rate = linear_rate + 2.0 * quadratic_deg_cy2 * centuries / DAYS_PER_JULIAN_CENTURY;
@@ -90,7 +89,7 @@ pub fn state(elements: &MeanElements, t: Instant) -> State {
         anomaly,
         (anomaly_rate / SECONDS_PER_DAY).to_radians(),
     );
-    // The ellipse itself turns: about the orbit's normal with the periapsis, about the frame's pole with the node.
+    // The ellipse itself rotates: about the orbit's normal with the periapsis, about the frame's pole with the node.
     let normal = DMat3::from_rotation_z(node) * DMat3::from_rotation_x(elements.inclination_deg.to_radians()) * DVec3::Z;
     let turn = (normal * argument_rate + DVec3::Z * node_rate) * (PI / 180.0 / SECONDS_PER_DAY);
     state.vel_km_s += turn.cross(state.pos_km);

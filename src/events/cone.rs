@@ -1,4 +1,4 @@
-//! A cone of shadow against the Earth's spheroid.
+//! The intersection of a shadow cone with the Earth's spheroid.
 //!
 //! In: centres of the Sun and the Moon from the Earth's, GCRS, km. Out: by how much a cone clears the spheroid, and where its axis or its nearest side
 //! meets the ground. The gap is exact: the widest slab between the spheroid and a plane that touches the cone along a side.
@@ -27,7 +27,7 @@ impl Spheroid {
         self.scaled(direction, self.equatorial_km, self.polar_km).length()
     }
 
-    /// The point of its surface that lies farthest along a direction.
+    /// The point of its surface farthest along a direction.
     pub fn farthest_km(&self, direction: DVec3) -> DVec3 {
         self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.reach_km(direction)
     }
@@ -52,7 +52,7 @@ impl Spheroid {
     }
 }
 
-/// One nappe of a cone.
+/// A single cone (one nappe).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cone {
     apex_km: DVec3,
@@ -62,14 +62,14 @@ pub(super) struct Cone {
 }
 
 impl Cone {
-    /// Where a part of the Sun is hidden.
+    /// The penumbra, from which a part of the Sun is hidden.
     pub fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km + moon_radius_km) / distance_km;
         Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), opens: -to_sun, sin_half }
     }
 
-    /// Where all of the Sun or a ring of it is hidden: of the two nappes that which passes the Earth's limb.
+    /// The umbra or antumbra: of the two nappes the one that passes the Earth's limb.
     pub fn umbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km - moon_radius_km) / distance_km;

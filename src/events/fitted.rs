@@ -1,4 +1,4 @@
-//! A place over some hours as a Chebyshev polynomial, so that contacts cost no ephemeris.
+//! A position over some hours as a Chebyshev polynomial, so that contacts need no ephemeris.
 
 use crate::ephemeris::{EphemerisError, chebyshev};
 use glam::DVec3;

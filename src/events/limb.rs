@@ -1,4 +1,4 @@
-//! Contacts of a solar eclipse and Baily's beads by the Moon's own heights.
+//! Contacts of a solar eclipse and Baily's beads with the lunar limb profile.
 //!
 //! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: instants at which the Sun's disc and the Moon's true silhouette touch, where on the limb, and
 //! by how much they are later than those of the mean limb. The last bead before totality goes out at C2 and the first one after it shines at C3; in an annular eclipse the
@@ -35,7 +35,7 @@ pub struct LimbContact {
     pub height_km: f64,
 }
 
-/// Which edge of the silhouette counts.
+/// Which part of the silhouette defines a contact.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Touch {
     /// Some point of it lies on the Sun: outer contacts, and those of a total eclipse.
@@ -44,7 +44,7 @@ enum Touch {
     All,
 }
 
-/// The silhouette over a place for some minutes.
+/// The silhouette as seen from a place for some minutes.
 struct Silhouette<'a> {
     station: &'a Station<'a>,
     profile: LimbProfile,
@@ -60,7 +60,7 @@ impl<'a> Silhouette<'a> {
         Ok(Self { station, profile, icrf_from_moon: moon_from_icrf.transpose() })
     }
 
-    /// Position angles are kept while the Moon goes on.
+    /// Position angles stay fixed while the Moon moves.
     fn direction(&self, k: usize, moon_km: DVec3) -> DVec3 {
         let (distance_km, towards) = (moon_km.length(), moon_km.normalize());
         let across = self.profile.across().map(|a| self.icrf_from_moon * a).map(|a| (a - towards * a.dot(towards)).normalize());

@@ -1,6 +1,6 @@
-//! What a place on the Earth sees of an eclipse: contacts, magnitude, altitudes, with sunrise and sunset cut in.
+//! Local circumstances of an eclipse: contacts, magnitude, altitudes, limited by sunrise and sunset.
 //!
-//! In: a place and the sky of the eclipse. Out: circumstances, or none where the discs do not meet above the horizon. Contacts are those of the mean
+//! In: a place and the sky of the eclipse. Out: circumstances, or none if the discs do not overlap above the horizon. Contacts are those of the mean
 //! limbs; altitudes are airless, rising and setting count the conventional refraction of 34 arcmin and the upper limb.
 
 use super::numeric::{end_of_negative, least_instant};
@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Refraction at the horizon, as almanacs have it, radians.
 const HORIZON_REFRACTION: f64 = 34.0 / 60.0 * PI / 180.0;
-/// From the deepest to either end: an eclipse of the Sun lasts 3.6 hours at a place at most, one of the Moon 6.3, a transit 8.
+/// Longest time from maximum to either end: a solar eclipse lasts 3.6 hours at a place at most, a lunar one 6.3, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 const STEP_S: f64 = 120.0;
 
@@ -24,7 +24,7 @@ pub struct Place {
     pub latitude_deg: f64,
     /// East.
     pub longitude_deg: f64,
-    /// Over the ellipsoid.
+    /// Height over the ellipsoid.
     pub height_km: f64,
 }
 
@@ -40,13 +40,13 @@ impl Place {
     }
 }
 
-/// An instant of an eclipse and where the body stands then.
+/// An instant of an eclipse with the body's position in the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalContact {
     pub name: &'static str,
     pub time: Instant,
     pub altitude_deg: f64,
-    /// From north through east.
+    /// Azimuth from north through east.
     pub azimuth_deg: f64,
 }
 
@@ -60,14 +60,14 @@ impl LocalContact {
 /// Semidiameter of the Sun and the Moon for rising and setting, radians.
 const DISC_RADIUS: f64 = 16.0 / 60.0 * PI / 180.0;
 
-/// An eclipse as a place sees it.
+/// Local circumstances of an eclipse.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalCircumstances {
-    /// Whether any of it is above the horizon; the rest is then geometry alone.
+    /// Whether any of it is above the horizon; if not, the rest is pure geometry.
     pub visible: bool,
-    /// C1 to C4 of the discs before the Sun, P1 to P4 of the Moon, by time; those below the horizon are told apart by [`LocalContact::is_up`].
+    /// C1 to C4 of a solar eclipse or transit, P1 to P4 of a lunar eclipse, by time; [`LocalContact::is_up`] marks those above the horizon.
     pub contacts: Vec<LocalContact>,
-    /// The deepest that is above the horizon; where nothing is, the deepest.
+    /// The maximum above the horizon; if none is, the geometric maximum.
     pub maximum: LocalContact,
     /// Part of the Sun's diameter that is covered then; where one disc lies within the other, the Moon's diameter over the Sun's. Of the Moon: as
     /// seen from everywhere.
@@ -81,7 +81,7 @@ pub struct LocalCircumstances {
     pub central_s: Option<f64>,
 }
 
-/// The discs of the Sun and the Moon over a place, radians.
+/// The discs of the Sun and the Moon as seen from a place, radians.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discs {
     pub sun: f64,
@@ -234,7 +234,8 @@ impl<'a> Station<'a> {
         }
         let up = self.up_between(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();
-        // The discs part steadily on either side of the deepest: where that is below the horizon, the best is a rising or a setting.
+        // The separation increases monotonically on either side of the maximum; if that is below the horizon, the best instant is a rising or a
+        // setting.
         let best = up.best(deepest, magnitude);
         Some(LocalCircumstances {
             visible: best.is_some(),

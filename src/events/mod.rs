@@ -1,4 +1,4 @@
-//! What happens in the sky and when: eclipses of the Sun and the Moon, transits of Mercury and Venus, and what the Galilean moons and Titan do.
+//! Events: eclipses of the Sun and the Moon, transits of Mercury and Venus, and phenomena of the Galilean moons and Titan.
 //!
 //! In: catalog, ephemeris, a span of time. Out: events by time, with their instants as the Earth's centre receives the light, and what a place sees of
 //! them. The geometry is that of the shaders: bodies stand where the light passed them, radii are the catalog's, of the convention in force. Nothing is

@@ -1,4 +1,4 @@
-//! What the Galilean moons and Titan do before their planets: transits, occultations, shadow transits, eclipses.
+//! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
 //! In: a span of time. Out: events as the Earth's centre sees them. The geometry is that of planes that touch the planet's spheroid and the source: the
 //! Earth as a point for transits and occultations, the Sun's disc for shadows and eclipses. Light takes time between Sun, moon, planet and Earth. An event
@@ -16,7 +16,7 @@ use glam::DVec3;
 
 pub(super) const GALILEAN: [NaifId; 4] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504)];
 const MOONS: [NaifId; 5] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504), NaifId(606)];
-/// Samples of an orbit in which conjunctions are looked for.
+/// Samples per orbit between which conjunctions are searched.
 const STEPS_PER_ORBIT: f64 = 16.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,5 @@
-//! Galilean moons before each other: mutual occultations and eclipses, in the seasons when the Earth or the Sun is in the plane of their orbits.
+//! Mutual phenomena of the Galilean moons: occultations and eclipses of one by another, in the seasons when the Earth or the Sun is in the plane of their
+//! orbits.
 //!
 //! In: a span of time. Out: events as the Earth's centre sees them. Light takes time between Sun, both moons and the Earth; moons are spheres. The theory
 //! of the moons limits the instants to 30 s and grazing events to certainly or not. Listed though Jupiter may hide them.
@@ -66,7 +67,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     Ok(found)
 }
 
-/// Two moons around their passage. Times are seconds from the middle by the clock of the farther moon; vectors are from Jupiter's centre, km.
+/// Two moons around their conjunction. Times are seconds from the middle by the clock of the farther moon; vectors are from Jupiter's centre, km.
 struct Passage<'a> {
     near: &'a Body,
     far: &'a Body,
@@ -86,7 +87,7 @@ struct Offset {
     source_km: f64,
 }
 
-/// What lies behind the nearer moon.
+/// The region behind the nearer moon.
 #[derive(Clone, Copy)]
 enum Region {
     /// From the Earth.

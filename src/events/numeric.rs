@@ -1,9 +1,9 @@
-//! Roots and minima in time of functions that are cheap and smooth.
+//! Roots and minima of smooth functions of time.
 
-/// Instants are closed in to this, seconds.
+/// Tolerance of instants, seconds.
 const TOLERANCE_S: f64 = 1e-4;
 
-/// Where `f` stops being negative on the way from `inside`, where it is, to `outside`; `outside` where it stays negative.
+/// The root of `f` between `inside`, where it is negative, and `outside`; `outside` if it stays negative.
 pub(super) fn end_of_negative(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -> f64 {
     if f(outside) < 0.0 {
         return outside;
@@ -20,7 +20,7 @@ pub(super) fn end_of_negative(inside: f64, outside: f64, f: impl Fn(f64) -> f64)
     0.5 * (negative + other)
 }
 
-/// Where `f`, which has one minimum between `a` and `b`, is least: golden sections to `tolerance`.
+/// The minimum of `f` between `a` and `b`, if it has only one, by golden-section search to `tolerance`.
 pub(super) fn least(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
     const SECTION: f64 = 0.618_033_988_749_895;
     let (mut left, mut right) = (b - SECTION * (b - a), a + SECTION * (b - a));
@@ -39,7 +39,7 @@ pub(super) fn least(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f
     0.5 * (a + b)
 }
 
-/// The instant between `a` and `b` at which `f` is least, where `f` has one minimum.
+/// The instant of the minimum of `f` between `a` and `b`, if it has only one.
 pub(super) fn least_instant(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
     least(a, b, TOLERANCE_S, f)
 }

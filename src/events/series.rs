@@ -1,17 +1,17 @@
 //! The place of an eclipse in its Saros series.
 //!
-//! In: an eclipse, and a question whether there is one at another phase of the same series. Out: its number from 1 on. A series begins with the first
-//! eclipse by the radii in force: a smaller shadow may begin it later.
+//! In: an eclipse, and a function that tells whether there is one at another phase of the same series. Out: its number, starting at 1. A series begins with
+//! the first eclipse by the radii in force: a smaller shadow may begin it later.
 
 use super::lunation::Syzygy;
 use std::collections::HashMap;
 
 /// Lunations from one eclipse of a series to the next.
 const SAROS_LUNATIONS: i64 = 223;
-/// No series has as many eclipses.
+/// More than the number of eclipses of any series.
 const MOST: i64 = 100;
 
-/// First lunations of the series that were asked for.
+/// Cache of the first lunations of series.
 #[derive(Debug, Default)]
 pub(super) struct SeriesStarts {
     first: HashMap<i64, i64>,

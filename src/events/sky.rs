@@ -12,10 +12,10 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
 
-/// Turning of the Earth against the ICRF, radians a second (IERS Conventions 2010, eq. 5.15).
+/// Angular velocity of the Earth relative to the ICRF, radians per second (IERS Conventions 2010, eq. 5.15).
 const EARTH_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 
-/// Where a body is seen from the Earth's centre at `t`: km, ICRF axes.
+/// The apparent position of a body from the Earth's centre at `t`: km, ICRF axes.
 ///
 /// # Errors
 /// The theories do not reach `t`.
@@ -30,9 +30,9 @@ pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EclipseBodies {
     pub sun_km: f64,
-    /// For the umbra.
+    /// The Moon's radius for the umbra.
     pub moon_km: f64,
-    /// For the penumbra: almanacs take a larger Moon there.
+    /// The Moon's radius for the penumbra, for which almanacs use a larger one.
     pub penumbral_moon_km: f64,
     pub earth_km: DVec3,
     pub radii: EclipseRadii,

@@ -20,7 +20,7 @@ const SHADOW_S: f64 = 4.0 * 3600.0;
 /// Places along the centre line at which umbra and antumbra are told apart.
 const LINE_SAMPLES: i32 = 24;
 
-/// What the place on the ground sees that sees most.
+/// The type of a solar eclipse: what is seen at the place of greatest eclipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolarType {
     Partial,
@@ -47,21 +47,21 @@ pub struct SolarEclipse {
     pub class: SolarType,
     /// Whether the axis of the shadow meets the ground.
     pub central: bool,
-    /// As the Earth's centre receives the light, like the contacts.
+    /// Instant of greatest eclipse, when the light reaches the Earth's centre; the contacts likewise.
     pub greatest: Instant,
     /// Least distance of the axis from the Earth's centre, equatorial radii, positive north of it.
     pub gamma: f64,
     /// At the place of greatest eclipse: part of the Sun's diameter that is covered; where one disc lies within the other, the ratio of diameters.
     pub magnitude: f64,
-    /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis.
+    /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
     pub place: Place,
     pub sun_altitude_deg: f64,
-    /// Of totality or annularity there.
+    /// Duration of totality or annularity there.
     pub duration_s: Option<f64>,
     /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: umbra or antumbra.
     pub contacts: Vec<Contact>,
     pub saros: i64,
-    /// Number in the series, from 1 on.
+    /// Number in the Saros series, starting at 1.
     pub saros_member: Option<i64>,
     pub(super) geometry: Geometry,
 }
@@ -115,14 +115,14 @@ impl Geometry {
             .then(|| (end_of_negative(middle, middle - SHADOW_S, misses), end_of_negative(middle, middle + SHADOW_S, misses)))
     }
 
-    /// Whether the Moon covers the Sun at a place and moment where both are centred.
+    /// Whether the Moon covers the Sun at a place and instant at which both are concentric.
     fn is_total(&self, s: f64, place: Place) -> bool {
         let discs = self.station(place).discs(s);
         discs.moon > discs.sun
     }
 
     fn class_of_line(&self, (from, to): (f64, f64)) -> SolarType {
-        // A hair inside, where the line meets the ground for certain.
+        // Slightly inside, where the line surely meets the ground.
         let margin = 1e-4 * (to - from);
         let at = |i: i32| from + margin + (to - from - 2.0 * margin) * f64::from(i) / f64::from(LINE_SAMPLES);
         let total: Vec<bool> = (0..=LINE_SAMPLES).filter_map(|i| self.centre(at(i)).map(|place| self.is_total(at(i), place))).collect();
@@ -190,7 +190,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
 }
 
 impl SolarEclipse {
-    /// What a place sees of it; `None` where the Moon misses the Sun.
+    /// Local circumstances at a place; `None` if the Moon misses the Sun.
     pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
         self.geometry.station(place).solar(self.geometry.greatest_s)
     }

@@ -1,7 +1,7 @@
-//! Transits of Mercury and Venus before the Sun.
+//! Transits of Mercury and Venus across the Sun.
 //!
 //! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs, as the Earth's centre sees them and from places. The
-//! planet stands where the light passed it, the Sun where the light left. Not here: the black drop.
+//! planet is where the light passed it, the Sun where the light left. Not here: the black drop.
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{LocalCircumstances, Place, Station};
@@ -14,11 +14,11 @@ use crate::units::RAD_PER_ARCSEC;
 
 /// The planets between the Earth and the Sun.
 const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
-/// Between samples of the elongation: an inferior conjunction of either planet takes more than a week.
+/// Time between samples of the elongation, less than an inferior conjunction of either planet takes (more than a week).
 const STEP_S: f64 = 2.0 * 86_400.0;
 /// Within a step of a transit the planet is nearer to the Sun than this, radians: 1.9 degrees a day are the most.
 const NEAR: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// A transit takes 8 hours at most.
+/// Longest duration of a transit: 8 hours.
 const HALF_S: f64 = 6.0 * 3600.0;
 
 /// A transit of an inner planet.

@@ -1,8 +1,8 @@
-//! A body's shape as triangles: from the text of a file to what a renderer takes, and the shadow that the shape throws on itself.
+//! Shape models: from the text of a file to vertex data, and self-shadowing.
 //!
-//! In: an OBJ file's text ([`obj`]) and the body's figure. Out: a [`Model`], ready to be drawn: f32 attributes in the frame where the body's ellipsoid
-//! is the unit sphere, and the same places in f64 for [`self_shadow`], which says at each vertex how high the Sun stands over the shape's own horizon.
-//! Always holds: every index is in range, every normal has length 1, every number is finite. It knows no camera, no body but by its figure, no files.
+//! In: an OBJ file's text ([`obj`]) and the body's ellipsoid. Out: a [`Model`], ready to be drawn: f32 attributes in the frame where the body's ellipsoid
+//! is the unit sphere, and the same positions in f64 for [`self_shadow`], which computes the height of the Sun over the mesh's own horizon at each vertex.
+//! Always: every index is in range, every normal has length 1, every number is finite. Not here: cameras, files, and other properties of bodies.
 
 mod model;
 pub mod obj;

@@ -1,9 +1,9 @@
-//! From a file's faces to one vertex for each triple of place, direction and map place.
+//! Turns a file's faces into vertices: one for each combination of position, normal and texture coordinate.
 //!
-//! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Model`]. What the file leaves out is computed: a normal as the mean of the faces around
-//! its place, weighted by their areas; a map place from longitude and latitude as the body's map counts them. A triangle over the map's seam runs on past
-//! its edge (the sampler repeats); at a pole its corner takes the longitude between the other two; one that has a pole inside it is cut in three there.
-//! Triangles without an area are left out.
+//! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Model`]. Missing data are computed: a normal as the mean of the faces around its position,
+//! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. A triangle across the map's seam continues beyond its
+//! edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a pole is split into three there.
+//! Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};
 use super::self_shadow::Solid;
@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// What of the body the shape is laid onto.
+/// The properties of the body that the shape depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeFrame {
     /// Semi-axes of the body's ellipsoid.
@@ -22,11 +22,11 @@ pub struct ShapeFrame {
     pub scale_km: f64,
     /// Factor on z, in the unit-sphere frame, that gives the direction whose latitude the body's map counts.
     pub latitude_stretch: f64,
-    /// Light falls on both sides of each triangle.
+    /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
 }
 
-/// Why triangles are no shape of the body.
+/// Why triangles cannot be the shape of the body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// A file in another unit, or of another body.
@@ -36,7 +36,7 @@ pub enum ShapeError {
         REACH.end()
     )]
     Size {
-        /// Of the farthest vertex from the centre.
+        /// Distance of the farthest vertex from the centre.
         farthest_km: f64,
         /// The body's largest semi-axis.
         radius_km: f64,
@@ -46,22 +46,22 @@ pub enum ShapeError {
     NoArea,
 }
 
-/// How far from the centre the farthest vertex may lie, in the body's largest semi-axis: what lies outside is in another unit.
+/// Largest distance of a vertex from the centre, in the body's largest semi-axis; a larger file is in another unit.
 pub const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
-/// A corner this near to the axis, in radii, lies on the pole.
+/// Distance from the axis, in radii, within which a corner is at the pole.
 const ON_AXIS: f64 = 1e-7;
 
 /// A shape ready to be drawn. Attribute arrays are flat, one vertex after the other.
 pub struct Model {
-    /// Unit-sphere frame, 3 a vertex.
+    /// Positions in the unit-sphere frame, 3 numbers per vertex.
     pub positions: Arc<Vec<f32>>,
-    /// Unit vectors in body axes, 3 a vertex.
+    /// Normals: unit vectors in body axes, 3 numbers per vertex.
     pub normals: Arc<Vec<f32>>,
-    /// Map places, 2 a vertex; u may lie outside 0 to 1.
+    /// Texture coordinates, 2 numbers per vertex; u may be outside 0 to 1.
     pub map_coordinates: Arc<Vec<f32>>,
-    /// Linear RGB and 1, 4 a vertex; `None` where the file has no colours.
+    /// Colours: linear RGB and 1, 4 numbers per vertex; `None` if the file has no colours.
     pub colours: Option<Arc<Vec<f32>>>,
-    /// Three a triangle, counter-clockwise seen from outside.
+    /// Indices, three per triangle, counter-clockwise seen from outside.
     pub indices: Arc<Vec<u32>>,
     /// Distance of the farthest vertex from the centre, in the unit-sphere frame.
     pub reach: f64,
@@ -74,7 +74,7 @@ impl std::fmt::Debug for Model {
     }
 }
 
-/// A model is equal to itself alone: it is large, and read once.
+/// Models are compared by identity, because they are large and loaded once.
 impl PartialEq for Model {
     fn eq(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
@@ -92,7 +92,7 @@ struct Point {
     colour: DVec3,
 }
 
-/// What makes two corners one vertex.
+/// The key by which corners share a vertex.
 #[derive(PartialEq, Eq, Hash)]
 struct Same {
     place: u32,
@@ -100,7 +100,7 @@ struct Same {
     map: [u64; 2],
 }
 
-/// For each place of the file the first one at the same spot: files that repeat a place for each face are one surface all the same.
+/// For each position of the file the first one with the same coordinates, because some files repeat positions for each face of one surface.
 fn welded(places: &[DVec3]) -> Vec<u32> {
     let mut first: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     // Minus zero is zero.
@@ -119,7 +119,7 @@ impl ShapeFrame {
     }
 }
 
-/// Where the axis of rotation passes through a triangle, as weights of its corners; `None` where it passes beside or through an edge.
+/// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if it misses it or meets an edge.
 fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
     let p = places.map(DVec3::truncate);
     let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
@@ -128,7 +128,7 @@ fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
     (sum != 0.0 && weights.min_element() > 1e-9).then_some(weights)
 }
 
-/// Map places of a triangle's corners that go on across the seam, and at a pole.
+/// Texture coordinates of a triangle's corners, continuous across the seam and at a pole.
 fn unbroken(figure: &ShapeFrame, corners: &mut [Point; 3]) {
     let polar = corners.map(|c| figure.on_axis(c.place_km));
     let Some(first) = polar.iter().position(|p| !p) else { return };
@@ -136,7 +136,7 @@ fn unbroken(figure: &ShapeFrame, corners: &mut [Point; 3]) {
     for k in (0..3).filter(|k| !polar[*k]) {
         corners[k].map.x += (u0 - corners[k].map.x).round();
     }
-    // Counted from the map's edge, so that neighbours agree.
+    // Measured from the map's edge, so that neighbouring triangles agree.
     let least = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].map.x).fold(f64::INFINITY, f64::min).floor();
     (0..3).for_each(|k| corners[k].map.x -= least);
     let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].map.x, n + 1.0));
@@ -147,7 +147,7 @@ fn unbroken(figure: &ShapeFrame, corners: &mut [Point; 3]) {
 struct Builder {
     known: FxHashMap<Same, u32>,
     points: Vec<Point>,
-    /// Of each vertex the place that it is at: those of one place move, and shade, as one.
+    /// For each vertex the index of its position: vertices at one position move and are shaded as one.
     places: Vec<u32>,
     indices: Vec<u32>,
 }
@@ -189,7 +189,7 @@ impl Model {
         self.solid.sun_heights(towards_sun, radius_rad)
     }
 
-    /// The shape of a file on a body.
+    /// Builds the model of a body from a file.
     ///
     /// # Errors
     /// A size that cannot be the body's, or no triangle with an area: one line.
@@ -235,7 +235,7 @@ impl Model {
                     (place_km.x, place_km.y) = (0.0, 0.0);
                     let normal = mixed(|c| c.normal).try_normalize().unwrap_or(facing);
                     let pole = Point { place_km, normal, map: figure.map_place(place_km), colour: mixed(|c| c.colour) };
-                    // A place of its own, after those of the file.
+                    // A new position, after those of the file.
                     let own = (places_km.len() + builder.points.len()) as u32;
                     for [a, b] in [[0, 1], [1, 2], [2, 0]] {
                         builder.triangle(figure, [places[a], places[b], own], [corners[a], corners[b], pole], false);

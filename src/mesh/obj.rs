@@ -1,15 +1,15 @@
 //! Reading a Wavefront OBJ file.
 //!
-//! In: the file's text. Out: its places, directions, colours and faces as they stand, faces cut into triangles as fans, every index in its list;
-//! or the first wrong line: which, what it says, what is allowed. Read are `v x y z`, `v x y z r g b`, `vt u v`, `vn x y z` and `f`; groups, materials,
-//! smoothing, lines and points are passed over, and any other word is refused, so that a cut or foreign file is not taken for a small shape.
-//! Not done: curves, `v` with a weight, lines continued by a backslash.
+//! In: the file's text. Out: its positions, texture coordinates, normals, colours and faces, with faces triangulated as fans and every index checked; or
+//! the first wrong line, with what it says and what is allowed. Supported are `v x y z`, `v x y z r g b`, `vt u v`, `vn x y z` and `f`. Groups, materials,
+//! smoothing, lines and points are ignored; any other keyword is an error, so that a truncated or foreign file is not mistaken for a small shape. Not
+//! supported: curves, `v` with a weight, lines continued by a backslash.
 
 use glam::{DVec2, DVec3};
 
-/// Places of each kind in one file, and triangles, at the most: 4 million triangles are some 0.5 GB while they are prepared.
+/// Maximum number of each kind of vertex data in one file, and of triangles: 4 million triangles take some 0.5 GB while they are prepared.
 pub const MAX_COUNT: usize = 4_000_000;
-/// Corners of one face at the most.
+/// Maximum number of corners of a face.
 pub const MAX_CORNERS: usize = 64;
 
 /// A corner of a triangle, by index into the lists of the file.
@@ -20,13 +20,13 @@ pub struct Corner {
     pub normal: Option<u32>,
 }
 
-/// What one file holds. Lengths are in the file's own unit.
+/// The content of a file. Lengths are in the file's own unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Obj {
     pub places: Vec<DVec3>,
-    /// sRGB, 0 to 1: one for each place, or none at all.
+    /// Vertex colours, sRGB, 0 to 1: one for each position, or none at all.
     pub colours: Vec<DVec3>,
-    /// Right and up from the map's lower left corner.
+    /// Texture coordinates: right and up from the map's lower left corner.
     pub textures: Vec<DVec2>,
     pub normals: Vec<DVec3>,
     pub triangles: Vec<[Corner; 3]>,
@@ -36,13 +36,13 @@ pub struct Obj {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{line}: {message}")]
 pub struct ObjError {
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     pub message: String,
 }
 
-/// Words that say nothing of the shape.
-const PASSED_OVER: [&str; 7] = ["o", "g", "s", "usemtl", "mtllib", "l", "p"];
+/// Keywords that do not affect the shape.
+const IGNORED: [&str; 7] = ["o", "g", "s", "usemtl", "mtllib", "l", "p"];
 
 /// A line for a message, shortened.
 fn shown(line: &str) -> String {
@@ -133,7 +133,7 @@ impl Obj {
                     self.triangles.push([corners[0], pair[0], pair[1]]);
                 }
             }
-            w if PASSED_OVER.contains(&w) => {}
+            w if IGNORED.contains(&w) => {}
             _ => return Err(expected("v, vt, vn, f, o, g, s, usemtl, mtllib, l, p or a comment by #")),
         }
         Ok(())
@@ -143,7 +143,7 @@ impl Obj {
 /// Reads a whole file.
 ///
 /// # Errors
-/// The first line that is wrong, or the last where no face came.
+/// The first wrong line, or the last line if the file has no face.
 pub fn parse(text: &str) -> Result<Obj, ObjError> {
     let mut obj = Obj::default();
     let mut last = 1;

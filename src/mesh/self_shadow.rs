@@ -1,8 +1,8 @@
-//! The shadow that a shape throws on itself: how high the Sun stands over the shape's own horizon, at each vertex.
+//! Self-shadowing of a mesh: the height of the Sun over the mesh's own horizon, at each vertex.
 //!
-//! In: a shape, the direction of the Sun and its angular radius. Out: a height at each vertex, in the Sun's radii: above 1 the whole disc is up, below -1
-//! it is hidden, between it is cut by a horizon taken as straight. Rays are traced in f64 through a tree of boxes, upward from a hidden Sun or
-//! downward from a free one in the plane through the vertex, its normal and the Sun, until the way opens or closes, then by halves.
+//! In: a mesh, the direction of the Sun and its angular radius. Out: a height at each vertex, in solar radii: above 1 the whole disc is visible, below -1
+//! it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, upward from a hidden Sun or downward
+//! from a visible one in the plane of the vertex, its normal and the Sun, until visibility changes; bisection refines the height.
 //!
 //! Error: the height is that of the nearest edge above or below the Sun, to a quarter of its radius or a tenth of itself. Between vertices it is
 //! interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller or
@@ -13,21 +13,21 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights beyond this count as this: where one vertex looks past a peak and its neighbour does not, what is between must not look steep.
+/// Heights are clamped to this: where one vertex sees past a peak and its neighbour does not, the interpolation must not become steep.
 const MAX_RAD: f64 = 0.0873;
 /// Triangles in a leaf of the tree.
 const LEAF: usize = 4;
-/// Vertices that one thread takes in one go.
+/// Vertices per parallel task.
 const TOGETHER: usize = 512;
 
-/// A shape as rays meet it.
+/// A mesh prepared for ray casting.
 pub struct Solid {
     /// Places in kilometres and unit normals, by vertex.
     points: Vec<(DVec3, DVec3)>,
-    /// What each vertex lies at: triangles that meet there do not hide the Sun from it.
+    /// For each vertex the corner point that it shares: triangles that meet there do not occlude it.
     places: Vec<u32>,
     triangles: Vec<[u32; 3]>,
-    /// The Sun may stand over either side.
+    /// Whether both sides of a triangle are lit.
     two_sided: bool,
     tree: OnceLock<Tree>,
 }
@@ -36,7 +36,7 @@ struct Tree {
     nodes: Vec<Node>,
     /// Triangles in the order of the leaves.
     order: Vec<u32>,
-    /// Nearer hits are the surface itself.
+    /// Hits nearer than this are the surface itself.
     least_km: f64,
 }
 
@@ -80,7 +80,7 @@ impl Tree {
     }
 }
 
-/// Whether a ray from `origin` meets a box ahead of it.
+/// Whether a ray from `origin` intersects a box in front of it.
 fn meets(node: &Node, origin: DVec3, inverse: DVec3) -> bool {
     let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
     let (near, far) = (a.min(b), a.max(b));
@@ -88,7 +88,7 @@ fn meets(node: &Node, origin: DVec3, inverse: DVec3) -> bool {
 }
 
 impl Solid {
-    /// `points`: places in kilometres and unit normals; `places`: equal where vertices lie at one place; `indices`: three a triangle.
+    /// `points`: positions in kilometres and unit normals; `places`: equal for vertices at one position; `indices`: three per triangle.
     pub fn new(points: Vec<(DVec3, DVec3)>, places: &[u32], indices: &[u32], two_sided: bool) -> Self {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         Self { points, places: places.to_vec(), triangles, two_sided, tree: OnceLock::new() }
@@ -98,10 +98,10 @@ impl Solid {
         self.points[vertex as usize].0
     }
 
-    /// Whether a ray from a vertex meets the shape.
+    /// Whether a ray from a vertex intersects the mesh.
     fn blocked(&self, tree: &Tree, vertex: usize, direction: DVec3) -> bool {
         let (origin, own) = (self.points[vertex].0, self.places[vertex]);
-        // Finite along an axis too: 0 times infinity would be no number.
+        // Finite even for rays along an axis, where 0 times infinity would be NaN.
         let inverse = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
         let mut open = [0_u32; 64];
         let mut count = 1;
@@ -113,7 +113,7 @@ impl Solid {
                 continue;
             }
             if node.count == 0 {
-                // A tree of halves is never deeper than its array.
+                // A balanced tree is never deeper than this array.
                 open[count] = node.at;
                 open[count + 1] = at as u32 + 1;
                 count += 2;
@@ -156,7 +156,7 @@ impl Solid {
         let blocked = |angle: f64| self.blocked(tree, vertex, sun * angle.cos() + up * angle.sin());
         let hidden = blocked(0.0);
         let (sign, end) = if hidden { (1.0, FRAC_PI_2) } else { (-1.0, own.max(0.0)) };
-        // From the Sun away until the answer changes.
+        // Away from the Sun until visibility changes.
         let (mut same, mut step) = (0.0, radius_rad);
         let mut other = loop {
             if step >= end {

@@ -52,7 +52,7 @@ enum Model {
 
 impl Model {
     fn wanted(self) -> EclipseModelChoice {
-        EclipseModelChoice::Asked(match self {
+        EclipseModelChoice::Requested(match self {
             Self::Linear => EclipseModel::Linear,
             Self::UniformDisc => EclipseModel::UniformDisc,
             Self::LimbDarkened => EclipseModel::LimbDarkened,

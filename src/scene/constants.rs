@@ -1,48 +1,48 @@
-//! Numbers that Rust and the fragments of shaders/ share: shapes of tables and the constants by which both read them.
+//! Constants shared by Rust and the WESL fragments of shaders/: dimensions of tables, and the parameters with which both sides read them.
 //!
-//! Each stands here once. `shader::constants` writes them as WGSL for the fragments; the modules of `scene` that fill the tables
-//! use them under names of their own. Not here: numbers that only one side knows.
+//! Each is defined here once. `shader::constants` writes them as WGSL; the modules of `scene` that fill the tables re-export them under names of their own.
+//! Not here: constants that only one side needs.
 
-/// Slopes that a ring's table has rows for at most: x = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up to one over [`MIN_COSINE`].
+/// Maximum number of rows of a ring's table, one per slope x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up to 1 / [`MIN_COSINE`].
 pub const RING_SLOPES: u32 = 97;
 pub const RING_SLOPES_PER_OCTAVE: u32 = 8;
-/// Cosines below this count as it: paths that are almost parallel to a ring's plane.
+/// Lower limit of the cosine between a path and a ring's normal; smaller ones are treated as this.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
-/// Strips of the Sun's disc, along its height over a ring's plane, that a low Sun's penumbra is summed by.
+/// Strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun.
 pub const SUN_PARTS: usize = 7;
-/// Heights over the ring's plane, of one side, and hour angles from the Sun of the ring-shine table.
+/// Size of the ring-shine table: rows are heights on one side of the ring's plane, columns are hour angles from the Sun.
 pub const RING_SHINE_ROWS: usize = 25;
 pub const RING_SHINE_COLUMNS: usize = 33;
 
-/// Slope in t = 1 / (1 + slope z), the variable of the polynomial that stands for erfcx(z).
+/// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates erfcx(z).
 pub const ERFCX_SLOPE: f64 = 0.46;
 
-/// Heights of the multiple-scattering table, growing as squares from the ground to the top. One row more is for level ground.
+/// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row holds the irradiance of level ground.
 pub const MULTIPLE_HEIGHTS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
 pub const MULTIPLE_SUNS: usize = 16;
-/// Columns lie evenly in x = mu / (|mu| + bend).
+/// Columns are evenly spaced in x = mu / (|mu| + bend).
 pub const MULTIPLE_BEND: f64 = 0.3;
-/// x of the first column; that of the last one is of the Sun in the zenith.
+/// x of the first column; the last one has the Sun in the zenith.
 pub const MULTIPLE_FIRST: f64 = -0.5;
-/// Coefficients of the polynomial in x that stands for the table at one height under a Sun above the horizon.
+/// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
 pub const MULTIPLE_COEFFICIENTS: usize = 5;
 
-/// Heights of the table of multiply scattered light in an eclipse's shadow. One row more is for level ground.
+/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row holds the irradiance of level ground.
 pub const SPREAD_HEIGHTS: usize = 4;
-/// Its distances from the occluder's limb.
+/// Columns of that table: distances from the occluder's limb.
 pub const SPREAD_COLUMNS: usize = 16;
 
 /// Layers of an occluder's atmosphere that bend sunlight into its shadow.
 pub const REFRACTION_LAYERS: usize = 32;
 
-/// Vectors that describe one overlay image.
+/// Number of vec4 uniforms that describe one overlay image.
 pub const OVERLAY_ROWS: usize = 6;
 
-/// Sizes of invented craters that one frame may show.
+/// Maximum number of size classes of procedural craters in one frame.
 pub const DETAIL_ROWS: usize = 16;
 
-/// Columns and rows of the table of the Moon's own limb: together the points of its profile.
+/// Columns and rows of the lunar limb profile as a table; their product is the number of position angles.
 pub const LIMB_COLUMNS: usize = 1024;
 pub const LIMB_ROWS: usize = 8;
 

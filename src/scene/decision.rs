@@ -1,26 +1,26 @@
-//! Decisions: which feature is drawn, and the number against the bound that said so.
+//! Decisions: whether a feature is drawn, with the value and the threshold that decided it.
 
 use crate::catalog::Map;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::resources::Resources;
 use crate::scene::tiers::Tier;
 
-/// One feature of one body in one frame: whether it is drawn, and the number against the bound that said so.
+/// The decision on one feature of one body in one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Decision {
-    /// The name of an effect, or of what depends on several.
+    /// The name of an effect, or of a feature that depends on several effects.
     pub feature: &'static str,
     /// Whether it is drawn.
     pub on: bool,
-    /// The number against its bound, in one line.
+    /// The value and its threshold, in one line.
     pub reason: String,
-    /// How it is computed, where there is more than one way.
+    /// The model that computes it, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tier: Option<Tier>,
 }
 
 impl Decision {
-    /// Why, and where there are several ways how and how far off.
+    /// The reason, then the tier and its error if the effect has several.
     pub fn description(&self) -> String {
         match self.tier {
             Some(tier) => format!("{}; {tier}", self.reason),
@@ -41,44 +41,44 @@ impl<'a> DecisionLog<'a> {
         Self { effects, resources, decisions: Vec::new() }
     }
 
-    /// Notes a decision and hands it back.
+    /// Records a decision and returns whether the feature is drawn.
     pub fn note(&mut self, feature: &'static str, on: bool, reason: String) -> bool {
         self.decisions.push(Decision { feature, on, reason, tier: None });
         on
     }
-    /// Says how a feature that was decided on is computed.
+    /// Adds the tier to the latest decision that draws `feature`.
     pub fn tier(&mut self, feature: &'static str, tier: Option<Tier>) {
         if let Some(last) = self.decisions.iter_mut().rfind(|d| d.feature == feature && d.on) {
             last.tier = tier;
         }
     }
-    /// The bound decides, unless the viewer asked.
-    pub fn effect(&mut self, effect: Effect, by_bound: bool, reason: String) -> bool {
+    /// Records an effect: the threshold decides unless the user set the effect.
+    pub fn effect(&mut self, effect: Effect, by_threshold: bool, reason: String) -> bool {
         match self.effects.override_of(effect) {
             Some(on) => self.note(effect.name(), on, "set by you".into()),
-            None => self.note(effect.name(), by_bound, reason),
+            None => self.note(effect.name(), by_threshold, reason),
         }
     }
     /// Whether the viewer switched an effect off.
     pub fn is_switched_off(&self, effect: Effect) -> bool {
         self.effects.override_of(effect) == Some(false)
     }
-    /// A map: absent and unreadable files cannot be asked for.
-    pub fn map(&mut self, effect: Effect, map: Option<&Map>, bound: impl FnOnce() -> (bool, String)) -> bool {
+    /// Like [`Self::effect`] for an effect that needs a map: off if the body has none, or if its file cannot be read.
+    pub fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, String)) -> bool {
         match map {
             None => self.note(effect.name(), false, "not available for this body".into()),
             Some(m) if self.resources.is_unreadable(&m.file) => {
                 self.note(effect.name(), false, format!("{} could not be read: drawn without it", m.file))
             }
             Some(m) => {
-                let (on, reason) = bound();
+                let (on, reason) = threshold();
                 self.effect(effect, on, with_invented(reason, "the map", m.invented.as_deref()))
             }
         }
     }
 }
 
-/// A reason, and what of the thing it is about is invented.
+/// A reason, with a note that `what` is invented and how.
 pub(crate) fn with_invented(reason: String, what: &str, invented: Option<&str>) -> String {
     match invented {
         Some(how) => format!("{reason}; {what} is invented: {how}"),

@@ -24,59 +24,59 @@ use crate::time::Instant;
 /// One frame, ready to be planned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// At which the camera stands there.
+    /// The time at the camera.
     pub time: Instant,
-    /// Where it stands, and its projection.
+    /// The camera's position, axes and projection.
     pub camera: Camera,
     /// Where the finished picture shows directions.
     pub geometry: ImageGeometry,
     /// Factor from radiance to display.
     pub exposure: Exposure,
-    /// What the pixels show.
+    /// The quantity that the pixels show.
     pub pixel_view: PixelView,
-    /// How light beyond white is shown.
+    /// How radiance beyond white is mapped to display values.
     pub tone_map: ToneMap,
-    /// Every body of the catalog, in its order.
+    /// Every body of the catalog, in catalog order.
     pub bodies: Vec<BodyInView>,
-    /// Diffuse light behind everything.
+    /// Diffuse light of the sky, behind everything else.
     pub background: Option<SkyBackground>,
-    /// Over it: images of the user's.
+    /// The user's sky images, drawn over the background.
     pub sky_images: Vec<SkyImageDraw>,
-    /// Behind all bodies.
+    /// Stars, drawn behind all bodies.
     pub stars: Vec<StarSprite>,
-    /// Too small to be bodies of the catalog; hidden by what is nearer.
+    /// Minor planets of the element lists; nearer bodies hide them.
     pub minor_planets: Option<MinorPlanets>,
-    /// Among them.
+    /// Comets, with their tails and orbits.
     pub comets: Comets,
-    /// What was decided about the sky beyond all bodies.
+    /// Decisions about the sky beyond all bodies.
     pub sky: Vec<Decision>,
-    /// Of grids and constellations: between the sky's diffuse light and its stars.
+    /// Lines of grids and constellations, drawn between the sky's diffuse light and its stars.
     pub sky_lines: Vec<LineSegment>,
-    /// Far to near: `order`.
+    /// Draws of bodies, sorted from far to near.
     pub draws: Vec<Draw>,
     /// Bodies too small for a disc.
     pub points: Vec<Point>,
-    /// Over the bodies, hidden by what is nearer.
+    /// Orbits, drawn over the bodies and hidden by nearer ones.
     pub orbits: Vec<orbits::OrbitArc>,
-    /// Like them: where bodies have been.
+    /// Other lines in space, such as the traces of moving bodies; hidden like orbits.
     pub lines: Vec<LineSegment>,
-    /// Over the ground of one body, the side that faces the camera.
+    /// Lines on the ground of one body, on the side that faces the camera.
     pub ground_lines: Option<(NaifId, Vec<LineSegment>)>,
-    /// Among the draws.
+    /// The solar corona, drawn between two of the draws.
     pub corona: Option<corona::Corona>,
-    /// Around bodies that stand before the Sun.
+    /// The refracted limbs of bodies in front of the Sun.
     pub limbs: Vec<refracted_limb::RefractedLimb>,
-    /// Over everything.
+    /// The Sun's glare, drawn over everything.
     pub glow: Option<glow::Glow>,
-    /// The selected body as a black shape, where its outline is wanted.
+    /// The selected body as a black silhouette, if its outline is drawn.
     pub outlined: Option<Draw>,
-    /// Light beyond white spreads.
+    /// Whether light beyond white is spread by bloom.
     pub bloom: bool,
-    /// Over the finished picture, where they are wanted.
+    /// Labels of bodies over the finished picture, if switched on.
     pub labels: Option<labels::LabelLayer>,
-    /// The same, of lines.
+    /// Labels of lines over the finished picture, if any.
     pub texts: Option<line_texts::TextLayer>,
-    /// What the picture is for.
+    /// The purpose of the picture.
     pub purpose: Purpose,
 }
 

@@ -1,4 +1,4 @@
-//! One body of a frame as it is reported: where it is seen, how large, and what was decided about it.
+//! The report on one body of a frame: where it is seen, how large it is, and what was decided about it.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::Placement;
@@ -10,27 +10,27 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Appearance {
-    /// As a shape of its own.
+    /// As an ellipsoid or a shape model.
     Disc,
-    /// 2 to 4 pixels across: a disc that grows out of its point, the light shared between them.
+    /// 2 to 4 pixels across: disc and point share the light, so that one turns into the other gradually.
     DiscAndPoint,
-    /// As a sprite with its light.
+    /// As a sprite that has the body's flux.
     Point,
     /// Outside the frame, behind the camera, around it, or not placed by the ephemeris: the first decision says which.
     NotShown,
 }
 
-/// Planetocentric place under a direction, degrees; east longitude in -180..=180.
+/// Planetocentric coordinates of the point in a direction from the centre, degrees; east longitude in -180..=180.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoint {
-    /// Planetographic, north.
+    /// Planetocentric latitude, north positive.
     pub latitude_deg: f64,
-    /// East.
+    /// Longitude, east positive.
     pub longitude_deg: f64,
 }
 
 impl SubPoint {
-    /// Of a direction of any length in body-fixed axes.
+    /// The point in a direction of any length, body-fixed axes.
     pub fn of(direction_in_body: DVec3) -> Self {
         Self {
             latitude_deg: direction_in_body.z.atan2(direction_in_body.truncate().length()).to_degrees(),
@@ -39,7 +39,7 @@ impl SubPoint {
     }
 }
 
-/// One body of the frame: what the viewer has of it and what was decided.
+/// One body of the frame: its appearance to the viewer, and the decisions about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyInView {
     /// Its NAIF code.
@@ -50,7 +50,7 @@ pub struct BodyInView {
     pub appearance: Appearance,
     /// To the apparent centre.
     pub distance_km: f64,
-    /// Of its equatorial diameter.
+    /// Angle under which the camera sees its largest diameter.
     pub angular_diameter_deg: f64,
     /// Diameter of the disc of the same area, pixels.
     pub diameter_px: f64,
@@ -60,14 +60,14 @@ pub struct BodyInView {
     pub magnitude: Option<f64>,
     /// Where the line to the camera meets the surface.
     pub sub_viewer: SubPoint,
-    /// Where the line to the Sun does; `None` for the Sun itself.
+    /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
-    /// Where it is seen, and how it is turned.
+    /// Its apparent position and orientation.
     pub placement: Placement,
     /// Each feature, whether it is drawn, and why.
     pub decisions: Vec<Decision>,
-    /// Structure of its draws, the globe first.
+    /// Features of its draws, the globe first.
     pub features: Vec<DrawFeatures>,
-    /// What is shown of it that nobody has measured: a map's or a shape's file, and how it was made.
+    /// Invented data that the picture shows of it: the file of a map or shape, and how it was made.
     pub invented: Vec<(String, String)>,
 }

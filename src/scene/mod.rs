@@ -1,10 +1,10 @@
-//! What one frame needs, and why.
+//! The scene: everything that one frame shows, and the decisions about it.
 //!
 //! In: the catalog, the ephemeris and a [`request::ViewRequest`]. Out: a [`Scene`]: the camera, every body with its decisions, the
 //! draws far to near and the points. Everything is f64 until [`camera`] narrows it. Nothing here knows of shaders or keeps state.
 //!
-//! A frame passes the rooms in this order: `request`, `camera` (where the viewer stands), `placed` (where each body is seen), `light` (exposure), `features`
-//! with the rooms of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `sky`, `annotation`.
+//! A frame passes the submodules in this order: `request`, `camera` (where the viewer stands), `placed` (where each body is seen), `light` (exposure),
+//! `features` with the modules of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `sky`, `annotation`.
 
 #[doc(hidden)]
 pub mod annotation;
@@ -77,7 +77,7 @@ pub use rings::ring_shine;
 #[doc(hidden)]
 pub use surface::overlays;
 
-/// Names and markers of bodies, and which of them, or which star, a click means.
+/// Names and markers of bodies, and the body or star under a click.
 #[doc(hidden)]
 pub mod marks {
     pub use super::annotation::data::Dot;
@@ -87,7 +87,7 @@ pub mod marks {
     pub use super::annotation::text::{Bar, Rect, TextMark};
 }
 
-/// The features that can be switched, and what is decided about them.
+/// The effects that can be switched, and the decisions about them.
 pub mod effects {
     pub use super::decision::Decision;
     #[doc(hidden)]

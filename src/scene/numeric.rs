@@ -10,13 +10,13 @@ pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
         let mut slope = 1.0;
         // Newton's method on the Legendre polynomial, from the usual first guess.
         for _ in 0..8 {
-            let (mut before, mut here) = (1.0, x);
+            let (mut previous, mut current) = (1.0, x);
             for j in 2..=count {
                 let j = j as f64;
-                (before, here) = (here, ((2.0 * j - 1.0) * x * here - (j - 1.0) * before) / j);
+                (previous, current) = (current, ((2.0 * j - 1.0) * x * current - (j - 1.0) * previous) / j);
             }
-            slope = n * (x * here - before) / (x * x - 1.0);
-            x -= here / slope;
+            slope = n * (x * current - previous) / (x * x - 1.0);
+            x -= current / slope;
         }
         (0.5 + 0.5 * x, 1.0 / ((1.0 - x * x) * slope * slope))
     };

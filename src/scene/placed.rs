@@ -1,4 +1,4 @@
-//! A body where the viewer sees it: light time, the aberration of a moving viewer, orientation, outline and phase.
+//! Apparent places: light time, the aberration of a moving viewer, orientation, outline and phase.
 //!
 //! In: a body of the catalog, the ephemeris and the viewer. Out: [`PlacedBody`], which every decision about the body reads.
 
@@ -19,31 +19,33 @@ use glam::{DMat3, DVec3};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// A body where the viewer sees it, before anything is decided.
+/// A body at its apparent place, before any feature is decided on.
 pub(crate) struct PlacedBody<'a> {
     pub body: &'a Body,
-    /// Who else there is.
+    /// All bodies of the catalog.
     pub catalog: &'a Catalog,
-    /// Barycentric, when the light left.
+    /// Barycentric, at `emitted_at`.
     pub position_km: DVec3,
     pub sun_from_body_km: DVec3,
-    pub seen_at: Instant,
-    /// When the light left; directions to lights are turned by this one, the view by the placement's.
+    /// When the light that the viewer sees left the body.
+    pub emitted_at: Instant,
+    /// Orientation at `emitted_at`. It turns directions to lights; `placement` has that of the view, with aberration.
     pub body_from_icrf: DMat3,
     pub placement: Placement,
     pub distance_km: f64,
     pub alpha: f64,
     pub outline: Outline,
-    /// At the viewer, in units of the Sun's at 1 au: globe and rings, as if no eclipse were.
+    /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
     pub irradiance: f64,
-    /// Itself as a receiver of sunlight, and who may stand before its Sun: asked for by the exposure, the globe, its rings and its point.
-    pub before_sun: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
-    /// Of the Moon before the Sun, where the user gave its heights.
+    /// The body as a receiver of sunlight, with all bodies that may stand in front of its Sun. Computed once, for the exposure, the globe, its rings
+    /// and its point.
+    pub sun_occluders: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
+    /// The limb profile of a Moon in front of the Sun, if the user gave its heights.
     pub limb_profile: Option<Arc<LimbProfile>>,
 }
 
 impl PlacedBody<'_> {
-    /// Brightness of the disc at this phase over that of its model; of the Sun its radiance.
+    /// Ratio of the disc's brightness at this phase to that of its photometric model; for the Sun its radiance.
     pub fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
@@ -51,13 +53,13 @@ impl PlacedBody<'_> {
         }
     }
 
-    /// The factor that makes the photometric model's albedo the catalog's, times [`Self::phase_brightness`].
-    pub fn tone(&self) -> DVec3 {
-        photometry::normalisation(self.body) * self.phase_brightness()
+    /// The factor that scales the photometric model to the catalog's geometric albedo, times [`Self::phase_brightness`].
+    pub fn radiance_scale(&self) -> DVec3 {
+        photometry::albedo_normalisation(self.body) * self.phase_brightness()
     }
 }
 
-/// Puts a body where the viewer sees it: light time, and aberration for a viewer who moves.
+/// Computes the apparent place of a body: light time, and aberration for a moving viewer.
 pub(crate) fn place<'a>(
     catalog: &'a Catalog,
     body: &'a Body,
@@ -67,34 +69,34 @@ pub(crate) fn place<'a>(
     caches: &Caches,
 ) -> Result<PlacedBody<'a>, SceneError> {
     let camera = &viewer.camera;
-    let stood_on = viewer.stands_on.filter(|(id, _)| *id == body.id);
-    let (position_km, seen_at) = match stood_on {
+    let ground_position = viewer.stands_on.filter(|(id, _)| *id == body.id);
+    let (position_km, emitted_at) = match ground_position {
         _ if viewer.inside == Some(body.id) => (camera.position_km, request.time),
         Some((_, position_km)) => (position_km, request.time),
         None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
-    let resting_km = position_km - camera.position_km;
-    let distance_km = resting_km.length();
-    let body_from_icrf = ephemeris.body_from_icrf(body.id, seen_at)?;
-    let mut placement = Placement { centre_km: resting_km, body_from_icrf, radii_km: body.radii_km };
-    if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && stood_on.is_none() {
-        let direction = resting_km / distance_km;
+    let astrometric_km = position_km - camera.position_km;
+    let distance_km = astrometric_km.length();
+    let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted_at)?;
+    let mut placement = Placement { centre_km: astrometric_km, body_from_icrf, radii_km: body.radii_km };
+    if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && ground_position.is_none() {
+        let direction = astrometric_km / distance_km;
         let apparent = aberrated(direction, viewer.velocity_km_s);
-        // The whole body turns with its apparent place: the viewer sees the face that the light left, moved on the sky.
-        let apparent_from_resting = viewpoint::rotation_between(direction, apparent);
+        // The whole body turns with its apparent place: the viewer sees the side that the light left, displaced on the sky.
+        let apparent_from_astrometric = viewpoint::rotation_between(direction, apparent);
         placement.centre_km = apparent * distance_km;
-        placement.body_from_icrf = body_from_icrf * apparent_from_resting.transpose();
+        placement.body_from_icrf = body_from_icrf * apparent_from_astrometric.transpose();
     }
     let sun_from_body_km = if body.id == NaifId::SUN {
         DVec3::ZERO
     } else {
-        ephemeris.light_time_position(NaifId::SUN, position_km, seen_at)?.0 - position_km
+        ephemeris.light_time_position(NaifId::SUN, position_km, emitted_at)?.0 - position_km
     };
     let inside = viewer.inside == Some(body.id);
     if !inside && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));
     }
-    let alpha = if body.id == NaifId::SUN || inside { 0.0 } else { crate::ephemeris::angle_rad(-resting_km, sun_from_body_km) };
+    let alpha = if body.id == NaifId::SUN || inside { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
     let n = placement.camera_in_unit_sphere() * body.radii_km;
     let irradiance = if inside {
         0.0
@@ -107,14 +109,14 @@ pub(crate) fn place<'a>(
         catalog,
         position_km,
         sun_from_body_km,
-        seen_at,
+        emitted_at,
         body_from_icrf,
         placement,
         distance_km,
         alpha,
         outline,
         irradiance,
-        before_sun: OnceCell::new(),
+        sun_occluders: OnceCell::new(),
         limb_profile: None,
     })
 }

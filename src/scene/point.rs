@@ -1,7 +1,7 @@
-//! Points of light: bodies of a few pixels and stars. Where a point takes over from the disc, and how its light is spread.
+//! Points of light: stars, and bodies of a few pixels. How disc and point blend, and how a point's light is spread over pixels.
 //!
-//! The spread keeps the flux: a Gaussian core of one width less its value at the rim, so that it ends in nothing and no pixel jumps as the sprite grows, and around what is
-//! brighter than white a glare that grows with it and holds three tenths of the light at most.
+//! The spread preserves the flux. It is a Gaussian core of fixed width minus its value at the sprite's rim, so that it falls to zero there and no pixel
+//! jumps as the sprite grows; points brighter than white add a glare, which widens with brightness and holds at most 30 % of the light.
 //! shaders/entry/point.wesl draws it with the numbers given here. The glare's law is chosen for its look, after stars on photographs; no measurement.
 
 use crate::catalog::NaifId;
@@ -11,59 +11,59 @@ use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Least reach of a point's sprite: three standard deviations of its core, so that a star is 1.6 pixels wide at half height.
+/// Smallest radius of a point's sprite: three standard deviations of its core, so that a star is 1.6 pixels wide at half maximum.
 pub const POINT_RADIUS_PX: f64 = 2.0;
 /// Standard deviation of the core.
 pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
 /// Radius within which the glare is flat; beyond, it falls with the third power of the distance.
 pub const GLARE_WIDTH_PX: f64 = 2.0;
-/// Part of the light that the glare of a blazing point holds.
+/// Fraction of the light that goes into the glare of the brightest points.
 pub const GLARE_FRACTION: f64 = 0.3;
-/// Power of a point's brightness over white with which its sprite grows: a star of first magnitude reaches 1.5 times as far as one of second.
+/// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as one of second.
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
-/// Greatest reach of the glare.
+/// Largest radius of a point's sprite.
 pub const MAX_RADIUS_PX: f64 = 64.0;
-/// Diameters between which a disc takes over from a point. Below, a pixel's one place on the disc stands for too much of it: over places
-/// in the pixel a full disc of 4 pixels is 6 % too bright, a half-lit one within 10 %; at 2 pixels 18 % and 25 % (worked outside).
+/// Diameters between which a disc replaces a point. Below, one sample per pixel represents too much of the disc: averaged over positions in the pixel, a
+/// full disc of 4 pixels is 6 % too bright, a half-lit one within 10 %; at 2 pixels 18 % and 25 % (computed outside this program).
 pub const BLEND_FROM_PX: f64 = 2.0;
 pub const BLEND_TO_PX: f64 = 4.0;
 
-/// Part of the light that the disc draw carries at a diameter; the point carries the rest.
+/// Fraction of the light that the disc draw carries at a diameter; the point carries the rest.
 pub fn disc_share(diameter_px: f64) -> f64 {
     let x = ((diameter_px - BLEND_FROM_PX) / (BLEND_TO_PX - BLEND_FROM_PX)).clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Of a Gaussian of height 1 less its value at the rim of a sprite: that value, and the integral over the circle.
-fn cut_core(radius_px: f64) -> (f64, f64) {
+/// A Gaussian of height 1 minus its value at the sprite's rim: returns that value, and the integral over the sprite's circle.
+fn truncated_core(radius_px: f64) -> (f64, f64) {
     let x = 0.5 * (radius_px / CORE_SIGMA_PX).powi(2);
     let rim = (-x).exp();
     (rim, 2.0 * PI * CORE_SIGMA_PX.powi(2) * (1.0 - rim * (1.0 + x)))
 }
 
-/// Part of a point's flux that its brightest pixel gets, of a point no brighter than white.
+/// Fraction of a point's flux in its central pixel, for points no brighter than white.
 pub fn point_peak() -> f64 {
-    let (rim, integral) = cut_core(POINT_RADIUS_PX);
+    let (rim, integral) = truncated_core(POINT_RADIUS_PX);
     (1.0 - rim) / integral
 }
 
-/// Reach of a point's sprite, where its glare ends smoothly. `peak`: its brightest pixel over white, as if there were no glare.
+/// Radius of a point's sprite, where its glare ends smoothly. `peak`: its central pixel relative to white, without glare.
 pub(crate) fn point_radius_px(peak: f64) -> f64 {
     (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX)
 }
 
-/// Heights of core and glare of a point of flux 1 whose sprite reaches this far. The core is the Gaussian of its height less what that is at the rim.
+/// Amplitudes of core and glare for flux 1 and a sprite of this radius. The core is the Gaussian minus its value at the rim.
 pub fn point_spread(radius_px: f64) -> [f64; 2] {
-    let part = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
+    let glare = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
     // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5; with v = 1 + r^2 / a^2 its integral over the circle has a closed form.
     let v = 1.0 + (radius_px / GLARE_WIDTH_PX).powi(2);
     let k = 1.0 / (v - 1.0);
     let c = 1.0 + k;
     let integral = 2.0 * c * c * (1.0 - v.powf(-0.5)) - 4.0 * c * k * (v.sqrt() - 1.0) + 2.0 / 3.0 * k * k * (v.powf(1.5) - 1.0);
-    [(1.0 - part) / cut_core(radius_px).1, part / (PI * GLARE_WIDTH_PX.powi(2) * integral)]
+    [(1.0 - glare) / truncated_core(radius_px).1, glare / (PI * GLARE_WIDTH_PX.powi(2) * integral)]
 }
 
-/// Sum of the body's radiance over the pixels, linear RGB.
+/// The body's radiance summed over pixels, linear RGB.
 pub(crate) fn flux(camera: &Camera, p: &PlacedBody<'_>) -> DVec3 {
     let direction = p.placement.centre_km / p.distance_km;
     let cos_off_axis = direction.dot(camera.forward);
@@ -72,12 +72,12 @@ pub(crate) fn flux(camera: &Camera, p: &PlacedBody<'_>) -> DVec3 {
     p.body.colour.as_dvec3() * (p.irradiance * PI / pixel_sr)
 }
 
-/// Widens the sprite of a point that is brighter than white.
+/// Widens the sprite of a point that is brighter than white, to hold its glare.
 pub(crate) fn spread_glare(point: &mut Point, white: f64) {
     point.radius_px = camera::narrow_scalar(point_radius_px(f64::from(point.flux.max_element()) * point_peak() / white));
 }
 
-/// Drawn over all bodies: what nearer ones hide of it is taken from its flux (`crate::scene::visibility::hidden`).
+/// A point's sprite. It is drawn over all bodies; [`crate::scene::visibility::hidden`] removes the flux that nearer bodies hide.
 pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
     Point { body, centre: camera::narrow(clip.extend(1.0)), radius_px: camera::narrow_scalar(POINT_RADIUS_PX), flux: camera::narrow(flux) }
 }

@@ -1,95 +1,96 @@
-//! What a picture is for, and what that leaves out.
+//! What a picture is for, and how faint a change may be left out of it.
 //!
-//! In: the purpose that is asked for, and the exposure. Out: a [`Bound`], which every decision about a feature asks. Always: for linear light no feature
-//! is left out that changes a pixel by more than the floor of what is there; where nothing else is, any light counts. For a display none is left out that
-//! changes a byte by a level: light of half a level on black counts, where the sRGB curve is steepest. Not here: bounds of size (a disc under a pixel is a point,
-//! a rim thinner than half a pixel is none), which no light moves, and the number of lights and occluders that a draw takes.
+//! In: the requested purpose and the exposure. Out: a [`Threshold`], which every decision about a feature compares with. Always: for linear light no feature is
+//! left out that changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display no feature is left out that
+//! changes a byte by one level: light of half a level on black is kept, because the sRGB curve is steepest there. Not here: limits of size (a disc below a
+//! pixel is a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
 
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 
-/// What the pixels are for.
+/// The use of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Purpose {
-    /// Seen on a display at the picture's exposure: [`VISIBLE_LIGHT`] of white counts, and a change of a pixel by [`VISIBLE_CHANGE`] of itself.
+    /// Seen on a display at the picture's exposure: kept are [`VISIBLE_LIGHT`] of white on black, and a relative change of a pixel by
+    /// [`VISIBLE_CHANGE`].
     #[default]
     Display,
-    /// Read as linear light at any exposure: a relative change beyond the floor counts, of what is in the pixel without it.
+    /// Read as linear light at any exposure: a change of a pixel is kept if it exceeds `floor` times the radiance without it.
     Linear {
-        /// Part of the picture's light below which a feature is left out.
+        /// Relative change below which a feature is left out.
         floor: f64,
     },
 }
 
 impl Purpose {
-    /// Linear light for files and for questions about pixels: to a thousandth, an f32 film scanner's or a photometer's best.
+    /// Linear light for files and for queries of pixels: to a thousandth, the best that film scanners and photometers reach.
     pub const LINEAR: Self = Self::Linear { floor: 1e-3 };
 
-    /// By what a picture is written to: EXR keeps linear light.
+    /// The purpose of a written file: EXR keeps linear light.
     pub fn of_file(is_linear: bool) -> Self {
         if is_linear { Self::LINEAR } else { Self::Display }
     }
 }
 
-/// Below which a feature is left out.
+/// The threshold below which a feature is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bound {
+pub struct Threshold {
     purpose: Purpose,
     white: f64,
 }
 
-impl Bound {
+impl Threshold {
     /// `white`: the radiance that the display shows as white.
     pub fn of(purpose: Purpose, white: f64) -> Self {
         Self { purpose, white }
     }
 
-    /// Whether light of this radiance counts where it falls on black.
-    pub fn counts(self, radiance: f64) -> bool {
+    /// Whether this radiance, added to black, is too much to leave out.
+    pub fn is_exceeded_by(self, radiance: f64) -> bool {
         match self.purpose {
             Purpose::Display => radiance > VISIBLE_LIGHT * self.white,
             Purpose::Linear { .. } => radiance > 0.0,
         }
     }
 
-    /// Whether a change of a pixel by this part of itself counts.
-    pub fn counts_part(self, part: f64) -> bool {
-        part > self.least_part()
+    /// Whether this relative change of a pixel is too much to leave out.
+    pub fn is_exceeded_by_change(self, part: f64) -> bool {
+        part > self.least_change()
     }
 
-    /// The part of itself by which a pixel must change.
-    pub fn least_part(self) -> f64 {
+    /// The smallest relative change of a pixel that is kept.
+    pub fn least_change(self) -> f64 {
         match self.purpose {
             Purpose::Display => VISIBLE_CHANGE,
             Purpose::Linear { floor } => floor,
         }
     }
 
-    /// Whether features count that only a pixel's size leaves out: what they add is not bounded by light.
+    /// Whether the purpose is linear light, for which features are kept that a display would lose by their size alone.
     pub fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }
 
-    /// A radiance over that of white; of a picture for linear light, which has no white, over that at 1 au.
-    pub fn of_white(self, radiance: f64) -> f64 {
+    /// A radiance relative to white. A picture for linear light has no white; there it is relative to that of a white plane at 1 au.
+    pub fn relative_to_white(self, radiance: f64) -> f64 {
         radiance / self.white
     }
 
-    /// What shows all light over a part of white, as a radiance; 0 for linear light, which shows all.
-    pub fn least_shown(self, part_of_white: f64) -> f64 {
+    /// A part of white as a radiance below which a picture cuts light off; 0 for linear light, which keeps all.
+    pub fn cutoff_radiance(self, part_of_white: f64) -> f64 {
         if self.is_linear() { 0.0 } else { part_of_white * self.white }
     }
 
-    /// A radiance against the bound, in words.
+    /// A radiance and its threshold, in words.
     pub fn description(self, radiance: f64) -> String {
         match self.purpose {
-            Purpose::Display => format!("{:.2e} of white against {VISIBLE_LIGHT:.2e}", self.of_white(radiance)),
+            Purpose::Display => format!("{:.2e} of white against {VISIBLE_LIGHT:.2e}", self.relative_to_white(radiance)),
             Purpose::Linear { .. } => format!("{radiance:.2e} of linear light, where any counts"),
         }
     }
 
-    /// A part of a pixel's light against the bound, in words.
-    pub fn said_part(self, part: f64) -> String {
-        format!("{part:.2e} of the light against {:.2e}", self.least_part())
+    /// A relative change and its threshold, in words.
+    pub fn change_description(self, part: f64) -> String {
+        format!("{part:.2e} of the light against {:.2e}", self.least_change())
     }
 }
 
@@ -117,13 +118,18 @@ mod tests {
     #[test]
     fn a_bound_is_what_the_picture_is_for() {
         let faint = 1e-5;
-        let display = |white| Bound::of(Purpose::Display, white);
-        assert!(!display(1.0).counts(faint) && display(1e-3).counts(faint));
-        assert!(display(1.0).counts_part(0.01) && !display(1.0).counts_part(1e-3));
+        let display = |white| Threshold::of(Purpose::Display, white);
+        assert!(!display(1.0).is_exceeded_by(faint) && display(1e-3).is_exceeded_by(faint));
+        assert!(display(1.0).is_exceeded_by_change(0.01) && !display(1.0).is_exceeded_by_change(1e-3));
         for white in [1e-6, 1.0, 1e6] {
-            let linear = Bound::of(Purpose::Linear { floor: 1e-4 }, white);
-            assert!(linear.counts(faint) && !linear.counts(0.0) && linear.counts_part(1e-3) && !linear.counts_part(1e-5));
-            assert_eq!(linear.least_shown(0.01), 0.0);
+            let linear = Threshold::of(Purpose::Linear { floor: 1e-4 }, white);
+            assert!(
+                linear.is_exceeded_by(faint)
+                    && !linear.is_exceeded_by(0.0)
+                    && linear.is_exceeded_by_change(1e-3)
+                    && !linear.is_exceeded_by_change(1e-5)
+            );
+            assert_eq!(linear.cutoff_radiance(0.01), 0.0);
             assert!(linear.description(faint).contains("linear") && !display(white).description(faint).contains("linear"));
         }
     }

@@ -1,7 +1,7 @@
-//! What a scene is made of besides catalog and ephemeris: files, and tables that take long to compute.
+//! What a scene needs besides catalog and ephemeris: files, and tables that take long to compute.
 //!
-//! A builder of scenes says what a view requires ([`Requirements`]); who owns files and caches brings it ([`Resources`]). What is not at hand is left out
-//! of the scene, and the decision about it says so.
+//! A scene builder says what a view requires ([`Requirements`]); the owner of files and caches supplies it ([`Resources`]). A feature whose resource is missing
+//! is left out of the scene, and the decision about it says so.
 
 use crate::catalog::NaifId;
 use crate::ephemeris::Ephemeris;
@@ -34,24 +34,24 @@ pub struct Requirements {
     pub meshes: Vec<MeshWanted>,
     /// Bodies whose table of multiple scattering ([`crate::scene::air_table`]) their draws read.
     pub scattering_tables: Vec<NaifId>,
-    /// The maps of each body that is drawn, and what carries them.
+    /// The maps of each drawn body, and the shape that they cover.
     pub maps: Vec<(MapFiles, Shape)>,
     /// The panorama of the sky.
     pub sky_map: Option<String>,
 }
 
-/// What is at hand.
+/// The files and tables that were loaded or computed.
 #[derive(Clone, Debug, Default)]
 pub struct Resources {
-    /// Map and mesh files that could not be read: bodies go without, and say so.
+    /// Map and mesh files that could not be read; bodies are drawn without them.
     pub unreadable: BTreeSet<String>,
     pub meshes: BTreeMap<NaifId, Arc<Model>>,
-    /// Height of the Sun over the shape's own horizon at each vertex of a mesh, in the Sun's radii; computed where it is not here.
+    /// Height of the Sun over the mesh's own horizon at each vertex, in solar radii; the scene computes it if it is missing here.
     pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
-    /// For the light meter alone.
+    /// City lights, which only the light meter reads.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
-    /// The user's panorama of the sky; `None`: the Milky Way that ships.
+    /// The user's panorama of the sky; `None` for the built-in Milky Way.
     pub sky_map: Option<SkyMap>,
 }
 
@@ -67,18 +67,18 @@ impl Resources {
     }
 }
 
-/// Tables that stay the same from frame to frame. Whoever builds scenes keeps one of these.
+/// Tables that are kept from frame to frame. The owner of scene builders keeps one of these.
 #[derive(Debug, Default)]
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
     pub(crate) ring_shines: RingShines,
     pub(crate) shadow_paths: ShadowPaths,
     pub(crate) limb_profiles: LimbProfiles,
-    /// Of the catalog's small bodies.
+    /// The elements of the catalog's minor planets as columns.
     pub(crate) minor_planets: OnceLock<Arc<MinorPlanetColumns>>,
 }
 
-/// What every part of a scene reads.
+/// Inputs that every part of a scene reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Context<'a> {
     pub request: &'a ViewRequest,

@@ -1,10 +1,11 @@
-//! Bounds and limits that several features share.
+//! Thresholds and limits that several features share.
 
-/// Part of a pixel's light by which a feature must change it to count: a quarter of a level of 255 at white, less below it.
+/// Relative change of a pixel from which a feature is drawn: a quarter of a level of 255 at white, less below it.
 pub const VISIBLE_CHANGE: f64 = 1.0 / 512.0;
-/// Light, as a part of white, that a feature must add to count: half a level of 255 on black, where the sRGB curve is steepest (12.92). What is less rounds away.
+/// Light from which a feature is drawn, as a part of white: half a level of 255 on black, where the sRGB curve is steepest (slope 12.92). Less than that
+/// rounds to 0.
 pub const VISIBLE_LIGHT: f64 = 0.5 / 255.0 / 12.92;
-/// The Sun and at most two other bodies light a draw.
+/// Maximum number of lights of a draw: the Sun and two other bodies.
 pub const MAX_LIGHTS: u8 = 3;
 /// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in
 /// VIIRS' day-night band (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860), times pi, over the 600 W/m2 of sunlight in that band.

@@ -1,8 +1,8 @@
-//! The ways in which an effect is computed, and how far off each is: the figures that `explain` prints and the tests hold.
+//! The tiers (models) of each effect, with the error of each: the figures that `explain` prints and that tests verify.
 //!
-//! In: a tier of the key. Out: [`Tier`], its name and its error. Always: a figure of light is the bound of a test, which reads it here; one in pixels is the
-//! bound by which the tier is chosen ([`sphere_shadow_offset`] is measured; that of `point-sun` is the penumbra's own width). Not here: which tier a draw
-//! gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
+//! In: a model from the shader key. Out: [`Tier`], its name and its error. Always: an error of light is the tolerance of a test, which reads it here; an error
+//! in pixels is the limit by which the tier is chosen ([`sphere_shadow_offset`] is verified by a test; that of `point-sun` is the penumbra's own width). Not
+//! here: which tier a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
 use std::fmt;
@@ -11,17 +11,18 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Tier {
     pub name: &'static str,
-    /// In 95 of 100 places, where that is known apart from the worst.
+    /// Error in 95 % of places, if it is known apart from the largest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mostly: Option<f64>,
-    /// At the most, as a part of what `of` begins with.
+    /// Largest error, relative to the quantity that `of` names.
     pub at_most: f64,
+    /// The quantity that the error is relative to.
     pub of: &'static str,
 }
 
 impl fmt::Display for Tier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // To the digits that are given: 100 * 0.07 has more.
+        // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
         let percent = |part: f64| (part * 1e6).round() / 1e4;
         write!(f, "{}: off by at most {} %", self.name, percent(self.at_most))?;
         if let Some(part) = self.mostly {
@@ -31,16 +32,16 @@ impl fmt::Display for Tier {
     }
 }
 
-/// Of one ray's light in each channel, against adaptive quadrature on new random rays in each run, through every air of the catalog
+/// Error per channel of one ray's light against adaptive quadrature, on new random rays in each run, for every atmosphere of the catalog
 /// (tests/atmosphere/tier_bounds.rs). The bounds stand a fifth and more above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075
 /// (`pixel-16`, `table`), 0.0075 (`pixel-32`); one run in 73 had a ray beyond 0.5 with `pixel-8`, in the twilight of Uranus.
 const RAY: &str = "each ray's light scattered once";
-/// Where a ray's light is less than this part of the brightest channel of the zenith under a Sun at 45 degrees, the error is told of that.
+/// Light of a ray below this part of the zenith's (brightest channel, Sun at 45 degrees) has its error stated relative to that part.
 pub const MIN_OF_ZENITH: f64 = 1e-3;
-/// Of the transmittance of any ray, in every tier.
+/// Largest error of the transmittance along any ray, in every tier.
 pub const AIR_TRANSMITTANCE: f64 = 3e-4;
 
-/// `None` without air.
+/// The tier of an atmosphere model; `None` without an atmosphere.
 pub fn of_atmosphere(tier: AtmosphereModel) -> Option<Tier> {
     let of = |name, mostly, at_most, of| Some(Tier { name, mostly: Some(mostly), at_most, of });
     match tier {
@@ -49,12 +50,13 @@ pub fn of_atmosphere(tier: AtmosphereModel) -> Option<Tier> {
         AtmosphereModel::Pixel8 => of("pixel-8", 0.025, 0.9, RAY),
         AtmosphereModel::Pixel16 => of("pixel-16", 0.004, 0.12, RAY),
         AtmosphereModel::Pixel32 => of("pixel-32", 0.002, 0.02, RAY),
-        // Further scattering against photons.
+        // The error of multiple scattering is measured against a photon simulation.
         AtmosphereModel::Table => of("table", 0.004, 0.12, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
     }
 }
 
-/// `None` without an eclipse. The limb-darkened disc against integrals of forty digits, the simpler ones against it (tests/eclipse/reference_tables.rs).
+/// The tier of an eclipse model; `None` without an eclipse. The limb-darkened disc is compared with integrals of forty digits, the simpler models with it
+/// (tests/eclipse/reference_tables.rs).
 pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
     let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
@@ -66,28 +68,29 @@ pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
     }
 }
 
-/// `None` without a shadow. Against the closed form and sums over the Sun's disc (tests/rings/reference_tables.rs); the simpler one is taken where its edges stay within a part of a pixel.
+/// The tier of a ring's shadow on the globe; `None` without one. Compared with the closed form and with sums over the Sun's disc
+/// (tests/rings/reference_tables.rs); the simpler model is chosen where its edges are off by less than [`MAX_EDGE_ERROR_PX`].
 pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
     let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         RingShadow::None => None,
-        RingShadow::PointSun => of("point-sun", WITHIN_PX, "a pixel where its edges lie"),
+        RingShadow::PointSun => of("point-sun", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
         RingShadow::Penumbra => of("penumbra", 0.07, "the Sun's light"),
     }
 }
 
-/// `None` without a shadow; as [`of_ring_shadow`].
+/// The tier of the globe's shadow on a ring; `None` without one. Compared as in [`of_ring_shadow`].
 pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
     let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         BodyShadow::None => None,
-        BodyShadow::Sphere => of("sphere", WITHIN_PX, "a pixel where its edges lie"),
+        BodyShadow::Sphere => of("sphere", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
         BodyShadow::EllipsoidPenumbra => of("ellipsoid-penumbra", 1e-3, "the Sun's light"),
     }
 }
 
-/// How far the edge of a sphere's shadow on the ring lies from that of the oblate globe at most, equatorial radii. `polar`: the polar radius in those; `sine`: of
-/// the Sun's height over the ring's plane; `outer`: the ring's outer radius.
+/// Upper limit of the distance between the edges of a sphere's shadow on the ring and of the oblate globe's, equatorial radii. `polar`: the polar radius in
+/// those; `sine`: of the Sun's height over the ring's plane; `outer`: the ring's outer radius.
 ///
 /// In the plane both shadows are ellipses about the centre, as wide as the equator and 1 / sine or q / sine long, where q is half the height of the globe's outline
 /// seen from the Sun. In each direction the lengths' ratio lies between q and 1, so the edges are apart by at most 1 - q of the way to the farther one, which
@@ -100,8 +103,8 @@ pub fn sphere_shadow_offset(polar: f64, sine: f64, outer: f64) -> f64 {
     if outer < near { along.min(half_width(far) - half_width(near)) } else { along }
 }
 
-/// Pixels by which a shadow's edges may be off or soft before the better model is taken.
-pub const WITHIN_PX: f64 = 0.5;
+/// Error or softness of a shadow's edges, in pixels, from which the better model is chosen.
+pub const MAX_EDGE_ERROR_PX: f64 = 0.5;
 
 #[cfg(test)]
 mod tests {

@@ -46,14 +46,14 @@ impl Session {
         let mut frames = Frames::of(&self.catalog, &self.ephemeris, &inner)?;
         let exposure = {
             let FrameRequest { request, viewer } = &frames.meter;
-            let begin = || SceneBuilder::seen_by(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
+            let begin = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
             let (builder, _) = self.metered(begin)?;
             builder.exposure().clone()
         };
         frames.exposed(&exposure);
         let mut scenes = Vec::new();
         for FrameRequest { request, viewer } in &frames.frames {
-            let begin = || SceneBuilder::seen_by(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
+            let begin = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
             let mut scene = self.scene_from(begin, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
             scene.exposure = exposure.clone();
             scenes.push(scene);

@@ -84,7 +84,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let left = |precision| {
                 let prober = Prober { session, renderer: bench.studio.renderer(precision) };
-                let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(model)).ok()?;
+                let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
                 let this: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
                 sky.left(&this, &points, None).ok()
             };

@@ -1,4 +1,4 @@
-//! Delta T = TT - UT1: how far the Earth's turning lags behind uniform time.
+//! Delta T = TT - UT1: the lag of the Earth's rotation behind uniform time.
 //!
 //! | dates | model | error |
 //! |---|---|---|
@@ -10,10 +10,10 @@ use super::delta_t_table::{MEASURED_FIRST_MJD, MEASURED_MS, MEASURED_STEP_DAYS, 
 use crate::units::{JD_J2000, SECONDS_PER_DAY};
 
 const JULIAN_YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
-/// Where the long-term parabola takes over on either side, years.
+/// Years before and after which the long-term parabola applies.
 const PARABOLA_UNTIL: f64 = -1720.0;
 const PARABOLA_FROM: f64 = 2500.0;
-/// The year from which the spline leans towards the measured table.
+/// The year from which the spline is bent towards the measured table.
 const BLEND_FROM: f64 = 1955.0;
 
 /// Delta T in seconds at `tt_s`, TT seconds past J2000.
@@ -41,7 +41,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     if year >= PARABOLA_FROM {
         return parabola_s(year);
     }
-    // The slope at the table's end is taken over two years, so that the season does not set it.
+    // The slope at the table's end is taken over two years, to exclude seasonal variation.
     let end_year = year_of(((MEASURED_FIRST_MJD + last as f64 * MEASURED_STEP_DAYS) - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
     let end_s = f64::from(MEASURED_MS[last]) * 1e-3;
     let steps = (2.0 * 365.25 / MEASURED_STEP_DAYS).round() as usize;
@@ -70,7 +70,7 @@ fn year_of(tt_s: f64) -> f64 {
     2000.0 + tt_s / JULIAN_YEAR_S
 }
 
-/// Place in the measured table; the minute between UTC and TT moves Delta T by less than 1 µs.
+/// Position in the measured table; the minute between UTC and TT changes Delta T by less than 1 µs.
 fn measured_index(tt_s: f64) -> f64 {
     let mjd = tt_s / SECONDS_PER_DAY + (JD_J2000 - 2_400_000.5);
     (mjd - MEASURED_FIRST_MJD) / MEASURED_STEP_DAYS

@@ -1,6 +1,6 @@
-//! Instants and time scales: in come civil times and Julian dates, out go seconds of TDB and back.
+//! Instants and time scales: conversions between civil times, Julian dates and seconds of TDB.
 //!
-//! What always holds: an [`Instant`] is a number of TDB seconds past J2000; nothing here reads a clock.
+//! Always: an [`Instant`] is a number of TDB seconds past J2000; nothing here reads a clock.
 //!
 //! * TT is TAI + 32.184 s. TDB - TT is the seven-term series of USNO Circular 179 (Kaplan 2005), eq. 2.6, good to 10 µs from 1600 to 2200.
 //! * UTC from 1972 on is TAI less the leap seconds that the crate hifitime knows. After the last of them the count stays (37 s): nobody has
@@ -106,12 +106,12 @@ impl Instant {
         text::format_tt(self)
     }
 
-    /// So many TDB seconds later.
+    /// The instant `seconds` of TDB later.
     pub fn plus_seconds(self, s: f64) -> Self {
         Self { tdb_s: self.tdb_s + s }
     }
 
-    /// So much later by the clock of UTC, whose days have 86 400 s: a day later it is the same time of day, whether or not a leap second lies between.
+    /// The instant later by UTC, whose days have 86 400 s: a day later is the same time of day, whether or not a leap second lies between.
     pub fn plus_utc_seconds(self, s: f64) -> Self {
         Self::from_utc_seconds(self.utc_seconds().0 + s)
     }
@@ -130,7 +130,7 @@ impl Instant {
     }
 
     fn from_ut1_seconds(ut1_s: f64) -> Self {
-        // Delta T changes by less than 1e-5 s per second: two rounds reach the last digit.
+        // Delta T changes by less than 1e-5 s per second, so two iterations are exact to rounding.
         let mut tt_s = ut1_s;
         for _ in 0..4 {
             tt_s = ut1_s + delta_t::delta_t_s(tt_s);
@@ -162,7 +162,7 @@ impl Instant {
 
 /// TAI - UTC on 1972-01-01.
 const FIRST_TAI_MINUS_UTC_S: f64 = 10.0;
-/// hifitime stamps a leap second with the UTC count of the day that follows it; the test against known dates holds this.
+/// hifitime gives a leap second the UTC count of the following day; the test against known dates verifies this.
 const TAI_STAMP_IS_UTC_S: f64 = 0.0;
 
 fn leap_seconds() -> impl DoubleEndedIterator<Item = LeapSecond> {

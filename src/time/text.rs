@@ -1,6 +1,6 @@
 //! Times as text: ISO 8601 UTC and `jd_tdb:`, read and written.
 //!
-//! Own calendar arithmetic, because the years go from -9999 to 9999 and a leap second must survive both ways.
+//! The calendar arithmetic is our own, because years range from -9999 to 9999 and leap seconds must survive a round trip.
 
 use super::{Instant, TimeError};
 use crate::units::SECONDS_PER_DAY;
@@ -59,7 +59,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     }
     let start_of_minute_s = (days_past_j2000_noon(year, month, day) - 0.5) * SECONDS_PER_DAY + (hour * 3600 + minute * 60) as f64;
     if second >= 60.0 {
-        // Only a minute that UTC made 61 s long has this second; the minute's length on the atomic scale tells.
+        // Second 60 exists only in a UTC minute of 61 s; its length in TAI decides.
         let begin = Instant::from_utc_seconds(start_of_minute_s);
         let length_s = Instant::from_utc_seconds(start_of_minute_s + 60.0).tt_seconds_past_j2000() - begin.tt_seconds_past_j2000();
         if start_of_minute_s < super::UTC_START_S || length_s < 60.5 {
@@ -98,7 +98,7 @@ pub(super) fn format_tt(t: Instant) -> String {
     if tt_s.abs() <= LAST_CALENDAR_S { calendar_text(tt_s, None) } else { format_utc(t) }
 }
 
-/// A million years: the calendar's whole numbers end somewhere beyond.
+/// A million years, below the overflow of the calendar's integers.
 const LAST_CALENDAR_S: f64 = 3.2e13;
 
 /// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: how far into a leap second that begins there.

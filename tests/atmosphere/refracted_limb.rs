@@ -75,7 +75,7 @@ fn on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]
     let prober = Prober { session: &SESSION, renderer };
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, time).expect("placed");
-    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(EclipseModel::Refracted)).expect("a sky");
+    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::Refracted)).expect("a sky");
     let point = |(latitude, longitude): &(f64, f64)| ground_point_km(moon.radii_km, *latitude, *longitude, 0.0).0 / moon.radii_km.x;
     let points: Vec<DVec3> = places.iter().map(point).collect();
     let left = sky.left(&sky.occluders, &points, None).expect("answers");

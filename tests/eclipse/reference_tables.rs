@@ -148,7 +148,7 @@ fn solar_eclipses_on_the_ground_are_those_of_de440() {
 fn at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, law: &Photometry) -> f64 {
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
-    let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
     sky.left(&sky.occluders, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
 }
 
@@ -219,7 +219,7 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
     let prober = single();
     let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
     let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
-    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
     let ground = square(earth.radii_km, 3.49, -11.67, 60.0, 30);
     let points: Vec<_> = ground.iter().map(|p| p.2).collect();
     let light = sky.left(&sky.occluders, &points, None).expect("answers");
@@ -292,7 +292,7 @@ fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
     let prober = single();
-    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
     assert!(sky.left(&sky.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 

@@ -29,7 +29,7 @@ fn layer(scene: &Scene) -> &LabelLayer {
 }
 
 fn rects(layer: &LabelLayer) -> Vec<Rect> {
-    layer.margin.taken(&LabelMetrics::of_size(layer.size_px)).collect()
+    layer.margin.occupied(&LabelMetrics::of_size(layer.size_px)).collect()
 }
 
 /// The middle of a name.

@@ -12,7 +12,7 @@ use orrery::scene::draw::{DrawUniforms, Light, RingTable, Surface};
 use orrery::scene::photometry::{model_geometric_albedo, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
 use orrery::scene::ring_shine::{halves, scattered};
-use orrery::scene::rings::{MIN_COSINE, RingSeen, bodies_with_peak, forward};
+use orrery::scene::rings::{MIN_COSINE, RingSeen, forward, particle_phase};
 use orrery::time::Instant;
 use orrery::units::linear_to_srgb;
 use std::f64::consts::PI;
@@ -63,7 +63,7 @@ fn the_phase_functions_of_rings_are_those_of_the_shader() {
     const HALF_SIDE_INSIDE: f64 = 2e-5;
     let uniforms = saturns_ring();
     let questions: Vec<Question> = phases().into_iter().map(|c| question([c])).collect();
-    for (function, of) in [("ring_particle_phase", bodies_with_peak as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))] {
+    for (function, of) in [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))] {
         let value = format!("vec4f({function}(p.x))");
         let expected = || phases().into_iter().map(of);
         let found = worst(&Emitted::new(RING, &value).ask(&uniforms, None, &questions), expected());

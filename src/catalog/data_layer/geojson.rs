@@ -131,7 +131,7 @@ fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D
     }
 }
 
-/// What of an object may come in any order.
+/// The members of an object, which may be in any order.
 #[derive(Default)]
 struct Parts {
     kind: Option<String>,
@@ -211,7 +211,7 @@ fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content),
                 (_, Some(coordinates)) => {
                     let wrong = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
                     let shapes = Shapes::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
-                    // Here the reader still stands in the line of the fault.
+                    // The reader is still in the line of the error here.
                     if let Some(short) = shapes.lines.iter().find(|l| l.len() < 2) {
                         return Err(A::Error::custom(format!("a line of {} places; two are needed", short.len())));
                     }
@@ -236,7 +236,7 @@ fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     }
 }
 
-/// What a document holds, or the line that is wrong and why.
+/// The content of a document, or the wrong line and why.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let object: Object = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
         let message = e.to_string();

@@ -73,7 +73,7 @@ impl Listener for Document {
     }
 }
 
-/// What a document holds, or the line that is wrong and why.
+/// The content of a document, or the wrong line and why.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let mut document = Document::default();
     walk(text, &mut document)?;

@@ -1,4 +1,4 @@
-//! What a layer of data holds: points, lines, or an image.
+//! The content of a data layer: points, lines, or an image.
 
 use super::fits::SkyImage;
 use super::look::ImageLook;
@@ -6,23 +6,23 @@ use crate::catalog::NaifId;
 use crate::time::Instant;
 use std::sync::Arc;
 
-/// Points of a layer, corners of its lines together, at most.
+/// Maximum number of points and line vertices of a layer together.
 pub(super) const MAX_PLACES: usize = 1_000_000;
 
 /// A layer of data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataLayer {
-    /// As the catalog has it.
+    /// The layer's name.
     pub name: String,
     /// The file, in the folder of the catalog.
     pub file: String,
-    /// Whose ground it is on; `None`: the sky.
+    /// The body that it is on; `None`: the sky.
     pub body: Option<NaifId>,
-    /// Diameter of a point where the file gives none: pixels of a picture 1024 pixels high.
+    /// Default diameter of a point: pixels in a picture 1024 pixels high.
     pub size_px: f64,
-    /// sRGB where the file gives none.
+    /// Default colour, sRGB.
     pub colour: [u8; 3],
-    /// Days in which something fades after its time; `None`: it stays.
+    /// Days over which an item fades after its time; `None`: it does not fade.
     pub fade_days: Option<f64>,
     /// How the numbers of an image become colours.
     pub look: ImageLook,
@@ -60,7 +60,7 @@ pub struct DataLine {
     pub time: Option<Instant>,
 }
 
-/// What a file of points or lines holds.
+/// The content of a file of points or lines.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Content {
     pub points: Vec<DataPoint>,
@@ -69,13 +69,13 @@ pub(super) struct Content {
 }
 
 impl Content {
-    /// Counts places that are about to be added.
+    /// Checks the number of positions before they are added.
     pub fn count(&mut self, places: usize) -> Result<(), String> {
         self.places += places;
         if self.places > MAX_PLACES { Err(format!("more than {MAX_PLACES} points")) } else { Ok(()) }
     }
 
-    /// Adds a line: two corners at least.
+    /// Adds a line of at least two vertices.
     pub fn line(&mut self, corners: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
         self.count(corners.len())?;
         if corners.len() < 2 {
@@ -85,7 +85,7 @@ impl Content {
         Ok(())
     }
 
-    /// Adds a point of no size or colour of its own.
+    /// Adds a point with the layer's size and colour.
     pub fn point(&mut self, [lat_deg, lon_deg]: [f64; 2], time: Option<Instant>) -> Result<(), String> {
         self.count(1)?;
         self.points.push(DataPoint { lat_deg, lon_deg, time, size_px: None, colour: None });

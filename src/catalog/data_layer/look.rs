@@ -9,7 +9,7 @@ pub struct ImageLook {
     pub stretch: Stretch,
     /// Percent of the numbers that are black at most, and not white.
     pub percentiles: [f64; 2],
-    /// What a number between black and white looks like.
+    /// The colour map of values between black and white.
     pub colour_map: ColourMap,
     /// 0 to 1.
     pub opacity: f64,
@@ -24,7 +24,7 @@ impl Default for ImageLook {
 /// A curve from 0 to 1 over 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stretch {
-    /// As it is.
+    /// Linear.
     Linear,
     /// Square root.
     Sqrt,
@@ -81,7 +81,7 @@ impl ColourMap {
     }
 }
 
-/// Black and white of numbers: those at the percentiles of the finite ones. `None`: none is finite.
+/// Black and white levels: the percentiles of the finite numbers. `None` if none is finite.
 fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     let mut finite: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let last = finite.len().checked_sub(1)?;

@@ -1,4 +1,4 @@
-//! Data of one's own on a body or in the sky: `[[layer]]` of a catalog file, and the file that it names.
+//! User data on a body or in the sky: `[[layer]]` of a catalog file, and the file that it names.
 //!
 //! In: the table's section, then the bytes of its file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. The file's ending says its format: CSV and VOTable
 //! (points, on a body by `lat_deg` and `lon_deg`, planetographic, east; in the sky by `ra_deg` and `dec_deg`, ICRF; `time`, `size_px` and `colour` may be there), GeoJSON and KML (points
@@ -97,7 +97,7 @@ pub(super) fn layer(mut s: TableReader) -> Option<(Option<WithLine<String>>, Dat
 }
 
 impl DataLayer {
-    /// A layer that looks as usual, in the sky, without its content.
+    /// A layer in the sky with default settings, without its content.
     pub fn new(name: String, file: String) -> Self {
         Self {
             name,
@@ -114,7 +114,7 @@ impl DataLayer {
         }
     }
 
-    /// The layer with the content of its file. `file`: what messages call it.
+    /// The layer with the content of its file. `file`: its name in messages.
     ///
     /// # Errors
     /// The first wrong line; of a FITS file the wrong card.
@@ -148,7 +148,7 @@ impl DataLayer {
         Ok(self)
     }
 
-    /// The name by which whoever holds textures knows the image. No file of a folder has such a name.
+    /// The name under which the image is looked up as a texture. No file of a folder has such a name.
     pub fn image_name(&self) -> String {
         format!("layer {} {}", self.name, self.digest)
     }

@@ -1,4 +1,4 @@
-//! XML as a walk through its elements, with lines for messages.
+//! A streaming XML reader that reports elements with line numbers.
 //!
 //! In: text. Out: for each element its name, attributes and own text when it ends. Always: no entity but those of XML itself and of characters is known, so that none grows; nesting is
 //! bounded.
@@ -7,7 +7,7 @@ use crate::wording::{echo_within, one_line};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
-/// Elements within each other at most.
+/// Maximum nesting depth.
 const MAX_DEPTH: usize = 64;
 
 /// An element that began and has not ended.
@@ -27,7 +27,7 @@ impl Element {
     }
 }
 
-/// What an element does to whoever listens; `Err` is what is wrong with it.
+/// A visitor of elements; `Err` says what is wrong.
 pub(super) trait Listener {
     /// An element begins; the last of `path`.
     fn begins(&mut self, path: &[Element]) -> Result<(), String>;
@@ -65,7 +65,7 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
 /// Walks through a document.
 ///
 /// # Errors
-/// The line, and what is wrong there.
+/// The line, and the error in it.
 pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (usize, String)> {
     let mut reader = Reader::from_str(document.trim_start_matches('\u{feff}'));
     let mut lines = Lines { text: document.as_bytes(), at: 0, line: 1 };

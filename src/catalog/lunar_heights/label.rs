@@ -1,7 +1,8 @@
 //! Heights of a PDS3 label and its image, as LOLA's LDEM are published.
 //!
-//! In: the label's text and the image's bytes. Out: kilometres, where the map begins and the sphere that it counts from. Read are labels beside their image (detached), whole numbers of
-//! 16 bits and floating point of 32, both orders of bytes, SCALING_FACTOR and OFFSET, metres and kilometres, simple cylindrical maps of the whole Moon. All else is refused by its keyword.
+//! In: the label's text and the image's bytes. Out: kilometres, the western edge of the map and the radius of its reference sphere. Supported are detached
+//! labels, 16-bit integers and 32-bit floating point, both byte orders, SCALING_FACTOR and OFFSET, metres and kilometres, simple cylindrical maps of the
+//! whole Moon. Anything else is rejected by its keyword.
 
 use super::{USUAL_SPHERE_KM, check_size};
 use crate::wording::echo;
@@ -48,7 +49,7 @@ pub(super) fn image_file(text: &str) -> Result<String, String> {
     }
 }
 
-/// How numbers lie in the image.
+/// The sample format of the image.
 #[derive(Clone, Copy)]
 enum Sample {
     SignedLow,
@@ -117,7 +118,7 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
     let km_per_unit = match unit.as_deref() {
         Some("METER" | "METERS" | "M") => 1e-3,
         Some("KILOMETER" | "KILOMETERS" | "KM") => 1.0,
-        // Without a unit the sphere's radius says it.
+        // Without a unit the sphere's radius tells which one it is.
         None if offset > 1e6 => 1e-3,
         None if offset > 1e3 => 1.0,
         _ => return Err(format!("UNIT = {}: METER and KILOMETER are read", echo(unit.as_deref().unwrap_or("(none)")))),

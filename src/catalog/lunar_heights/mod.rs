@@ -1,8 +1,9 @@
-//! The Moon's own heights, as a user gives them: a map of the whole Moon in kilometres over a sphere.
+//! The user's height map of the Moon: the whole Moon in kilometres over a sphere.
 //!
-//! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_picture`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which answers for any direction. Always: every
-//! height is finite and within [`HIGHEST_KM`] of the sphere; heights stand in the middle of their cells; between them they are linear in longitude and latitude, and
-//! beyond the last row as in it. No heights ship. Left out: maps of a part of the Moon, other projections, other bodies.
+//! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_picture`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
+//! in any direction. Always: every height is finite and within [`HIGHEST_KM`] of the sphere; heights belong to the centres of their cells; they are
+//! interpolated linearly in longitude and latitude, and extended beyond the first and last row. No heights ship. Left out: maps of a part of the Moon,
+//! other projections, other bodies.
 
 mod label;
 mod picture;
@@ -11,28 +12,28 @@ use crate::wording::{echo, one_line};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The sphere that maps without a label count from: that of the LOLA maps.
+/// Radius of the reference sphere of maps without a label: that of the LOLA maps.
 pub const USUAL_SPHERE_KM: f64 = 1737.4;
-/// The Moon's own heights lie between -9.2 and 10.8 km (LOLA).
+/// Limit of heights: those of the Moon lie between -9.2 and 10.8 km (LOLA).
 pub const HIGHEST_KM: f64 = 20.0;
-/// Heights of a map at most: 21 to a degree.
+/// Maximum number of heights in a map: 21 per degree.
 pub const MAX_HEIGHTS: usize = 30_000_000;
-/// Bytes of a file at most: so many heights of eight bytes, and a header.
+/// Maximum size of a file: that many heights of eight bytes, and a header.
 pub const MAX_FILE_BYTES: u64 = 8 * MAX_HEIGHTS as u64 + (1 << 20);
-/// Bytes of a label at most.
+/// Maximum size of a label.
 pub const MAX_LABEL_BYTES: u64 = 1 << 20;
 
-/// What is wrong with a file of heights. One line.
+/// An error in a height file, in one line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {}", echo(.file), one_line(.why))]
 pub struct HeightMapError {
-    /// As it was named.
+    /// The file's name.
     pub file: String,
-    /// And what to do.
+    /// What is wrong, and what to do.
     pub why: String,
 }
 
-/// Kilometres of black and of white, where a picture does not say it.
+/// Kilometres of black and of white, for a picture that does not say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightRange {
     pub black_km: f64,
@@ -118,12 +119,12 @@ impl HeightMap {
         self.sphere_km
     }
 
-    /// The least and the greatest height.
+    /// The minimum and the maximum height.
     pub fn range_km(&self) -> [f64; 2] {
         [self.least_km, self.greatest_km]
     }
 
-    /// Between two heights along a meridian, radians.
+    /// Distance between two heights along a meridian, radians.
     pub fn step_rad(&self) -> f64 {
         PI / self.rows as f64
     }
@@ -133,7 +134,7 @@ impl HeightMap {
         &self.km
     }
 
-    /// How fine it is and how far it reaches, in words.
+    /// Resolution and range of heights as text.
     pub fn summary(&self) -> String {
         let km = self.step_rad() * self.sphere_km;
         format!(

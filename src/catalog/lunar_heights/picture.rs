@@ -1,16 +1,16 @@
 //! Heights of a PNG or a TIFF.
 //!
-//! In: bytes, and the kilometres of black and white where the file does not say them. Out: columns and kilometres, rows from the north. Always: the size is checked before the
-//! pixels are unpacked. Not read: colour, palettes, alpha, tiles of several bands.
+//! In: bytes, and the kilometres of black and white if the file does not say. Out: columns and kilometres, rows from the north. Always: the size is checked
+//! before decoding. Not supported: colour, palettes, alpha, tiles of several bands.
 
 use super::{HeightRange, MAX_HEIGHTS, check_size};
 use std::io::Cursor;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 
-/// What to write where the file does not say what its numbers mean.
+/// The hint for a file that does not say what its numbers mean.
 const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
-/// The unit and the zero of 16 bits without a sign (<https://svs.gsfc.nasa.gov/4720>).
+/// Unit and zero of unsigned 16-bit values (<https://svs.gsfc.nasa.gov/4720>).
 const HALF_METRE_KM: f64 = 0.0005;
 const ZERO: f64 = 20_000.0;
 

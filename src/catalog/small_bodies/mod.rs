@@ -1,8 +1,8 @@
 //! Minor planets and comets: orbit and brightness of each.
 //!
-//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the Sun, axes are
-//! unit vectors of the ICRF. Orbits are osculating: what the planets pull since the epoch is left out. Not here: where a body is (`ephemeris::conic`), how bright a
-//! picture shows it (scene).
+//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the Sun,
+//! axes are unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here: positions (`ephemeris::conic`), and the
+//! brightness in a picture shows it (scene).
 
 mod mpcorb;
 mod read;
@@ -14,30 +14,30 @@ use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
-/// Gauss' constant: square root of the Sun's GM in au^1.5 a day (IAU 1976; IAU 2012 Resolution B2 keeps the au within 1e-9 of it).
+/// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976; IAU 2012 Resolution B2 keeps the au within 1e-9 of it).
 pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
 
-/// A conic about the Sun with its periapsis and the time of its passage, the same form for ellipse, parabola and hyperbola.
+/// A heliocentric conic by its perihelion and the time of passage: the same form for ellipse, parabola and hyperbola.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeliocentricOrbit {
-    /// Perihelion distance, above 0.
+    /// Perihelion distance, positive.
     pub perihelion_au: f64,
-    /// 0 and more.
+    /// Eccentricity, 0 or more.
     pub eccentricity: f64,
     /// Unit vector from the Sun to the perihelion, ICRF.
     pub to_perihelion: DVec3,
-    /// Unit vector of the motion in the perihelion, ICRF.
+    /// Unit vector of the motion at the perihelion, ICRF.
     pub along_perihelion: DVec3,
-    /// A passage of the perihelion, days past J2000 (TDB).
+    /// Time of a perihelion passage, days past J2000 (TDB).
     pub passage_days: f64,
 }
 
-/// What the brightness of a body follows.
+/// The brightness law of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BrightnessLaw {
     /// Absolute magnitude and slope of the H,G system (Bowell et al. 1989, Asteroids II, 524).
     Asteroid { h: f64, g: f64 },
-    /// Total magnitude at 1 au from Sun and observer, and how many magnitudes a decade of the Sun's distance takes: M1 and K1 of the JPL.
+    /// Total magnitude at 1 au from Sun and observer, and magnitudes per decade of heliocentric distance: JPL's M1 and K1.
     Comet { m1: f64, k1: f64 },
     /// Not known.
     Unknown,
@@ -54,7 +54,7 @@ pub struct SmallBody {
 }
 
 impl SmallBody {
-    /// As people write it: `2 Pallas`, `1P/Halley`.
+    /// The full name: `2 Pallas`, `1P/Halley`.
     pub fn full_name(&self) -> String {
         match (self.designation.as_str(), self.name.as_str()) {
             ("", name) => name.to_owned(),
@@ -81,12 +81,12 @@ pub struct SmallBodies {
     pub comets: Vec<SmallBody>,
 }
 
-/// What is wrong with a table of small bodies. One line: file, line, field, what to do.
+/// An error in a table of small bodies, in one line: file, line, field, what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {message}")]
 pub struct SmallBodyFileError {
     pub file: String,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     pub message: String,
 }
@@ -129,7 +129,7 @@ impl SmallBodies {
             let o = &model.orbit;
             let e = (o.eccentricity + 0.04 * (even() - 0.5)).clamp(0.0, 0.6);
             let a = axis(o) + 0.04 * (even() - 0.5);
-            // The plane turned about the ecliptic's pole, the perihelion in the plane.
+            // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane.
             let (node, turn) = (TAU * even(), TAU * even());
             let pole = DVec3::new(0.0, -rows::OBLIQUITY.sin(), rows::OBLIQUITY.cos());
             let normal = DQuat::from_axis_angle(pole, node) * o.to_perihelion.cross(o.along_perihelion);
@@ -141,7 +141,7 @@ impl SmallBodies {
                 along_perihelion: normal.cross(first),
                 passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * even(),
             };
-            // Fainter ones are more: half a decade a magnitude (Ivezic et al. 2001, Astron. J. 122, 2749) up to 17.
+            // Fainter bodies are more numerous: half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749) up to 17.
             let h = 17.0 + 2.0 * even().max(1e-6).log10();
             SmallBody {
                 designation: String::new(),

@@ -15,7 +15,7 @@ const NUMBERS: [(usize, Range<usize>); 8] =
     [(H, 8..13), (G, 14..19), (M, 26..35), (ARGUMENT, 37..46), (NODE, 48..57), (I, 59..68), (E, 70..79), (A, 92..103)];
 const DESIGNATION: Range<usize> = 0..7;
 const EPOCH_COLUMNS: Range<usize> = 20..25;
-/// Number in brackets and name, where the line goes on so far.
+/// Number in brackets and name, if the line is long enough.
 const READABLE: Range<usize> = 166..194;
 
 /// Whether a text is of this form: a line of dashes ends its heading, or its first line has numbers in these columns.

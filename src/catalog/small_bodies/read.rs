@@ -9,10 +9,10 @@ use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
 
-/// Bodies of a file at most: 200 bytes each in memory, and twice what is known.
+/// Maximum number of bodies in a file: 200 bytes each in memory, and twice as many as are known.
 const MAX_BODIES: usize = 3_000_000;
 
-/// Where each quantity stands in a row.
+/// The column of each quantity.
 struct Columns {
     of_field: [Option<usize>; FIELDS.len()],
     designation: Option<usize>,

@@ -1,4 +1,4 @@
-//! Stars: place, motion, distance, brightness and colour index of each, and an index of the sky.
+//! Stars: position, proper motion, distance, brightness and colour index, and a spatial index of the sky.
 //!
 //! In: the text of a catalogue (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view takes
 //! the cells in its frame and of each the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: where a star is seen
@@ -23,9 +23,9 @@ pub struct Star {
     pub hip: u32,
     /// Unit vector from the solar system's barycentre, ICRF.
     pub direction: DVec3,
-    /// Velocity over the star's distance: radians a Julian year across the line of sight, and along it where the radial velocity is known.
+    /// Velocity divided by the star's distance: radians per Julian year across the line of sight, and along it if the radial velocity is known.
     pub motion_per_year: DVec3,
-    /// 1 au over the distance; 0 where no distance was measured.
+    /// Parallax: 1 au divided by the distance; 0 if no distance was measured.
     pub parallax_rad: f64,
     /// Johnson V.
     pub v_magnitude: f32,
@@ -36,13 +36,13 @@ pub struct Star {
 /// Stars of one patch of the sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// Among the catalogue's stars, the brightest first.
+    /// Range of indices of the catalogue's stars, the brightest first.
     pub stars: Range<usize>,
     /// Every star lies within this angle of the axis at the epoch.
     pub axis: DVec3,
     pub radius_rad: f64,
     pub brightest_magnitude: f32,
-    /// The greatest of its stars, as [`Star`] has them.
+    /// The largest motion and parallax of its stars, in the units of [`Star`].
     pub motion_per_year: f64,
     pub parallax_rad: f64,
 }
@@ -55,12 +55,12 @@ pub struct StarCatalog {
     cells: Vec<Cell>,
 }
 
-/// A wrong line of a star catalogue. One line: file, line, field, what to do.
+/// An error in a star catalogue, in one line: file, line, field, what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {message}")]
 pub struct StarFileError {
     pub file: String,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
     pub message: String,
 }
@@ -70,13 +70,13 @@ static EMBEDDED: LazyLock<Arc<StarCatalog>> = LazyLock::new(|| match StarCatalog
     Err(e) => panic!("the embedded stars are broken: {e}"),
 });
 
-/// Magnitude of the brightest star that ships, Sirius.
+/// Magnitude of the brightest embedded star, Sirius.
 pub(super) const EMBEDDED_BRIGHTEST: f32 = -1.44;
 
-/// Cells on a side of each of the six faces of a cube around the observer: 3 to 7 degrees each.
+/// Cells per side of each of the six faces of a cube around the observer: 3 to 7 degrees each.
 const CELLS_A_SIDE: usize = 16;
 
-/// The cell of a direction: the face of the cube that it meets, and where.
+/// The cell of a direction: the face of the cube that it meets, and the position on it.
 fn cell_of(direction: DVec3) -> usize {
     let size = direction.abs();
     let (axis, along) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
@@ -85,7 +85,7 @@ fn cell_of(direction: DVec3) -> usize {
     (face * CELLS_A_SIDE + place(1)) * CELLS_A_SIDE + place(2)
 }
 
-/// What bounds the stars of a cell.
+/// The bounds of the stars of a cell.
 fn bounds(stars: &[Star], range: Range<usize>) -> Cell {
     let of = &stars[range.clone()];
     let axis = of.iter().map(|s| s.direction).sum::<DVec3>().normalize();
@@ -132,7 +132,7 @@ impl StarCatalog {
         Self { epoch_jd, stars, cells }
     }
 
-    /// In the order of their cells.
+    /// All stars, ordered by cell.
     pub fn stars(&self) -> &[Star] {
         &self.stars
     }

@@ -58,14 +58,14 @@ const HIP2: [(usize, Range<usize>); 7] =
 const HIP2_HP: Range<usize> = 129..136;
 const HIP2_BYTES: usize = 158;
 
-/// Where each field stands in a line of a table.
+/// The column of each field in a table.
 struct Columns {
     of_field: [Option<usize>; FIELDS.len()],
     count: usize,
     epoch: f64,
 }
 
-/// The line without what stands in brackets, which may hold commas.
+/// The line without text in brackets, which may contain commas.
 fn without_brackets(line: &str) -> String {
     let mut depth = 0_u32;
     let outside = |c: char| {

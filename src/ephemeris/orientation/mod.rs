@@ -1,4 +1,4 @@
-//! How bodies are turned: `body_from_icrf` rotations.
+//! Orientation of bodies: `body_from_icrf` rotations.
 //!
 //! In: a body, an instant. Out: a rotation whose rows are the body's axes in ICRF (z the north pole, x the prime meridian). Sources: the IAU WGCCRE
 //! 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with UT1. Left out:
@@ -57,7 +57,7 @@ pub fn true_of_date_from_gcrs(t: Instant) -> DMat3 {
     DMat3::from_cols_array_2d(&rows).transpose()
 }
 
-/// A body that keeps one face to its parent: x towards the parent, z along the orbit's normal. `None` for a straight fall.
+/// A tidally locked body: x towards the parent, z along the orbit's normal. `None` for a radial orbit.
 pub fn synchronous(pos_km: DVec3, vel_km_s: DVec3) -> Option<DMat3> {
     let x = (-pos_km).try_normalize()?;
     let z = pos_km.cross(vel_km_s).try_normalize()?;

@@ -68,7 +68,7 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
             rest = right;
         }
         for word in rest.split(|c: char| c.is_whitespace() || matches!(c, '(' | ')' | ',')).filter(|w| !w.is_empty()) {
-            // Strings and @dates are nobody's orientation.
+            // Strings and @dates are not orientation data.
             let quotes = word.matches('\'').count();
             if quoted || quotes > 0 || word.starts_with('@') {
                 quoted ^= quotes % 2 == 1;

@@ -1,8 +1,8 @@
-//! How far bodies on mean or osculating ellipses may stand from their place: elements and an instant come in, a bound in km goes out.
+//! Error of bodies on mean or osculating ellipses. In: elements and an instant. Out: an upper limit in km.
 //!
-//! The bound is an angle along the orbit, which grows with the time from the elements' epoch: what the ellipse leaves out (periodic
-//! terms), the doubt of the mean motion, and a tide where one is known. What always holds: it never falls with the time from the epoch and
-//! stays within the orbit's diameter. Not done: errors of the orbit's plane by themselves; they are smaller than the share along it.
+//! The error is an angle along the orbit that grows with the time from the elements' epoch: omitted periodic terms, uncertainty of the mean motion, and
+//! tidal acceleration if known. Always: it never decreases with the time from the epoch and never exceeds the orbit's diameter. Left out: errors of the
+//! orbital plane, which are smaller than those along the orbit.
 
 use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;
@@ -51,19 +51,19 @@ fn drift(body: NaifId) -> Drift {
         802 => (2.3, 0.01, 0.0),
         // Osculating elements: 0.03 and 0.02 degrees a year from the proper motions of Ceres and Vesta, times four.
         2_000_001 | 2_000_004 => (1.1, 0.12, 0.0),
-        // Nothing was compared: the worst of the moons that keep to one orbit.
+        // Not compared with any reference: the largest error of the moons with undisturbed orbits.
         _ => (4.3, 4.5, 0.0),
     };
     Drift { at_epoch_deg, deg_per_yr, deg_per_yr2 }
 }
 
-/// Bound of the position's error, km.
+/// Upper limit of the position's error, km.
 pub fn error_km(body: NaifId, elements: &MeanElements, t: Instant) -> f64 {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     let years = (days / 365.25).abs();
     let drift = drift(body);
     let angle_rad = (drift.at_epoch_deg + years * (drift.deg_per_yr + years * drift.deg_per_yr2)).to_radians();
     let (a, e) = (elements.semi_major_axis_km, elements.eccentricity);
-    // An error of the mean anomaly moves the body fastest at the periapsis.
+    // An error of the mean anomaly has the largest effect at periapsis.
     (angle_rad * a * ((1.0 + e) / (1.0 - e)).sqrt()).min(2.0 * a * (1.0 + e))
 }

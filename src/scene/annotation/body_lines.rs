@@ -1,9 +1,9 @@
-//! Lines on the ground of one body: its planetographic grid, its terminator, and the shadows of eclipses, on the side that faces the camera.
+//! Lines on the ground of one body: its planetographic grid, its terminator, and eclipse shadows, on the side that faces the camera.
 //!
-//! In: the body as it is seen. Out: pieces of lines, texts and decisions. Always: a line ends at the limb, found in closed form, so that no depth decides and none flickers; what
-//! stands before the body is drawn after it. Left out: relief, shape models, and the flattening of three different axes in the latitudes.
+//! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb, which is found in closed form instead of by depth, so
+//! that nothing flickers; bodies in front are drawn later. Left out: relief, shape models, and the difference of three axes in the latitudes.
 
-use crate::scene::annotation::grids::{Along, Cap, angle_text, grid_lines};
+use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::strokes::{Curve, segments};
@@ -28,7 +28,7 @@ struct Circle {
 }
 
 impl Circle {
-    /// The circle of a latitude on the unit sphere.
+    /// A parallel of the unit sphere, by the sine of its latitude.
     fn of_latitude(sine: f64) -> Self {
         let radius = (1.0 - sine * sine).max(0.0).sqrt();
         Self { centre: DVec3::Z * sine, a: DVec3::X * radius, b: DVec3::Y * radius }
@@ -42,40 +42,40 @@ impl Circle {
         self.centre + self.a * t.cos() + self.b * t.sin()
     }
 
-    /// The part between two parameters, less than a turn apart, from which a camera outside the unit sphere is seen.
-    fn facing(&self, camera: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
-        let (level, a, b) = (camera.dot(self.centre) - 1.0, camera.dot(self.a), camera.dot(self.b));
-        let swing = a.hypot(b);
-        if level >= swing {
+    /// The intervals between two parameters, less than a turn apart, that are visible from a camera outside the unit sphere.
+    fn visible_intervals(&self, camera: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+        let (offset, a, b) = (camera.dot(self.centre) - 1.0, camera.dot(self.a), camera.dot(self.b));
+        let amplitude = a.hypot(b);
+        if offset >= amplitude {
             return vec![[from, to]];
         }
-        if level <= -swing {
+        if offset <= -amplitude {
             return Vec::new();
         }
-        let (middle, half) = (b.atan2(a), (-level / swing).acos());
+        let (middle, half) = (b.atan2(a), (-offset / amplitude).acos());
         let around = |turn: f64| [(middle - half + turn).max(from), (middle + half + turn).min(to)];
         [-TAU, 0.0, TAU].map(around).into_iter().filter(|[from, to]| from < to).collect()
     }
 }
 
-/// The lines of one body as they are gathered.
-pub(super) struct Sheet<'a, 'b> {
+/// Collects the lines of one body.
+pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) camera: &'a Camera,
     pub(super) p: &'a PlacedBody<'b>,
     pub(super) all: SkyLines,
 }
 
-/// The parameters of a curve between two points of a [`GroundLine`]: less than [`Curve`] asks to be halved.
+/// Parameter range between two points of a [`GroundLine`]: small enough that [`Curve`] does not halve it.
 const SPAN: f64 = 0.15;
 
-/// A smooth curve through the points of a line at whole numbers (Catmull and Rom 1974), on the unit sphere.
+/// A Catmull-Rom curve through the points of a line at integer parameters (Catmull and Rom 1974), on the unit sphere.
 fn smooth(line: &GroundLine, t: f64) -> DVec3 {
     let count = line.points.len() as isize;
     let point = |k: isize| {
         if line.is_closed {
             return line.points[k.rem_euclid(count) as usize];
         }
-        // Beyond an end the line goes on as the parabola of its last three points.
+        // Beyond an end the line continues as the parabola of its last three points.
         let beyond = |a: DVec3, b: DVec3, c: DVec3| 3.0 * (a - b) + c;
         match k {
             k if k < 0 => beyond(line.points[0], line.points[1], line.points[2]),
@@ -93,27 +93,27 @@ fn smooth(line: &GroundLine, t: f64) -> DVec3 {
     cubic.normalize()
 }
 
-impl Sheet<'_, '_> {
-    /// Draws what of a circle faces the camera; the parameter and place of its first point in the frame.
-    fn draw(&mut self, circle: &Circle, part: [f64; 2], strength: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
+impl GroundLineBuilder<'_, '_> {
+    /// Draws the visible part of a circle. Returns the middle of its first run inside the frame, for the label.
+    fn draw_circle(&mut self, circle: &Circle, part: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.p.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
-        let curve = Curve { camera: self.camera, point: &point, size: placement.radii_km.max_element(), finer: 1.0 };
+        let curve = Curve { camera: self.camera, point: &point, size: placement.radii_km.max_element(), tolerance_factor: 1.0 };
         let mut first = None;
-        for [from, to] in circle.facing(placement.camera_in_unit_sphere(), part) {
+        for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), part) {
             let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
             let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
             for run in curve.runs(&parameters, 0) {
                 first = first.or(run.get(run.len() / 2).map(|(p, _)| *p));
                 let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
-                self.all.pieces.extend(segments(self.camera, &run, depth, strength, colour));
+                self.all.segments.extend(segments(self.camera, &run, depth, opacity, colour));
             }
         }
         first
     }
 
-    /// Draws what of a smooth line through points faces the camera.
-    pub(super) fn through(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
+    /// Draws the visible part of a smooth line through points.
+    pub(super) fn draw_line(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
         let placement = &self.p.placement;
         let camera = placement.camera_in_unit_sphere();
         let count = line.points.len();
@@ -121,29 +121,34 @@ impl Sheet<'_, '_> {
             return;
         }
         let spans = if line.is_closed { count } else { count - 1 };
-        let over = |t: f64| camera.dot(smooth(line, t)) - 1.0;
+        let height_over_horizon = |t: f64| camera.dot(smooth(line, t)) - 1.0;
         let limb = |mut inside: f64, mut outside: f64| {
             for _ in 0..40 {
                 let middle = 0.5 * (inside + outside);
-                if over(middle) > 0.0 { inside = middle } else { outside = middle }
+                if height_over_horizon(middle) > 0.0 { inside = middle } else { outside = middle }
             }
             inside
         };
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (smooth(line, t / SPAN) * placement.radii_km);
         let longest = (0..spans).map(|k| line.points[k].distance(line.points[(k + 1) % count])).fold(0.0, f64::max);
-        // Both derivatives of a curve that turns by less than a tenth of a radian from point to point.
-        let curve = Curve { camera: self.camera, point: &point, size: 1.5 / SPAN * longest * placement.radii_km.max_element(), finer: 1.0 };
+        // Bounds both derivatives of a curve that turns by less than a tenth of a radian from point to point.
+        let curve = Curve {
+            camera: self.camera,
+            point: &point,
+            size: 1.5 / SPAN * longest * placement.radii_km.max_element(),
+            tolerance_factor: 1.0,
+        };
         let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
         for k in 0..spans {
             let (from, to) = (k as f64, (k + 1) as f64);
-            let part = match (over(from) > 0.0, over(to) > 0.0) {
+            let part = match (height_over_horizon(from) > 0.0, height_over_horizon(to) > 0.0) {
                 (true, true) => [from, to],
                 (true, false) => [from, limb(from, to)],
                 (false, true) => [limb(to, from), to],
                 (false, false) => continue,
             };
             for run in curve.runs(&part.map(|t| t * SPAN), 0) {
-                self.all.pieces.extend(segments(self.camera, &run, depth, |_| opacity, colour));
+                self.all.segments.extend(segments(self.camera, &run, depth, |_| opacity, colour));
             }
         }
     }
@@ -154,35 +159,35 @@ impl Sheet<'_, '_> {
 
     pub(super) fn grid(&mut self) {
         let radii = self.p.placement.radii_km;
-        let here = self.p.placement.camera_in_unit_sphere();
-        // Degrees of the body that a pixel spans below the camera.
-        let height_km = (here.length() - 1.0).max(1e-9) * radii.x;
+        let camera = self.p.placement.camera_in_unit_sphere();
+        // Degrees of the body per pixel at the sub-camera point.
+        let height_km = (camera.length() - 1.0).max(1e-9) * radii.x;
         let pixel_deg = (height_km * self.camera.pixel_tangent() / radii.x).to_degrees().min(3.0);
-        let latitude = (here.z / here.length()).clamp(-1.0, 1.0).asin().to_degrees();
-        let radius_deg = (1.0 / here.length()).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
-        // Planetographic latitudes differ from the sphere's by the flattening.
+        let latitude = (camera.z / camera.length()).clamp(-1.0, 1.0).asin().to_degrees();
+        let radius_deg = (1.0 / camera.length()).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
+        // A margin of 6 degrees, because planetographic latitudes differ from those on the unit sphere.
         let cap =
-            Cap { longitude_deg: here.y.atan2(here.x).to_degrees(), latitude_deg: latitude, radius_deg: (radius_deg + 6.0).min(180.0) };
-        let flattened = radii.z / radii.x;
+            Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg: latitude, radius_deg: (radius_deg + 6.0).min(180.0) };
+        let axis_ratio = radii.z / radii.x;
         let mut count = 0;
         for line in grid_lines(cap, pixel_deg) {
-            let (circle, part) = match line.along {
-                Along::Longitude => {
-                    // The unit sphere's latitude of a planetographic one.
-                    let on_sphere = (flattened * line.at_deg.to_radians().tan()).atan();
+            let (circle, part) = match line.kind {
+                GridLineKind::Parallel => {
+                    // Latitude on the unit sphere of a planetographic one.
+                    let on_sphere = (axis_ratio * line.at_deg.to_radians().tan()).atan();
                     (Circle::of_latitude(on_sphere.sin()), [0.0, TAU])
                 }
-                Along::Latitude => (Circle::of_longitude(line.at_deg), line.latitudes_deg(pixel_deg).map(f64::to_radians)),
+                GridLineKind::Meridian => (Circle::of_longitude(line.at_deg), line.latitude_range_deg(pixel_deg).map(f64::to_radians)),
             };
-            let strength = |t: f64| {
-                let latitude_deg = if line.along == Along::Latitude { t.to_degrees() } else { line.at_deg };
-                GRID_OPACITY * line.strength(latitude_deg, pixel_deg)
+            let opacity = |t: f64| {
+                let latitude_deg = if line.kind == GridLineKind::Meridian { t.to_degrees() } else { line.at_deg };
+                GRID_OPACITY * line.opacity(latitude_deg, pixel_deg)
             };
-            let Some(place) = self.draw(&circle, part, &strength, GRID) else { continue };
+            let Some(place) = self.draw_circle(&circle, part, &opacity, GRID) else { continue };
             count += 1;
-            let text = match line.along {
-                Along::Longitude => angle_text(line.at_deg, true),
-                Along::Latitude => format!("{}E", angle_text(line.at_deg, false)),
+            let text = match line.kind {
+                GridLineKind::Parallel => angle_text(line.at_deg, true),
+                GridLineKind::Meridian => format!("{}E", angle_text(line.at_deg, false)),
             };
             let clip = DVec2::new(place.x, place.y) / (place.z * self.camera.tan_half_fov);
             if clip.abs().max_element() < 1.0 {
@@ -194,12 +199,13 @@ impl Sheet<'_, '_> {
     }
 
     pub(super) fn terminator(&mut self) {
-        // Where the Sun's centre stands in the horizon: its direction is across the ellipsoid's normal, which on the unit sphere is a great circle.
+        // Where the Sun's centre is on the horizon, its direction is perpendicular to the ellipsoid's normal; on the unit sphere that is a great
+        // circle.
         let sun = self.p.body_from_icrf * self.p.sun_from_body_km / self.p.placement.radii_km;
         let Some(pole) = sun.try_normalize() else { return };
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
-        let drawn = self.draw(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR).is_some();
+        let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR).is_some();
         let reason = if drawn { format!("of {}: the Sun's centre in the horizon", self.p.body.name) } else { "not in the frame".into() };
         self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, tier: None });
     }
@@ -215,12 +221,15 @@ mod tests {
         for (k, camera) in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)].into_iter().enumerate() {
             for circle in [Circle::of_latitude(0.3), Circle::of_latitude(-0.99), Circle::of_longitude(77.0), Circle::of_longitude(310.0)] {
                 let part = [-1.5, 4.0];
-                let found = circle.facing(camera, part);
+                let found = circle.visible_intervals(camera, part);
                 for n in 0..=5000 {
                     let t = part[0] + (part[1] - part[0]) * f64::from(n) / 5000.0;
-                    let over = camera.dot(circle.at(t)) - 1.0;
+                    let height_over_horizon = camera.dot(circle.at(t)) - 1.0;
                     let is_in = found.iter().any(|[from, to]| (*from..=*to).contains(&t));
-                    assert!(is_in == (over > 0.0) || over.abs() < 1e-9, "camera {k}, {t}: {over}");
+                    assert!(
+                        is_in == (height_over_horizon > 0.0) || height_over_horizon.abs() < 1e-9,
+                        "camera {k}, {t}: {height_over_horizon}"
+                    );
                 }
             }
         }

@@ -1,16 +1,15 @@
-//! Shadows of what stands before the Sun of the target: their outlines and paths on its ground, and their cones in space.
+//! Eclipse lines of the target: outlines and paths of shadows on its ground, and shadow cones in space.
 //!
-//! In: the target as it is seen, and who is between it and the Sun. Out: pieces of lines and decisions. Always: the geometry is that of the drawn shadow
-//! (`eclipse::shadow_cone`); what the Sun does not see of the ground has no line. Cones are drawn among the bodies, which hide what is behind or inside of them. Left out: relief and
-//! shape models.
+//! In: the placed target and the occluders of its Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
+//! (`eclipse::shadow_cone`); ground that the Sun does not reach has no line. Cones are depth-tested against the bodies. Left out: relief and shape models.
 
-use crate::scene::annotation::body_lines::Sheet;
+use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::strokes::{Curve, LineSegment, segments};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
 use crate::scene::decision::Decision;
-use crate::scene::eclipse::before_sun;
 use crate::scene::eclipse::occluders::{Axis, Receiver};
-use crate::scene::eclipse::shadow_cone::{Edge, ShadowCone};
+use crate::scene::eclipse::shadow_cone::{ConeKind, ShadowCone};
+use crate::scene::eclipse::sun_occluders;
 use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
 use glam::DVec3;
@@ -19,23 +18,23 @@ use std::f64::consts::TAU;
 const UMBRA: DVec3 = DVec3::new(1.0, 0.2, 0.1);
 const PENUMBRA: DVec3 = DVec3::new(1.0, 0.75, 0.2);
 const PATH: DVec3 = DVec3::new(0.3, 0.9, 1.0);
-/// Of lines on the ground.
+/// Opacity of lines on the ground.
 const OUTLINE_OPACITY: f64 = 0.95;
 const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
-/// Of cones: many lines lie over each other.
+/// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Sides that a cone is drawn with, and rings between its ends.
+/// Number of generating lines and of rings that a cone is drawn with.
 const CONE_SIDES: u32 = 8;
 const CONE_RINGS: u32 = 3;
 
-/// Outlines now, and the paths of the passages that are near.
-pub(super) fn on_ground(sheet: &mut Sheet<'_, '_>, context: Context<'_>) {
+/// Current outlines, and the paths of passages near in time.
+pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
     const FEATURE: &str = "eclipse-path";
-    let Some((receiver, sun, candidates)) = before_sun::receiver(context, sheet.p) else {
-        return sheet.decide(FEATURE, false, "it has no Sun".into());
+    let Some((receiver, sun, candidates)) = sun_occluders::receiver(context, builder.p) else {
+        return builder.decide(FEATURE, false, "it has no Sun".into());
     };
-    let mut said = Vec::new();
+    let mut descriptions = Vec::new();
     for occluder in candidates {
         let Some(axis) = Axis::of(receiver, sun) else { continue };
         let cone = ShadowCone::of(axis, occluder, receiver);
@@ -43,55 +42,55 @@ pub(super) fn on_ground(sheet: &mut Sheet<'_, '_>, context: Context<'_>) {
         if let Some(path) = context.caches.shadow_paths.of(context.ephemeris, sun, receiver, occluder) {
             let limits = path.limits.iter().map(|line| (line, LIMIT_OPACITY));
             for (line, opacity) in path.centre_line.iter().map(|line| (line, OUTLINE_OPACITY)).chain(limits) {
-                sheet.through(line, opacity, PATH);
+                builder.draw_line(line, opacity, PATH);
             }
             if path.centre_line.is_some() || !path.limits.is_empty() {
-                said.push(format!("path of {name}'s shadow, in its middle at {}", path.middle.to_utc_iso()));
+                descriptions.push(format!("path of {name}'s shadow, in its middle at {}", path.middle.to_utc_iso()));
             }
         }
-        for (edge, colour, opacity, what) in
-            [(Edge::Penumbra, PENUMBRA, PENUMBRA_OPACITY, "penumbra"), (Edge::Umbra, UMBRA, OUTLINE_OPACITY, "umbra")]
+        for (kind, colour, opacity, what) in
+            [(ConeKind::Penumbra, PENUMBRA, PENUMBRA_OPACITY, "penumbra"), (ConeKind::Umbra, UMBRA, OUTLINE_OPACITY, "umbra")]
         {
-            let lines = cone.outline(edge);
-            lines.iter().for_each(|line| sheet.through(line, opacity, colour));
+            let lines = cone.outline(kind);
+            lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
             if !lines.is_empty() {
-                let behind_apex = edge == Edge::Umbra && cone.is_antumbra();
-                said.push(format!("{name}'s {}", if behind_apex { "antumbra" } else { what }));
+                let behind_apex = kind == ConeKind::Umbra && cone.is_antumbra();
+                descriptions.push(format!("{name}'s {}", if behind_apex { "antumbra" } else { what }));
             }
         }
     }
-    let on = !said.is_empty();
-    let reason = if on { said.join("; ") } else { "no shadow on its ground within six hours".into() };
-    sheet.decide(FEATURE, on, reason);
+    let on = !descriptions.is_empty();
+    let reason = if on { descriptions.join("; ") } else { "no shadow on its ground within six hours".into() };
+    builder.decide(FEATURE, on, reason);
 }
 
-/// What draws the cones of one body.
+/// Collects the cone lines of one body.
 struct Cones<'a, 'b> {
     camera: &'a Camera,
     p: &'a PlacedBody<'b>,
-    pieces: Vec<LineSegment>,
+    segments: Vec<LineSegment>,
 }
 
 impl Cones<'_, '_> {
-    /// Draws a line through space: body axes, equatorial radii; `length`: bound of its derivatives.
+    /// Draws a curve in space: body axes, equatorial radii. `length`: bound of its derivatives.
     fn line(&mut self, point: &dyn Fn(f64) -> DVec3, parts: u32, length: f64, colour: DVec3) {
         let placement = &self.p.placement;
         let radius_km = placement.radii_km.x;
         let in_icrf = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (point(t) * radius_km);
-        let curve = Curve { camera: self.camera, point: &in_icrf, size: length * radius_km, finer: 1.0 };
+        let curve = Curve { camera: self.camera, point: &in_icrf, size: length * radius_km, tolerance_factor: 1.0 };
         let parameters: Vec<f64> = (0..=parts).map(|k| f64::from(k) / f64::from(parts)).collect();
         for run in curve.runs(&parameters, 0) {
             let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
-            self.pieces.extend(segments(self.camera, &run, depth, |_| CONE_OPACITY, colour));
+            self.segments.extend(segments(self.camera, &run, depth, |_| CONE_OPACITY, colour));
         }
     }
 
-    /// Draws a cone from the body that casts it, each side as long as it says.
-    fn cone(&mut self, cone: &ShadowCone, edge: Edge, length: &dyn Fn(f64) -> f64, colour: DVec3) {
+    /// Draws a cone from the body that casts it; `length` is that of its generating line at an angle.
+    fn cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let at = |turns: f64, part: f64| {
             let angle = TAU * turns;
-            let side = cone.side(edge, angle);
-            side.from + side.along * (part * length(angle))
+            let line = cone.line_at(kind, angle);
+            line.from + line.along * (part * length(angle))
         };
         for k in 0..CONE_SIDES {
             let turns = f64::from(k) / f64::from(CONE_SIDES);
@@ -99,7 +98,7 @@ impl Cones<'_, '_> {
         }
         for k in 0..=CONE_RINGS {
             let part = f64::from(k) / f64::from(CONE_RINGS + 1);
-            // A ring is as long as its bounds say: from the farthest of its points to its middle.
+            // The derivatives of a ring are bounded by the largest distance of its points from its centre.
             let middle = 0.5 * (at(0.0, part) + at(0.5, part));
             let reach = (0..8).map(|k| at(f64::from(k) / 8.0, part).distance(middle)).fold(0.0, f64::max);
             self.line(&|t| at(t, part), 8, 1.2 * TAU * TAU * reach, colour);
@@ -107,40 +106,41 @@ impl Cones<'_, '_> {
     }
 }
 
-/// Cones of shadow in space: of each body whose penumbra meets the target, to the target, and the target's own.
+/// Shadow cones in space: from each body whose penumbra meets the target, to the target, and the target's own.
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
     let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, tier: None };
-    let lit = before_sun::receiver(context, p).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
-    let Some((receiver, axis, candidates)) = lit else { return (Vec::new(), decided(false, "it has no Sun".into())) };
-    let mut cones = Cones { camera, p, pieces: Vec::new() };
+    let receiver_axis_candidates =
+        sun_occluders::receiver(context, p).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
+    let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, "it has no Sun".into())) };
+    let mut cones = Cones { camera, p, segments: Vec::new() };
     let mut casters = vec![receiver.body.name.as_str()];
-    own(&mut cones, axis, receiver);
+    target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
         let cone = ShadowCone::of(axis, occluder, receiver);
-        if occluder.across.length() > 1.0 + cone.radius(Edge::Penumbra) {
+        if occluder.across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
             continue;
         }
         casters.push(&occluder.body.name);
-        for (edge, colour) in [(Edge::Penumbra, PENUMBRA), (Edge::Umbra, UMBRA)] {
+        for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA), (ConeKind::Umbra, UMBRA)] {
             let to_middle = occluder.along;
             let length = |angle: f64| {
-                let side = cone.side(edge, angle);
-                cone.meets(side).map_or(to_middle, |at| (at * p.body.radii_km / receiver.radius_km()).distance(side.from))
+                let line = cone.line_at(kind, angle);
+                cone.ground_point(line).map_or(to_middle, |at| (at * p.body.radii_km / receiver.radius_km()).distance(line.from))
             };
-            cones.cone(&cone, edge, &length, colour);
+            cones.cone(&cone, kind, &length, colour);
         }
     }
-    let on = !cones.pieces.is_empty();
+    let on = !cones.segments.is_empty();
     let reason = format!("shadows of {}{}", casters.join(", "), if on { "" } else { ": outside of the frame" });
-    (cones.pieces, decided(on, reason))
+    (cones.segments, decided(on, reason))
 }
 
-/// The shadow behind the target, to the apex of its umbra.
-fn own(cones: &mut Cones<'_, '_>, axis: Axis, receiver: &Receiver<'_>) {
-    let cone = ShadowCone::behind(axis, receiver);
+/// The target's own shadow, to the apex of its umbra.
+fn target_shadow(cones: &mut Cones<'_, '_>, axis: Axis, receiver: &Receiver<'_>) {
+    let cone = ShadowCone::own_shadow(axis, receiver);
     let length = cone.umbra_length();
     if length.is_finite() {
-        cones.cone(&cone, Edge::Penumbra, &|_| length, PENUMBRA);
-        cones.cone(&cone, Edge::Umbra, &|_| length, UMBRA);
+        cones.cone(&cone, ConeKind::Penumbra, &|_| length, PENUMBRA);
+        cones.cone(&cone, ConeKind::Umbra, &|_| length, UMBRA);
     }
 }

@@ -1,8 +1,8 @@
-//! Names of surface features: which of them a picture has room for, and where.
+//! Names of surface features: which of them fit into a picture, and where.
 //!
-//! In: the bodies that a picture shows and the places that other names take. Out: [`TextMark`]s. Always: two names do not overlap; of two that would, the
-//! landing site, then the more prominent feature, stays. A name stands in the middle of its feature, so that it is still while the view moves; it fades with
-//! the size of its feature in the picture and towards the limb. What is on the far side of its body or behind a nearer one has no name.
+//! In: the bodies in a picture and the rectangles of other labels. Out: [`TextMark`]s. Always: names do not overlap; of two that would, the landing site
+//! stays, else the more prominent feature. A name is centred on its feature, so that it stays in place while the view moves; it fades with the size of its
+//! feature in the picture and towards the limb. Features on the far side of their body or behind a nearer one have no name.
 
 use super::text::{LabelMetrics, Rect, TextMark};
 use crate::catalog::nomenclature;
@@ -11,30 +11,30 @@ use crate::scene::in_view::BodyInView;
 use crate::scene::numeric::smoothstep;
 use glam::DVec2;
 
-/// Names of one picture at most.
-const MOST: usize = 70;
-/// Sizes of letters that a feature's diameter takes where its name begins to show, and where it is in full.
-const FADES_IN: (f64, f64) = (0.9, 1.4);
-/// The same of a body's diameter for its landing sites.
-const SITES_FADE_IN: (f64, f64) = (16.0, 22.0);
-/// Cosines of the angle between the ground's normal and the line of sight at which a name begins to show, and is in full.
-const LIMB: (f64, f64) = (0.15, 0.35);
-/// Parts of the picture's shorter side that a feature may take: what is larger is the ground itself.
-const LARGEST: f64 = 1.5;
+/// Maximum number of names in a picture.
+const MAX_NAMES: usize = 70;
+/// Diameter of a feature, in letter sizes, at which its name starts to appear, and at which it is opaque.
+const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
+/// The same for landing sites, by the diameter of their body.
+const SITE_FADE: (f64, f64) = (16.0, 22.0);
+/// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
+const LIMB_FADE: (f64, f64) = (0.15, 0.35);
+/// Largest size of a named feature, in units of the picture's shorter side: larger ones fill the view.
+const MAX_SIZE: f64 = 1.5;
 /// sRGB of a name.
 pub const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
-/// From 0 at the first value to 1 at the second.
+/// Rises smoothly from 0 at the first value to 1 at the second.
 fn rise((from, to): (f64, f64), value: f64) -> f64 {
     smoothstep((value - from) / (to - from))
 }
 
-/// The names, and markers of landing sites. `taken`: where other names stand; those found are added.
+/// The names, and the positions of landing sites. `occupied`: rectangles of other labels; those of the names are added.
 pub fn features(
     picture: &impl PicturePlaces,
     bodies: &[BodyInView],
     lettering: &LabelMetrics,
-    taken: &mut Vec<Rect>,
+    occupied: &mut Vec<Rect>,
 ) -> (Vec<TextMark>, Vec<DVec2>) {
     let size = picture.size_px();
     let letter_px = lettering.size_px();
@@ -50,7 +50,7 @@ pub fn features(
         }
         let camera = place.camera_in_unit_sphere() * place.radii_km;
         for feature in nomenclature::features(&body.name) {
-            if names.len() >= MOST {
+            if names.len() >= MAX_NAMES {
                 return (names, sites);
             }
             // The ray from the centre meets the ellipsoid here.
@@ -58,48 +58,48 @@ pub fn features(
             let normal = (ground / (place.radii_km * place.radii_km)).normalize();
             let to_camera = camera - ground;
             let distance_km = to_camera.length();
-            let mut opacity = rise(LIMB, to_camera.dot(normal) / distance_km);
+            let mut opacity = rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
             let feature_px = feature.prominence_km / distance_km * pixels_per_radian;
             opacity *=
-                if feature.is_landing_site { rise(SITES_FADE_IN, body_px / letter_px) } else { rise(FADES_IN, feature_px / letter_px) };
+                if feature.is_landing_site { rise(SITE_FADE, body_px / letter_px) } else { rise(FEATURE_FADE, feature_px / letter_px) };
             if opacity < 0.02 {
-                if !feature.is_landing_site && feature_px < FADES_IN.0 * letter_px {
-                    // The rest are smaller, and no part of the ground is much nearer than this.
+                if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * letter_px {
+                    // The remaining features are smaller, and no part of the ground is much nearer than this.
                     let nearest_km = (body.distance_km - place.radii_km.max_element()).max(1e-3);
-                    if feature.prominence_km / nearest_km * pixels_per_radian < FADES_IN.0 * letter_px {
+                    if feature.prominence_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * letter_px {
                         break;
                     }
                 }
                 continue;
             }
-            let sight = place.body_from_icrf.transpose() * -to_camera;
-            let Some(at) = picture.place_px(sight) else { continue };
+            let line_of_sight = place.body_from_icrf.transpose() * -to_camera;
+            let Some(at) = picture.place_px(line_of_sight) else { continue };
             let hidden = seen[..k].iter().any(|o| {
                 let radius = (o.placement.radii_km.max_element() / o.distance_km).min(1.0).asin();
-                !o.placement.camera_is_inside() && crate::ephemeris::angle_rad(o.placement.centre_km, sight) < radius
+                !o.placement.camera_is_inside() && crate::ephemeris::angle_rad(o.placement.centre_km, line_of_sight) < radius
             });
-            if hidden || feature_px > LARGEST * size.min_element() {
+            if hidden || feature_px > MAX_SIZE * size.min_element() {
                 continue;
             }
             let width = lettering.width_px(feature.name);
             let extent = DVec2::new(width, lettering.line_height_px);
             let centred = at - 0.5 * extent;
             let aside = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
-            // A landing site's name stands on its right, or where that is taken on its left, below or above.
+            // A landing site's name is placed on its right, or if that does not fit, on its left, below or above.
             let below = DVec2::new(0.0, 1.4 * extent.y);
             let corners = match feature.is_landing_site {
                 true => vec![centred + aside, centred - aside, centred + aside + below, centred + aside - below],
                 false => vec![centred],
             };
-            let free = |corner: &DVec2| {
+            let fits = |corner: &DVec2| {
                 let rect = Rect { least: *corner, most: *corner + extent };
                 let inside = rect.least.cmpge(DVec2::ZERO).all() && rect.most.cmple(size).all();
                 let around = rect.padded(DVec2::new(0.6, 0.3) * letter_px);
-                inside && !taken.iter().any(|t| t.overlaps(&around))
+                inside && !occupied.iter().any(|t| t.overlaps(&around))
             };
-            let Some(corner) = corners.into_iter().find(free) else { continue };
+            let Some(corner) = corners.into_iter().find(fits) else { continue };
             let rect = Rect { least: corner, most: corner + extent };
-            taken.push(rect);
+            occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(at));
             let left_px = DVec2::new(corner.x, corner.y + 0.5 * lettering.line_height_px);
             names.push(TextMark { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });

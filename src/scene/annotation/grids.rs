@@ -1,35 +1,37 @@
-//! Grids of longitude and latitude: which lines a picture gets, and how they are named.
+//! Grids of longitude and latitude: which lines a picture gets, and their coordinates as text.
 //!
-//! In: the size of a pixel and the part of a sphere that is in view. Out: [`GridLine`]s with an opacity that is continuous in the field of view and along the line:
-//! a line fades in as its neighbours come apart, and fades out towards a pole, where they would crowd. Which lines there are depends on nothing else, so
-//! that none jumps when the camera pans. Not here: what sphere it is, and the drawing.
+//! In: the size of a pixel and the visible part of a sphere. Out: [`GridLine`]s with an opacity that is continuous in the field of view and along the line:
+//! a line fades in as its neighbours move apart, and fades out towards a pole, where lines would crowd. The set of lines depends on nothing else, so that
+//! none jumps when the camera pans. Not here: the orientation of the sphere, and the drawing.
 
 use crate::scene::numeric::smoothstep;
 use std::f64::consts::FRAC_PI_2;
 
-/// Steps of grids in degrees, each a whole number of the next, down to an arc second.
+/// Grid steps in degrees, each a multiple of the next, down to an arc second.
 const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 30.0, 1.0 / 60.0, 1.0 / 360.0, 1.0 / 3600.0];
-/// Pixels between neighbours below which a line is not drawn, and from which it is drawn in full.
-const APART_PX: (f64, f64) = (60.0, 130.0);
+/// Distance between neighbouring lines, in pixels, below which a line is not drawn, and from which it is opaque.
+const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
-/// A circle of constant latitude or half a circle of constant longitude.
+/// A parallel, or half a meridian circle from pole to pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridLine {
-    pub along: Along,
-    /// Of the line: its latitude, or its longitude from 0 to 360.
+    pub kind: GridLineKind,
+    /// Its latitude, or its longitude from 0 to 360.
     pub at_deg: f64,
-    /// Of itself and its coarser neighbours.
+    /// Step of the coarsest grid that it belongs to.
     step_deg: f64,
 }
 
-/// What changes along a line.
+/// The kind of a grid line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Along {
-    Longitude,
-    Latitude,
+pub enum GridLineKind {
+    /// A circle of constant latitude.
+    Parallel,
+    /// A half circle of constant longitude.
+    Meridian,
 }
 
-/// The part of a sphere that may be in view: a circle about a place.
+/// The part of a sphere that may be in view: a spherical cap about a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cap {
     pub longitude_deg: f64,
@@ -37,35 +39,35 @@ pub struct Cap {
     pub radius_deg: f64,
 }
 
-/// The opacity of lines whose neighbours are so far apart.
-fn strength_apart(apart_deg: f64, pixel_deg: f64) -> f64 {
-    smoothstep((apart_deg / pixel_deg - APART_PX.0) / (APART_PX.1 - APART_PX.0))
+/// Opacity of lines with neighbours at this distance.
+fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
+    smoothstep((spacing_deg / pixel_deg - SPACING_FADE_PX.0) / (SPACING_FADE_PX.1 - SPACING_FADE_PX.0))
 }
 
 impl GridLine {
     /// Opacity at a latitude in degrees, 0 to 1.
-    pub fn strength(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
-        let shrinks = match self.along {
-            Along::Longitude => 1.0,
-            // The quarters meet in the pole.
-            Along::Latitude if self.step_deg == STEPS_DEG[0] => 1.0,
-            Along::Latitude => latitude_deg.to_radians().cos(),
+    pub fn opacity(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
+        let spacing_factor = match self.kind {
+            GridLineKind::Parallel => 1.0,
+            // The meridians of the coarsest step extend to the pole.
+            GridLineKind::Meridian if self.step_deg == STEPS_DEG[0] => 1.0,
+            GridLineKind::Meridian => latitude_deg.to_radians().cos(),
         };
-        strength_apart(self.step_deg * shrinks, pixel_deg)
+        opacity_at_spacing(self.step_deg * spacing_factor, pixel_deg)
     }
 
-    /// Latitudes between which a line of longitude is not yet gone.
-    pub fn latitudes_deg(&self, pixel_deg: f64) -> [f64; 2] {
-        let least = APART_PX.0 * pixel_deg / self.step_deg;
+    /// The range of latitudes in which a meridian is visible.
+    pub fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
+        let least = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
         let most = if self.step_deg == STEPS_DEG[0] || least <= 0.0 { 90.0 } else { least.min(1.0).acos().to_degrees() };
         [-most, most]
     }
 }
 
-/// The lines that may show in a cap of the sphere where a pixel spans so many degrees.
+/// The lines that may be visible in a cap of the sphere, where a pixel spans `pixel_deg`.
 pub fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     let latitudes = [cap.latitude_deg - cap.radius_deg, cap.latitude_deg + cap.radius_deg].map(|lat| lat.clamp(-90.0, 90.0));
-    // The cap's place nearest to the equator, where meridians are farthest apart.
+    // The cap's latitude nearest to the equator, where meridians are farthest apart.
     let widest = if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
     let half_width_deg = {
         let (radius, latitude) = (cap.radius_deg.to_radians(), cap.latitude_deg.to_radians());
@@ -75,21 +77,21 @@ pub fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     let mut lines = Vec::new();
     for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
         let is_new = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
-        let between = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
-        if strength_apart(step_deg, pixel_deg) > 0.0 || k == 0 {
+        let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
+        if opacity_at_spacing(step_deg, pixel_deg) > 0.0 || k == 0 {
             // The poles themselves are points.
-            let of_latitude = between(latitudes[0], latitudes[1]).filter(|n| is_new(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
-            lines.extend(of_latitude.map(|n| GridLine { along: Along::Longitude, at_deg: n as f64 * step_deg, step_deg }));
+            let parallels = indices(latitudes[0], latitudes[1]).filter(|n| is_new(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
+            lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, at_deg: n as f64 * step_deg, step_deg }));
         }
-        if strength_apart(step_deg * widest, pixel_deg) > 0.0 || k == 0 {
+        if opacity_at_spacing(step_deg * widest, pixel_deg) > 0.0 || k == 0 {
             let range = if half_width_deg >= 180.0 {
                 0..=((360.0 / step_deg).round() as i64 - 1)
             } else {
-                between(cap.longitude_deg - half_width_deg, cap.longitude_deg + half_width_deg)
+                indices(cap.longitude_deg - half_width_deg, cap.longitude_deg + half_width_deg)
             };
-            let of_longitude = range.filter(|n| is_new(*n));
-            lines.extend(of_longitude.map(|n| GridLine {
-                along: Along::Latitude,
+            let meridians = range.filter(|n| is_new(*n));
+            lines.extend(meridians.map(|n| GridLine {
+                kind: GridLineKind::Meridian,
                 at_deg: (n as f64 * step_deg).rem_euclid(360.0),
                 step_deg,
             }));
@@ -103,7 +105,7 @@ fn is_multiple(value: f64, of: f64) -> bool {
     (times - times.round()).abs() < 1e-6
 }
 
-/// An angle with as much of minutes and seconds as it has: `-20°30'`, `1°0'05"`. `signed`: with its sign, if it is none of 0.
+/// An angle with minutes and seconds only where they are not zero: `-20°30'`, `1°0'05"`. `signed`: with a plus sign if positive.
 pub fn angle_text(degrees: f64, signed: bool) -> String {
     let seconds = (degrees.abs() * 3600.0).round() as u64;
     let sign = match () {
@@ -135,7 +137,7 @@ fn parts_text(sign: &str, seconds: u64, [whole, minute, second]: [&str; 3]) -> S
     }
 }
 
-/// A compass point where there is one, else the azimuth.
+/// The compass point of an azimuth if there is one, else the azimuth in degrees.
 pub fn azimuth_text(degrees: f64) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;
@@ -143,7 +145,7 @@ pub fn azimuth_text(degrees: f64) -> String {
     if (eighth - eighth.round()).abs() < 1e-9 { POINTS[point].into() } else { angle_text(degrees, false) }
 }
 
-/// Degrees that a pixel spans, the mean over the picture's height: in the middle of a wide view they are more, at its edges less.
+/// Degrees per pixel, the mean over the picture's height: more in the middle of a wide view, less at its edges.
 pub fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
     2.0 * tan_half_height.atan().to_degrees() / f64::from(height)
 }
@@ -160,10 +162,10 @@ mod tests {
         for pixel_deg in [0.3, 0.09, 0.044, 0.01] {
             let all = grid_lines(WHOLE, pixel_deg);
             for (k, a) in all.iter().enumerate() {
-                assert!(all[k + 1..].iter().all(|b| a.along != b.along || (a.at_deg - b.at_deg).abs() > 1e-7), "{a:?}");
+                assert!(all[k + 1..].iter().all(|b| a.kind != b.kind || (a.at_deg - b.at_deg).abs() > 1e-7), "{a:?}");
             }
-            let shown = all.iter().filter(|l| l.along == Along::Longitude && l.strength(0.0, pixel_deg) > 0.0).count() as f64;
-            assert!(shown <= 180.0 / (pixel_deg * APART_PX.0) + 1.0, "{pixel_deg}: {shown}");
+            let shown = all.iter().filter(|l| l.kind == GridLineKind::Parallel && l.opacity(0.0, pixel_deg) > 0.0).count() as f64;
+            assert!(shown <= 180.0 / (pixel_deg * SPACING_FADE_PX.0) + 1.0, "{pixel_deg}: {shown}");
         }
     }
 
@@ -175,7 +177,7 @@ mod tests {
                 let lines = grid_lines(Cap { longitude_deg, latitude_deg, radius_deg }, radius_deg / 500.0);
                 assert!((1..4000).contains(&lines.len()), "{longitude_deg} {latitude_deg} {radius_deg}: {}", lines.len());
                 // In every view some line is drawn in full, or nearly so.
-                let strongest = lines.iter().map(|l| l.strength(latitude_deg, radius_deg / 500.0)).fold(0.0, f64::max);
+                let strongest = lines.iter().map(|l| l.opacity(latitude_deg, radius_deg / 500.0)).fold(0.0, f64::max);
                 assert!(strongest > 0.5, "{longitude_deg} {latitude_deg} {radius_deg}: {strongest}");
             }
         }
@@ -185,15 +187,15 @@ mod tests {
     #[test]
     fn lines_fade_without_a_step() {
         for line in grid_lines(WHOLE, 0.02) {
-            let mut last = line.strength(0.0, 0.02);
+            let mut last = line.opacity(0.0, 0.02);
             for k in 1..=2000 {
-                let next = line.strength(0.0, 0.02 * 1.003_f64.powi(k));
+                let next = line.opacity(0.0, 0.02 * 1.003_f64.powi(k));
                 assert!((next - last).abs() < 0.02 && next <= last, "{line:?}");
                 last = next;
             }
-            let [from, to] = line.latitudes_deg(0.02);
-            if line.along == Along::Latitude && to < 89.0 {
-                assert!(line.strength(to, 0.02) < 1e-6 && line.strength(from, 0.02) < 1e-6, "{line:?}");
+            let [from, to] = line.latitude_range_deg(0.02);
+            if line.kind == GridLineKind::Meridian && to < 89.0 {
+                assert!(line.opacity(to, 0.02) < 1e-6 && line.opacity(from, 0.02) < 1e-6, "{line:?}");
             }
         }
     }

@@ -1,9 +1,10 @@
-//! The lines on the ground of one body, together: its grid, its terminator, the shadows of eclipses, the user's data.
+//! All lines on the ground of one body: grid, terminator, eclipse shadows, the user's data.
 //!
-//! In: the layers that are wanted, and the body that is looked at or stood on. Out: pieces of lines, texts and decisions; a body too small for lines has none, and the reason.
+//! In: the requested layers, and the body that is looked at or stood on. Out: line segments, labels and decisions; none for a body too small for lines,
+//! with the reason.
 
 use crate::catalog::DataLayer;
-use crate::scene::annotation::body_lines::Sheet;
+use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::{data_lines, eclipse_lines};
 use crate::scene::camera::Camera;
@@ -12,8 +13,8 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
 use std::sync::Arc;
 
-/// A disc narrower than this has no lines, pixels.
-const LEAST_PX: f64 = 16.0;
+/// Smallest diameter of a body with lines, pixels.
+const MIN_DIAMETER_PX: f64 = 16.0;
 
 /// The lines on the ground of the body that is looked at or stood on.
 pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>, data: &[Arc<DataLayer>]) -> SkyLines {
@@ -22,25 +23,25 @@ pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&
     let wanted =
         [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")];
     let size_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
-    let Some(p) = body.filter(|p| size_px >= LEAST_PX && !p.placement.camera_is_inside()) else {
+    let Some(p) = body.filter(|p| size_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
         let reason =
-            || if body.is_none() { "nothing is looked at".to_owned() } else { format!("{size_px:.1} px across against {LEAST_PX}") };
+            || if body.is_none() { "nothing is looked at".to_owned() } else { format!("{size_px:.1} px across against {MIN_DIAMETER_PX}") };
         let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
         let decisions = wanted.into_iter().filter(|(on, _)| *on).map(left_out).collect();
         return SkyLines { decisions, ..SkyLines::default() };
     };
-    let mut sheet = Sheet { camera, p, all: SkyLines::default() };
+    let mut builder = GroundLineBuilder { camera, p, all: SkyLines::default() };
     if layers.grid_body {
-        sheet.grid();
+        builder.grid();
     }
     if layers.terminator {
-        sheet.terminator();
+        builder.terminator();
     }
     if has_lines {
-        data_lines::on_ground(&mut sheet, data, context.request.time);
+        data_lines::on_ground(&mut builder, data, context.request.time);
     }
     if layers.eclipse_path {
-        eclipse_lines::on_ground(&mut sheet, context);
+        eclipse_lines::on_ground(&mut builder, context);
     }
-    sheet.all
+    builder.all
 }

@@ -1,7 +1,8 @@
-//! Frames of instruments' fields of view, over everything, each with its name.
+//! Fields of view of instruments as frames over the picture, each with its name.
 //!
-//! In: the catalog's instruments, the camera, and where the target is. Out: pieces of lines, texts and a decision. Always: a frame stands around the target's middle, or around the middle of
-//! the picture where the target is not in it; sides of a rectangle are great circles; an instrument that sees more than the picture, or less than some pixels of it, has no frame.
+//! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
+//! target, or on the middle of the picture if the target is not in it; sides of a rectangle are great circles; an instrument that sees more than the
+//! picture, or less than some pixels of it, has no frame.
 
 use crate::catalog::{Field, Instrument};
 use crate::scene::annotation::line_texts::SkyText;
@@ -14,12 +15,12 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 const COLOUR: DVec3 = DVec3::new(1.0, 0.3, 0.25);
 const OPACITY: f64 = 0.9;
-/// A smaller frame is left out, pixels.
-const LEAST_PX: f64 = 8.0;
-/// Between a frame and its name, in pixels of a letter's height.
-const LIFTED: f64 = 0.8;
+/// Smallest size of a frame, pixels.
+const MIN_SIZE_PX: f64 = 8.0;
+/// Distance between a frame and its name, in letter heights.
+const NAME_OFFSET: f64 = 0.8;
 
-/// Axes around a direction: it, the frame's upper side, and what is left of that as the sky is seen.
+/// Axes of a frame: its direction, its upper side, and the left side as seen from inside the sky.
 struct FrameAxes {
     out: DVec3,
     up: DVec3,
@@ -27,7 +28,7 @@ struct FrameAxes {
 }
 
 impl FrameAxes {
-    /// East is left of north, as the sky is seen from inside.
+    /// East is to the left of north, because the sky is seen from inside.
     fn of(out: DVec3, position_angle_deg: f64) -> Self {
         let east = DVec3::Z.cross(out).try_normalize().unwrap_or(DVec3::Y);
         let north = out.cross(east);
@@ -39,20 +40,20 @@ impl FrameAxes {
         self.out * radius.cos() + (self.up * t.cos() + self.left * t.sin()) * radius.sin()
     }
 
-    /// A corner by its tangents to the left and up.
+    /// A corner, by the tangents of its offsets to the left and up.
     fn corner(&self, left: f64, up: f64) -> DVec3 {
         (self.out + self.left * left + self.up * up).normalize()
     }
 }
 
-/// Draws arcs on the unit sphere: a curve whose derivatives by its parameter are no longer than `size`.
+/// Draws a curve on the unit sphere with first and second derivatives of at most `size`.
 fn arc(camera: &Camera, all: &mut SkyLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], size: f64) {
-    let finer = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
+    let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
     let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
     let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-    for run in (Curve { camera, point, size, finer }).runs(&parameters, 0) {
-        // Depth 1 is before everything.
-        all.pieces.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
+    for run in (Curve { camera, point, size, tolerance_factor }).runs(&parameters, 0) {
+        // Reversed depth 1 is in front of everything.
+        all.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
     }
 }
 
@@ -64,12 +65,12 @@ fn great_circle(camera: &Camera, all: &mut SkyLines, a: DVec3, b: DVec3) {
     }
 }
 
-/// The frames of all instruments around a direction. `size_px`: height of letters.
+/// The frames of all instruments. `size_px`: height of letters.
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> SkyLines {
     let mut all = SkyLines::default();
     let in_picture = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
-    // The middle of a face is no middle of the picture.
+    // The middle of one face is not the middle of the composed picture.
     let Some(out) = target.filter(|v| camera.one_of_several || in_picture(v)).or((!camera.one_of_several).then_some(camera.forward)) else {
         return all;
     };
@@ -82,11 +83,11 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             Field::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
         let tan = half.map(f64::tan);
-        if 2.0 * tan.max_element() / camera.pixel_tangent() < LEAST_PX || tan.min_element() > most {
+        if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > most {
             left_out += 1;
             continue;
         }
-        let before = all.pieces.len();
+        let before = all.segments.len();
         match instrument.field {
             Field::Circle { .. } => arc(camera, &mut all, &|t| axes.on_circle(half.x, t), [0.0, TAU], half.x.sin()),
             Field::Rectangle { .. } => {
@@ -94,13 +95,13 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
                 (0..4).for_each(|k| great_circle(camera, &mut all, corners[k], corners[(k + 1) % 4]));
             }
         }
-        if all.pieces.len() == before {
+        if all.segments.len() == before {
             left_out += 1;
             continue;
         }
         drawn.push(instrument.name.as_str());
         if let Some(clip) = camera.clip(axes.corner(0.0, tan.y)) {
-            let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, LIFTED * size_px);
+            let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * size_px);
             all.texts.push(SkyText { text: instrument.name.clone(), at_px, colour: COLOUR, is_tick: false });
         }
     }
@@ -129,7 +130,7 @@ mod tests {
         for diameter_deg in [1.0, 6.5, 20.0] {
             let found = frames(&[instrument(Field::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
-            for piece in &found.pieces {
+            for piece in &found.segments {
                 let off = piece.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
                 assert!(off.iter().all(|o| o.abs() < 1e-4), "{diameter_deg}: {off:?}");
             }
@@ -138,7 +139,7 @@ mod tests {
         let field = Field::Rectangle { width_deg: 12.0, height_deg: 4.0 };
         for (angle, wide, high) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
             let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), 13.0);
-            let rays: Vec<DVec3> = found.pieces.iter().flat_map(|p| p.ends).map(ray).collect();
+            let rays: Vec<DVec3> = found.segments.iter().flat_map(|p| p.ends).map(ray).collect();
             let most = |of: &dyn Fn(&DVec3) -> f64| rays.iter().map(|r| (of(r) / r.x).atan().to_degrees()).fold(0.0, f64::max);
             assert!((most(&|r| r.y) - wide).abs() < 1e-3 && (most(&|r| r.z) - high).abs() < 1e-3, "{angle}");
         }
@@ -153,7 +154,7 @@ mod tests {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
         for diameter_deg in [0.01, 100.0] {
             let found = frames(&[instrument(Field::Circle { diameter_deg }, 0.0)], &camera, None, 13.0);
-            assert!(found.pieces.is_empty() && !found.decisions[0].on, "{diameter_deg}");
+            assert!(found.segments.is_empty() && !found.decisions[0].on, "{diameter_deg}");
             assert!(found.decisions[0].reason.contains("1 too small or wider than the picture"));
         }
     }

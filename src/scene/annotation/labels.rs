@@ -1,8 +1,8 @@
-//! Names and markers beside the bodies of a picture, thinned where they crowd, and what a click means.
+//! Labels of bodies: names and markers, thinned where they crowd.
 //!
-//! In: the bodies that a camera sees and which is selected. Out: marks in pixels of its picture, the important ones first, and the body under a place.
-//! Always: two shown names do not overlap, as far as a letter's mean width tells; the selected body is shown whenever it is before the camera. A body behind
-//! the disc of a nearer one has none. Not here: letters.
+//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the picture, important ones first.
+//! Always: names do not overlap (estimated by a letter's mean width); the selected body is labelled whenever it is in front of the camera. A body behind
+//! the disc of a nearer one has no label. Not here: letters.
 
 use super::data::{self, Dot};
 use super::features;
@@ -17,20 +17,20 @@ use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::ViewRequest;
 use glam::DVec2;
 
-/// One body on the picture.
+/// The label of one body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
     pub body: NaifId,
     pub name: String,
     /// Pixels from the picture's top left corner.
     pub centre_px: DVec2,
-    /// Of its disc.
+    /// Radius of its disc.
     pub radius_px: f64,
-    /// Where there is room for its name.
+    /// The side of its name; `None` if the name does not fit.
     pub named: Option<LabelSide>,
 }
 
-/// The side of its body on which a name stands.
+/// The side of its body on which a name is placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LabelSide {
     pub left: bool,
@@ -39,18 +39,18 @@ pub struct LabelSide {
 
 impl LabelSide {
     pub const DEFAULT: Self = Self { left: false, below: false };
-    /// In the order in which they are tried.
+    /// All sides in the order in which they are tried.
     pub const ALL: [Self; 4] =
         [Self::DEFAULT, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
 
-    /// From the body to the near end of the middle line of its name, pixels.
+    /// Vector from the body's centre to the near end of the centre line of its name, pixels.
     pub fn offset_px(self, gap_px: f64) -> DVec2 {
         let along = |back: bool| if back { -gap_px } else { gap_px };
         DVec2::new(along(self.left), along(!self.below))
     }
 }
 
-/// A body's rank among those that want room: lower comes first.
+/// A body's priority for a label: lower comes first.
 fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
     let planet = parents(body.id).is_none_or(|p| p == NaifId::SUN);
     let class = match () {
@@ -65,25 +65,25 @@ fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option
 
 /// sRGB of the selected body's name, marker and outline.
 pub const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
-/// Opacity of a marker beside that of a name, of a body that is not selected.
+/// Opacity of a marker relative to that of a name, for a body that is not selected.
 pub const MARKER_OPACITY: f32 = 0.55;
-/// Part of the picture's height beyond which a body needs no name: it fills the picture.
+/// Diameter relative to the picture's height above which a body is not named, because it fills the picture.
 pub const FILLS_PICTURE: f64 = 0.45;
 
-/// The names of a picture, for letters of `size_px`.
+/// The labels of a picture, for letters of `size_px`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelLayer {
     pub size_px: f64,
     pub selected: NaifId,
     pub marks: Vec<Label>,
-    /// Names of features and what stands in the margin.
+    /// Names of features, caption, scale bar and compass.
     pub margin: Margin,
     /// Points of data, below all names.
     pub dots: Vec<Dot>,
 }
 
 impl LabelLayer {
-    /// What the request's layers write over a picture; `None`: nothing. `with_margin`: caption, scale bar and compass too.
+    /// The labels of the request's layers; `None` if there are none. `with_margin`: also caption, scale bar and compass.
     pub fn of(
         picture: &impl PicturePlaces,
         request: &ViewRequest,
@@ -92,9 +92,9 @@ impl LabelLayer {
         with_margin: bool,
     ) -> Option<Self> {
         let layers = &request.layers;
-        let margin_wanted = with_margin && (layers.caption || layers.scale_bar || layers.compass);
+        let shows_margin = with_margin && (layers.caption || layers.scale_bar || layers.compass);
         let shows_data = layers.data && request.pixel_view == PixelView::Final && !catalog.data_layers().is_empty();
-        if !(layers.labels || layers.features || margin_wanted || shows_data) {
+        if !(layers.labels || layers.features || shows_margin || shows_data) {
             return None;
         }
         let mut layer = Self::empty(request);
@@ -102,10 +102,10 @@ impl LabelLayer {
             layer.dots = data::dots(picture, catalog, bodies, request.time);
         }
         let metrics = LabelMetrics::of_size(layer.size_px);
-        if margin_wanted {
+        if shows_margin {
             layer.add(Margin::of(picture, request, catalog, bodies, &metrics));
         }
-        let mut taken: Vec<Rect> = layer.taken(&metrics).collect();
+        let mut occupied: Vec<Rect> = layer.occupied(&metrics).collect();
         if layers.labels {
             let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
             layer.marks = marks(picture, bodies, layer.selected, parent, &metrics);
@@ -114,19 +114,19 @@ impl LabelLayer {
                     let (least, most) = label_rect(mark.centre_px, mark.radius_px, &mark.name, &metrics, side);
                     Rect { least, most }
                 };
-                mark.named = mark.named.filter(|side| !taken.iter().any(|t| t.overlaps(&rect(*side))));
-                taken.extend(mark.named.map(rect));
+                mark.named = mark.named.filter(|side| !occupied.iter().any(|t| t.overlaps(&rect(*side))));
+                occupied.extend(mark.named.map(rect));
             }
         }
         if layers.features {
-            let (names, sites) = features::features(picture, bodies, &metrics, &mut taken);
+            let (names, sites) = features::features(picture, bodies, &metrics, &mut occupied);
             layer.margin.texts.extend(names);
             layer.margin.rings.extend(sites);
         }
         Some(layer)
     }
 
-    /// Without anything.
+    /// A layer without labels.
     pub fn empty(request: &ViewRequest) -> Self {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
         Self { size_px: glyph_size_px(request.height), selected, marks: Vec::new(), margin: Margin::default(), dots: Vec::new() }
@@ -139,21 +139,21 @@ impl LabelLayer {
         self.margin.rings.extend(margin.rings);
     }
 
-    /// Rectangles that caption, scale bar and compass take.
-    pub(crate) fn taken<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
-        self.margin.taken(metrics)
+    /// Rectangles of caption, scale bar and compass.
+    pub(crate) fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
+        self.margin.occupied(metrics)
     }
 }
 
-/// Letters of a picture: readable in a small one, in proportion in a large one, pixels.
+/// Size of letters in a picture, pixels: readable in a small picture, in proportion in a large one.
 pub fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
-/// Marks nearer than this to a more important one are left out, pixels.
+/// Labels nearer than this to a more important one are left out, pixels.
 const CROWDED_PX: f64 = 7.0;
 
-/// The marks of the bodies that a camera sees, most important first.
+/// The labels of the bodies that a camera sees, most important first.
 pub fn marks(
     camera: &dyn PicturePlaces,
     bodies: &[BodyInView],
@@ -169,7 +169,7 @@ pub fn marks(
             let centre = camera.place_px(b.placement.centre_km)?;
             let angular_radius = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
             let radius_px = camera.disc_radius_px(angular_radius);
-            // A body too large for its centre to be in the picture needs no mark.
+            // A body whose centre is outside the picture has no label.
             let inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
             inside.then_some((b, centre, radius_px))
         })
@@ -203,7 +203,7 @@ pub fn marks(
     kept
 }
 
-/// Least and greatest corner of a body's name beside its disc or marker.
+/// Lower and upper corner of a body's name beside its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, lettering: &LabelMetrics, side: LabelSide) -> (DVec2, DVec2) {
     let width_px = name.chars().count() as f64 * lettering.glyph_width_px;
     let near_end = centre_px + side.offset_px(lettering.gap_px(radius_px));

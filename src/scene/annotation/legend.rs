@@ -1,13 +1,13 @@
-//! What the colours of a picture mean: one line for its metadata.
+//! The legend of a picture's colours: one line for its metadata.
 //!
-//! In: the pixel view and the exposure. Out: a text of what each channel shows, its unit, and what black and white are. EXR files hold the numbers
+//! In: the pixel view and the exposure. Out: a text with the quantity of each channel, its unit, and the values of black and white. EXR files hold the numbers
 //! in that unit; PNG files hold them times 2^stops, cut at 1 and encoded as sRGB.
 
 use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 
-/// The legend of a picture, and which of the maps and shapes in it are invented.
+/// The legend of a picture, and the invented maps and shapes in it.
 pub fn legend_of(scene: &Scene) -> String {
     let mut text = legend(scene.pixel_view, &scene.exposure);
     for body in &scene.bodies {
@@ -18,7 +18,7 @@ pub fn legend_of(scene: &Scene) -> String {
     text
 }
 
-/// What a pixel view's colours mean.
+/// The legend of a pixel view.
 pub fn legend(view: PixelView, exposure: &Exposure) -> String {
     let white = exposure.white();
     let range = |unit: &str| format!("linear; black 0, white {white:.6} {unit}");

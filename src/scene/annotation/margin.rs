@@ -1,7 +1,7 @@
-//! What stands in a picture's margin: the caption, the scale bar, the compass.
+//! The margin of a picture: caption, scale bar, compass.
 //!
-//! In: the request, and the bodies as the picture shows them. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is that at the
-//! target's distance, across the line of sight. Where the target is no disc, the bar is an angle. The compass points to the target's north pole.
+//! In: the request and the reported bodies. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres holds at the target's
+//! distance, across the line of sight. For a target that is not a disc the bar is an angle. The compass points to the target's north pole.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextMark};
 use crate::catalog::Catalog;
@@ -11,7 +11,7 @@ use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
 
-/// Texts, bars and rings (their middles).
+/// Texts, bars and rings (by their centres).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextMark>,
@@ -19,9 +19,9 @@ pub struct Margin {
     pub rings: Vec<DVec2>,
 }
 
-/// Part of the picture's width that a scale bar takes at most.
-const BAR_PART: f64 = 0.22;
-/// A target of fewer pixels across is a point: the bar is an angle.
+/// Largest length of a scale bar relative to the picture's width.
+const MAX_BAR_FRACTION: f64 = 0.22;
+/// Diameter in pixels below which a target is a point, and the bar an angle.
 const DISC_PX: f64 = 20.0;
 
 impl Margin {
@@ -47,8 +47,8 @@ impl Margin {
         margin
     }
 
-    /// The same, moved to the right.
-    pub fn moved(mut self, right_px: f64) -> Self {
+    /// The margin shifted to the right.
+    pub fn shifted(mut self, right_px: f64) -> Self {
         let by = DVec2::new(right_px, 0.0);
         self.texts.iter_mut().for_each(|t| t.left_px += by);
         self.rings.iter_mut().for_each(|r| *r += by);
@@ -56,8 +56,8 @@ impl Margin {
         self
     }
 
-    /// Where the texts and bars stand.
-    pub fn taken<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
+    /// Rectangles of the texts and bars.
+    pub fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
         let half = DVec2::new(0.0, 0.5 * metrics.line_height_px);
         let of_text =
             move |t: &TextMark| Rect { least: t.left_px - half, most: t.left_px + half + DVec2::new(metrics.width_px(&t.text), 0.0) };
@@ -103,7 +103,7 @@ impl Margin {
     fn scale_bar(&mut self, picture: &impl PicturePlaces, target: Option<&BodyInView>, metrics: &LabelMetrics) {
         let (size, letter) = (picture.size_px(), metrics.size_px());
         let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
-        let most_rad = BAR_PART * size.x / pixels_per_radian;
+        let most_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
         let (text, angle) = match target.filter(|t| disc_px(t) >= DISC_PX) {
             Some(t) => {
@@ -129,7 +129,7 @@ impl Margin {
         let (size, letter) = (picture.size_px(), metrics.size_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
-        // Along the line of sight it points nowhere.
+        // A pole along the line of sight has no direction in the picture.
         let aside = pole.cross(centre.normalize()).length();
         let places = picture.place_px(centre).zip(picture.place_px(centre + pole * (1e-3 * target.distance_km)));
         let Some(north) = places.filter(|_| aside > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else { return };
@@ -145,13 +145,13 @@ impl Margin {
     }
 }
 
-/// The greatest of 1, 2, 5 times a power of ten that is no more than a number.
+/// The largest number of the form 1, 2 or 5 times a power of ten that is not above `most`.
 fn round_below(most: f64) -> f64 {
     let power = 10_f64.powf(most.max(1e-300).log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|v| *v <= most * (1.0 + 1e-12)).unwrap_or(power)
 }
 
-/// A whole number in groups of three digits.
+/// A whole number with its digits in groups of three.
 fn grouped(number: f64) -> String {
     let digits = format!("{number:.0}");
     let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().map(|g| std::str::from_utf8(g).unwrap_or("")).collect();
@@ -169,14 +169,14 @@ fn length_text(km: f64) -> String {
     }
 }
 
-/// Three digits or so, without zeros at the end.
+/// About three significant digits, without trailing zeros.
 fn significant(number: f64) -> String {
     let places = (2.0 - number.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{number:.places$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// A round angle that is no more than this, its text, and the angle in radians.
+/// The largest round angle not above `most_rad`: its text, and its value in radians.
 fn angle_below(most_rad: f64) -> (String, f64) {
     let round = |value: f64, steps: &[f64]| steps.iter().rev().copied().find(|s| *s <= value).unwrap_or(steps[0]);
     let deg = most_rad.to_degrees();

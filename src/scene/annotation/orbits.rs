@@ -1,9 +1,10 @@
-//! Orbits: the conic on which a body would go on if only its parent pulled, in arcs for the vertex stage of shaders/entry/orbit.wesl.
+//! Orbits: the osculating conic of a body about its parent, as arcs for the vertex stage of shaders/entry/orbit.wesl.
 //!
-//! In: a state relative to the parent and where the body is seen. Out: [`OrbitArc`]s. The first vertex is the body's own place, so that the line passes through the disc at any distance. An
-//! arc is a point of the conic in camera axes with its first and second derivative, taken in f64 and narrowed; it is cut until its [`PIECES`] straight pieces leave it by less than
-//! [`MAX_BEND_PX`] and it is not much larger than the frame, so that f32 keeps hundredths of a pixel, or until it lies outside of the frame: from a metre to a hundred au the work is
-//! some dozen arcs. Ellipse, parabola and hyperbola are one formula (`ephemeris::conic`). Left out: every pull but the parent's; traces show those.
+//! In: a state relative to the parent and the body's apparent place. Out: [`OrbitArc`]s. The first vertex is the body's own place, so that the line passes
+//! through the disc at any distance. An arc is a point of the conic in camera axes with its first and second derivative, computed in f64 and narrowed; it
+//! is subdivided until its [`PIECES`] chords deviate by less than [`MAX_BEND_PX`] and it is not much larger than the frame, so that f32 is precise to
+//! hundredths of a pixel, or until it is outside the frame: from a metre to a hundred au that is some dozen arcs. Ellipse, parabola and hyperbola share one
+//! formula (`ephemeris::conic`). Left out: perturbations; traces show those.
 
 use crate::ephemeris::conic::stumpff;
 use crate::ephemeris::{Ephemeris, State};
@@ -14,39 +15,41 @@ use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// A piece leaves its arc by less than this many pixels.
+/// Largest deviation of a chord from its arc, pixels.
 pub const MAX_BEND_PX: f64 = 0.1;
-/// Straight pieces of an arc.
+/// Chords per arc.
 pub const PIECES: u32 = 8;
 /// Half the width of a line, pixels.
 pub const HALF_WIDTH_PX: f32 = 0.6;
-/// Radiance of a white line, of the radiance that is shown as white.
+/// Radiance of a white line relative to the radiance that is shown as white.
 pub const LEVEL: f32 = 0.3;
-/// Pixels beyond the frame up to which arcs go on: more than half a line.
+/// Margin around the frame in which arcs are kept, pixels: more than half the width of a line.
 const MARGIN_PX: f64 = 4.0;
-/// An orbit whose half length is less than this many pixels is not drawn, and is drawn in full from the second on.
+/// Half length in pixels at which an orbit starts to appear, and at which it is opaque.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
-/// An orbit this many times as large as what the frame shows at the target fades, and is gone at the second, unless its body is in the frame, and not so many times as far as the target.
+/// Size relative to the frame at the target's distance at which an orbit starts to fade, and at which it is gone, unless its body is in the frame and not
+/// farther than that many target distances.
 const FADE_BEYOND: (f64, f64) = (8.0, 32.0);
-/// Halvings of the whole at most: at 100 au an arc is then 30 metres long.
+/// Maximum number of halvings: at 100 au an arc is then 30 metres long.
 const MAX_HALVINGS: u32 = 40;
-/// Greatest alpha u^2 of an arc, for the shader's series.
+/// Largest alpha u^2 of an arc, for the shader's series.
 const MAX_STUMPFF: f64 = 0.65;
-/// Greatest half length of an arc across the line of sight, in half diagonals of the frame there.
+/// Largest half length of an arc across the line of sight, in half diagonals of the frame at its distance.
 const MAX_FRAMES: f64 = 2.0;
-/// Strength a whole turn away from the body, of the strength beside it: the line fades the way the body has come.
-const FAINTEST: f64 = 0.25;
-/// How far an open path is drawn, in its periapsis distances and in the body's distances, whichever is more.
+/// Opacity a whole turn behind the body relative to that beside it: the line fades along the way that the body has come.
+const MIN_STRENGTH: f64 = 0.25;
+/// Length of an open path: the larger of these multiples of its periapsis distance and of the body's distance.
 const OPEN_REACH: (f64, f64) = (40.0, 3.0);
 
 /// An arc of a conic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitArc {
-    /// At u = 0, and its first two derivatives by u: camera axes (right, up, forward), km, x and y over the tangents of half the field of view.
+    /// Position at u = 0, and its first two derivatives by u: camera axes (right, up, forward), km, x and y divided by the tangents of half the field
+    /// of view.
     pub point: Vec3,
     pub slope: Vec3,
     pub bend: Vec3,
-    /// Of Stumpff's functions, per square of u.
+    /// Argument of Stumpff's functions, per u squared.
     pub alpha: f32,
     /// First and last u.
     pub range: [f32; 2],
@@ -57,7 +60,7 @@ pub struct OrbitArc {
 }
 
 impl OrbitArc {
-    /// Clip x and y and reversed depth at a part of the arc, 0 to 1, of the numbers as they were narrowed.
+    /// Clip x and y and reversed depth at a fraction of the arc, 0 to 1, computed from the narrowed values.
     pub fn clip(&self, part: f64) -> DVec3 {
         let [first, last] = self.range.map(f64::from);
         let u = first + (last - first) * part;
@@ -67,41 +70,41 @@ impl OrbitArc {
     }
 }
 
-/// A conic about the parent, counted from the body's place on it by the universal anomaly s, ds = dt / r.
+/// A conic about the parent, parameterised by the universal anomaly s from the body's position, ds = dt / r.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conic {
-    /// Derivatives of the place by s at the body.
+    /// Derivatives of the position by s at the body.
     slope: DVec3,
     bend: DVec3,
     /// GM over the semi-major axis, km^2/s^2: negative on a hyperbola.
     alpha: f64,
     gm: f64,
-    /// From the parent, km.
+    /// The body's position relative to the parent, km.
     body_km: DVec3,
 }
 
 impl Conic {
-    /// The orbit of a state relative to a parent; `gm`: of both together, km^3/s^2. `None`: nothing pulls, or the body falls straight.
+    /// The orbit of a state relative to a parent. `gm`: of both together, km^3/s^2. `None` without gravity, or for a radial path.
     pub fn of(state: &State, gm_km3_s2: f64) -> Option<Self> {
         let (r, v) = (state.pos_km, state.vel_km_s);
         let distance = r.length();
         let alpha = 2.0 * gm_km3_s2 / distance - v.length_squared();
         let found = Self { slope: v * distance, bend: v * r.dot(v) - r * (gm_km3_s2 / distance), alpha, gm: gm_km3_s2, body_km: r };
-        let fine = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && found.bend.is_finite();
-        fine.then_some(found)
+        let is_valid = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && found.bend.is_finite();
+        is_valid.then_some(found)
     }
 
-    /// Half the length of the ellipse; of an open path the body's distance.
+    /// The semi-major axis of an ellipse; for an open path the body's distance.
     pub fn size_km(&self) -> f64 {
         if self.is_closed() { self.gm / self.alpha } else { self.body_km.length() }
     }
 
-    /// An ellipse short enough to be drawn whole.
+    /// Whether it is an ellipse short enough to be drawn whole.
     fn is_closed(&self) -> bool {
         self.alpha > 0.0 && self.gm / self.alpha < OPEN_REACH.0 * 10.0 * self.body_km.length()
     }
 
-    /// From the body to the point at s; exact where that is little.
+    /// Vector from the body to the point at s; exact for small s.
     pub fn from_body_km(&self, s: f64) -> DVec3 {
         let [_, c1, c2, _] = stumpff(self.alpha * s * s);
         self.slope * (s * c1) + self.bend * (s * s * c2)
@@ -113,7 +116,7 @@ impl Conic {
         [self.slope * c0 + self.bend * (s * c1), self.bend * c0 - self.slope * (self.alpha * s * c1)]
     }
 
-    /// How far the line goes from the body: back and ahead half a turn, or an open path's reach.
+    /// Range of s that is drawn: half a turn back and ahead, or the ends of an open path.
     pub fn reach(&self) -> [f64; 2] {
         if self.is_closed() {
             let half = PI / self.alpha.sqrt();
@@ -135,14 +138,14 @@ impl Conic {
     }
 }
 
-/// Half the orbit's length on the screen as seen from outside it, pixels; what is around the camera is as large as the frame.
+/// Half the orbit's length on the screen as seen from outside it, pixels; an orbit around the camera counts as large as the frame.
 pub fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
     let middle = if conic.is_closed() { 0.5 * conic.from_body_km(conic.reach()[1]) } else { DVec3::ZERO };
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
 }
 
-struct Walk<'a> {
+struct Subdivision<'a> {
     camera: &'a Camera,
     conic: &'a Conic,
     body_km: DVec3,
@@ -152,49 +155,49 @@ struct Walk<'a> {
     arcs: Vec<OrbitArc>,
 }
 
-impl Walk<'_> {
+impl Subdivision<'_> {
     fn in_camera_axes(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.camera.right), v.dot(self.camera.up), v.dot(self.camera.forward))
     }
 
-    /// Where the body goes counts on from where it came: at its place the line jumps from the strongest to the faintest.
+    /// The part ahead of the body continues the fading of the part behind it: at the body's position the line jumps from the strongest to the faintest.
     fn strength_at(&self, s: f64, ahead: bool) -> f32 {
-        let [back, on] = self.reach;
+        let [back, ahead_end] = self.reach;
         let turn = if !self.conic.is_closed() {
             if ahead { 0.0 } else { 1.0 - s / back }
         } else if ahead {
-            0.5 * s / on
+            0.5 * s / ahead_end
         } else {
             1.0 - 0.5 * s / back
         };
-        narrow_scalar(self.strength * (FAINTEST + (1.0 - FAINTEST) * turn))
+        narrow_scalar(self.strength * (MIN_STRENGTH + (1.0 - MIN_STRENGTH) * turn))
     }
 
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [slope, bend] = self.conic.derivatives(middle_s);
         let middle = self.in_camera_axes(self.body_km + self.conic.from_body_km(middle_s));
-        // An ellipse bends most where GM says; an open path at an end.
-        let steepest = if self.conic.alpha > 0.0 {
+        // The second derivative of an ellipse is bounded by GM; that of an open path is largest at an end.
+        let max_curvature = if self.conic.alpha > 0.0 {
             self.conic.gm
         } else {
             [from, to].map(|s| self.conic.derivatives(s)[1].length()).into_iter().fold(0.0, f64::max)
         };
-        let radius = slope.length() * half + 0.5 * steepest * half * half;
+        let radius = slope.length() * half + 0.5 * max_curvature * half * half;
         if !self.camera.may_show_ball(middle, radius, MARGIN_PX) {
             return;
         }
-        // An arc along the line of sight may be long: it is small in the frame.
-        let across = self.in_camera_axes(slope).reject_from(middle).length() * half + 0.5 * steepest * half * half;
+        // An arc along the line of sight may be long, because it is small in the frame.
+        let across = self.in_camera_axes(slope).reject_from(middle).length() * half + 0.5 * max_curvature * half * half;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let bend_km = steepest * (2.0 * half / f64::from(PIECES)).powi(2) / 8.0;
+        let bend_km = max_curvature * (2.0 * half / f64::from(PIECES)).powi(2) / 8.0;
         let is_fine = bend_km < MAX_BEND_PX * self.camera.pixel_tangent() * nearest
             && self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF
             && across < MAX_FRAMES * self.camera.tan_half_fov.length() * nearest
             && radius < 0.9 * middle.length();
         let ahead_of_camera = middle.z - radius > NEAR_DEPTH_KM;
         if is_fine && ahead_of_camera {
-            // Beside the body it is counted from there, and exact.
+            // An arc that touches the body starts there, which keeps it exact.
             let (anchor, range) = if from == 0.0 {
                 (from, [0.0, 1.0])
             } else if to == 0.0 {
@@ -223,26 +226,26 @@ impl Walk<'_> {
     }
 }
 
-/// The arcs of one orbit. `body_km`: the body's apparent place from the camera, ICRF; `strength`: opacity beside the body.
+/// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `strength`: opacity beside the body.
 pub fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<OrbitArc> {
     let strength = strength * smoothstep((half_length_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
     if strength <= 0.0 || !body_km.is_finite() {
         return Vec::new();
     }
     let reach = conic.reach();
-    let mut walk = Walk { camera, conic, body_km, colour, strength, reach, arcs: Vec::new() };
-    // Counted from the body, so that the line is exact there.
+    let mut subdivision = Subdivision { camera, conic, body_km, colour, strength, reach, arcs: Vec::new() };
+    // Split at the body, so that the line is exact there.
     for [from, to] in [[reach[0], 0.5 * reach[0]], [0.5 * reach[0], 0.0], [0.0, 0.5 * reach[1]], [0.5 * reach[1], reach[1]]] {
-        walk.arc(from, to, 2);
+        subdivision.arc(from, to, 2);
     }
-    walk.arcs
+    subdivision.arcs
 }
 
 /// Opacity of a line beside its body.
 const STRENGTH: f64 = 0.9;
 
-/// How much of an orbit's strength is left where the frame shows something far smaller at the target, and how many times as large the orbit is.
-fn beside_the_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
+/// Remaining fraction of an orbit's opacity if the frame shows something far smaller at the target, and the orbit's size relative to that.
+fn fade_at_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
     let Some(distance_km) = target_distance_km else { return (1.0, 0.0) };
     let times = conic.size_km() / (distance_km * camera.tan_half_fov.length());
     let is_near = body_km.length() < FADE_BEYOND.1 * distance_km;
@@ -251,7 +254,7 @@ fn beside_the_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_dist
     (if in_frame { 1.0 } else { left }, times)
 }
 
-/// The line of one body and why it is there or not. `None`: it has no parent. `target_distance_km`: of what the camera looks at.
+/// The orbit of one body and the decision about it. `None`: it has no parent. `target_distance_km`: of what the camera looks at.
 pub(crate) fn line(
     camera: &Camera,
     ephemeris: &Ephemeris,
@@ -261,20 +264,20 @@ pub(crate) fn line(
     let parent = p.catalog.body(p.body.parent?)?;
     let feature = "orbit";
     let without = |reason: String| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
-    let state = match ephemeris.state(p.body.id, parent.id, p.seen_at, None) {
+    let state = match ephemeris.state(p.body.id, parent.id, p.emitted_at, None) {
         Ok(answer) => answer.state,
         Err(e) => return without(e.to_string()),
     };
     let gm = parent.gm_km3_s2.unwrap_or(0.0) + p.body.gm_km3_s2.unwrap_or(0.0);
     let Some(conic) = Conic::of(&state, gm) else { return without(format!("its path about {} is no conic", parent.name)) };
-    let (left, times) = beside_the_target(camera, &conic, p.placement.centre_km, target_distance_km);
+    let (left, times) = fade_at_target(camera, &conic, p.placement.centre_km, target_distance_km);
     if left <= 0.0 {
         return without(format!(
             "{times:.0} times as large as what the frame shows at the target, of {} up to which it is drawn",
             FADE_BEYOND.1
         ));
     }
-    // Its own colour, half way to white.
+    // The body's colour mixed with as much white.
     let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
     let all = arcs(camera, &conic, p.placement.centre_km, STRENGTH * left, colour);
     let size_px = half_length_px(camera, &conic, p.placement.centre_km);
@@ -324,15 +327,19 @@ mod tests {
             for days in [-300.0, -1.0, 1e-9, 40.0, 900.0] {
                 let there = from.after(GM, days * 86_400.0).position;
                 // The nearest point of the line, closer and closer around the best.
-                let [back, on] = conic.reach();
+                let [back, ahead_end] = conic.reach();
                 let (mut middle, mut step) = (0.0, 0.0);
                 for round in 0..40 {
                     let around = |k: i32| {
-                        if round == 0 { back + (on - back) * f64::from(k + 200) / 400.0 } else { middle + step * f64::from(k) / 200.0 }
+                        if round == 0 {
+                            back + (ahead_end - back) * f64::from(k + 200) / 400.0
+                        } else {
+                            middle + step * f64::from(k) / 200.0
+                        }
                     };
                     let off = |s: f64| (state.pos_km + conic.from_body_km(s)).distance(there);
                     let best = (-200..=200).map(around).min_by(|a, b| off(*a).total_cmp(&off(*b))).expect("some");
-                    (middle, step) = (best, if round == 0 { (on - back) / 200.0 } else { step * 0.2 });
+                    (middle, step) = (best, if round == 0 { (ahead_end - back) / 200.0 } else { step * 0.2 });
                 }
                 let off = (state.pos_km + conic.from_body_km(middle)).distance(there);
                 assert!(off < 1e-7 * there.length(), "{name} {days}: {off} km");
@@ -359,13 +366,13 @@ mod tests {
     fn the_line_lies_on_its_conic_wherever_the_camera_is() {
         for (name, state) in states() {
             let conic = Conic::of(&state, GM).expect("pulled");
-            let [back, on] = conic.reach();
+            let [back, ahead_end] = conic.reach();
             let place = state.pos_km;
             // Beside the line, looking along it (1), back (-1), or down on it (0).
             let beside = |part: f64, off_km: f64, along: f64, fov_deg: f64| {
-                let s = part * if part < 0.0 { -back } else { on };
+                let s = part * if part < 0.0 { -back } else { ahead_end };
                 let here = conic.from_body_km(s);
-                let ahead = conic.from_body_km(s + 1e-4 * (on - back)) - here;
+                let ahead = conic.from_body_km(s + 1e-4 * (ahead_end - back)) - here;
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
                 Camera::looking(place + here + DVec3::Z * off_km, forward, DVec3::Z, fov_deg, 800, 600)
             };
@@ -388,7 +395,7 @@ mod tests {
                 for step in -4000..4000 {
                     // Close together beside the body, and where the camera may be near.
                     let t = f64::from(step) / 4000.0;
-                    let s = (t * t * t) * if t < 0.0 { -back } else { on };
+                    let s = (t * t * t) * if t < 0.0 { -back } else { ahead_end };
                     let p = place + conic.from_body_km(s) - camera.position_km;
                     if p.dot(camera.forward) < 1e-3 {
                         continue;
@@ -444,7 +451,7 @@ mod tests {
         let at_body = |part: f64, k: usize| {
             all.iter().filter(|a| (a.clip(part).truncate() - body).length() < 1e-6).map(|a| a.strength[k]).collect::<Vec<_>>()
         };
-        assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * FAINTEST as f32]), "it ends and begins at the body");
+        assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_STRENGTH as f32]), "it ends and begins at the body");
         let tiny = Camera { position_km: camera.position_km * 1e4, ..camera };
         assert!(arcs(&tiny, &conic, state.pos_km - tiny.position_km, 0.8, DVec3::ONE).is_empty(), "a dot has no line");
     }
@@ -455,8 +462,8 @@ mod tests {
         let state = states()[0].1;
         let conic = Conic::of(&state, GM).expect("pulled");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 45.0, 800, 600);
-        let at = |direction: DVec3, target_km: f64| beside_the_target(&camera, &conic, direction, Some(target_km)).0;
+        let at = |direction: DVec3, target_km: f64| fade_at_target(&camera, &conic, direction, Some(target_km)).0;
         assert_eq!((at(DVec3::NEG_X, 1e6), at(DVec3::X, 1e6), at(DVec3::NEG_X, 1e9)), (0.0, 1.0, 1.0));
-        assert_eq!(beside_the_target(&camera, &conic, DVec3::NEG_X, None).0, 1.0);
+        assert_eq!(fade_at_target(&camera, &conic, DVec3::NEG_X, None).0, 1.0);
     }
 }

@@ -1,4 +1,4 @@
-//! The body or the star that a click means.
+//! Picking: the body or star under a click.
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::labels::Label;
@@ -9,23 +9,23 @@ use crate::scene::finished::Scene;
 use crate::scene::in_view::{Appearance, BodyInView};
 use glam::DVec2;
 
-/// A click this far from a mark still means it, pixels.
+/// Largest distance of a click from a mark that it selects, pixels.
 pub const REACH_PX: f64 = 14.0;
 
-/// The star that a click at `at_px` means: of those within reach the one that gives most light. Its place among the catalogue's stars.
+/// The star that a click at `at_px` selects: the brightest within reach, as an index into the star catalogue.
 pub fn hit_star(scene: &Scene, at_px: DVec2) -> Option<usize> {
     let near = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= REACH_PX);
     near.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
 
-/// The middle of the star or the small body that a click means, else the place itself.
+/// The centre of the small body or star that a click selects, else the click's own position.
 pub fn snapped_px(marks: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
     let small = marks.iter().filter(|m| m.radius_px < REACH_PX).map(|m| m.centre_px).filter(|px| px.distance(at_px) <= REACH_PX);
     let body = small.min_by(|a, b| a.distance(at_px).total_cmp(&b.distance(at_px)));
     body.or_else(|| hit_star(scene, at_px).and_then(|star| star_px(scene, star))).unwrap_or(at_px)
 }
 
-/// Where a star is drawn, if it is.
+/// The position of a star in the picture, if it is drawn.
 pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
     scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))
 }
@@ -40,7 +40,7 @@ fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
     }
 }
 
-/// The body that a click at `at_px` means: the nearest small one within reach, else the disc under it, the nearest to the viewer first.
+/// The body that a click at `at_px` selects: the nearest small one within reach, else the foremost disc under it.
 pub fn hit(marks: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
     let near = marks
         .iter()

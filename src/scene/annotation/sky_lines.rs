@@ -1,13 +1,13 @@
-//! Lines on the sky, infinitely far: grids, and the constellations' figures and borders, with their texts.
+//! Lines on the sky, infinitely far away: grids, and the figures and borders of constellations, with their labels.
 //!
-//! In: the layers that are wanted, the viewer, and how the ground lies where someone stands on it. Out: [`SkyLines`]: pieces of lines in the order in which they are drawn,
-//! behind all bodies, the texts beside them, and a decision about each layer. Always: a figure's corner is where its star is drawn, and a grid's line is where `project` puts
-//! its coordinates: both with the viewer's aberration; the horizon's grid is the ground's own and has none.
+//! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: [`SkyLines`]: line segments in drawing order, behind
+//! all bodies, the labels beside them, and a decision about each layer. Always: the corner of a figure is where its star is drawn, and a grid line is where
+//! `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
 use crate::catalog::constellations::{Constellations, Corner, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
-use crate::scene::annotation::grids::{Along, Cap, GridLine, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg};
+use crate::scene::annotation::grids::{Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::strokes::{Curve, LineSegment, Run, segments};
 use crate::scene::camera::Camera;
@@ -19,178 +19,195 @@ use crate::scene::sky::stars::StarPlacer;
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// What is drawn over the sky and behind all bodies.
+/// Lines with their labels and decisions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SkyLines {
-    pub pieces: Vec<LineSegment>,
+    pub segments: Vec<LineSegment>,
     pub texts: Vec<SkyText>,
     pub decisions: Vec<Decision>,
 }
 
-/// Linear RGB and opacity of a layer's lines.
+/// Colour (linear RGB) and opacity of a layer's lines.
 #[derive(Clone, Copy)]
-struct Ink {
+struct LineStyle {
     colour: DVec3,
     opacity: f64,
 }
 
-const fn ink(red: f64, green: f64, blue: f64, opacity: f64) -> Ink {
-    Ink { colour: DVec3::new(red, green, blue), opacity }
+const fn style(red: f64, green: f64, blue: f64, opacity: f64) -> LineStyle {
+    LineStyle { colour: DVec3::new(red, green, blue), opacity }
 }
 
-const EQUATORIAL: Ink = ink(0.25, 0.55, 1.0, 0.5);
-const ECLIPTIC: Ink = ink(1.0, 0.65, 0.2, 0.5);
-const GALACTIC: Ink = ink(0.85, 0.35, 1.0, 0.5);
-const HORIZON: Ink = ink(0.3, 1.0, 0.4, 0.5);
-const FIGURE: Ink = ink(0.45, 0.65, 1.0, 0.75);
-const BORDER: Ink = ink(1.0, 0.35, 0.3, 0.45);
+const EQUATORIAL: LineStyle = style(0.25, 0.55, 1.0, 0.5);
+const ECLIPTIC: LineStyle = style(1.0, 0.65, 0.2, 0.5);
+const GALACTIC: LineStyle = style(0.85, 0.35, 1.0, 0.5);
+const HORIZON: LineStyle = style(0.3, 1.0, 0.4, 0.5);
+const FIGURE: LineStyle = style(0.45, 0.65, 1.0, 0.75);
+const BORDER: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 
-/// A constellation's name is written from a field of view on that its figure does not fill twice, degrees of the picture's height.
+/// Smallest field of view (degrees of the picture's height) in which constellations are named.
 const NAMES_FROM_DEG: f64 = 4.0;
 
-/// Bound of the derivatives of a great circle by its angle; aberration changes it by a ten-thousandth.
+/// Bound of the derivatives of a great circle by its angle; aberration changes them by one part in ten thousand.
 const UNIT: f64 = 1.001;
 
-struct Sheet<'a> {
+/// Collects the lines of the sky.
+struct SkyLineBuilder<'a> {
     camera: &'a Camera,
     velocity_km_s: DVec3,
-    /// See [`Curve::finer`]: a bend near the corner is magnified so much.
-    finer: f64,
+    /// See [`Curve::tolerance_factor`]: wide views magnify errors at the picture's corners.
+    tolerance_factor: f64,
     all: SkyLines,
 }
 
-impl Sheet<'_> {
-    /// Draws an arc on the unit sphere between parameters in radians, by which it runs and bends no faster than `size`; the runs that are in the frame.
-    fn arc(&mut self, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], size: f64, strength: impl Fn(f64) -> f64, ink: Ink) -> Vec<Run> {
-        // Quarters of a turn at most, so that the ball around an arc is no larger than the sphere.
+impl SkyLineBuilder<'_> {
+    /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `size`. Returns the runs inside
+    /// the frame.
+    fn arc(
+        &mut self,
+        point: &dyn Fn(f64) -> DVec3,
+        [from, to]: [f64; 2],
+        size: f64,
+        opacity: impl Fn(f64) -> f64,
+        style: LineStyle,
+    ) -> Vec<Run> {
+        // Spans of at most a quarter turn, so that the bounding sphere of an arc is no larger than the unit sphere.
         let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
         let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-        let curve = Curve { camera: self.camera, point, size, finer: self.finer };
+        let curve = Curve { camera: self.camera, point, size, tolerance_factor: self.tolerance_factor };
         let runs = curve.runs(&parameters, 0);
         for run in &runs {
-            self.all.pieces.extend(segments(self.camera, run, |_| 0.0, |at| ink.opacity * strength(at), ink.colour));
+            self.all.segments.extend(segments(self.camera, run, |_| 0.0, |at| style.opacity * opacity(at), style.colour));
         }
         runs
     }
 
     /// The shorter arc of a great circle between two directions.
-    fn great_circle(&mut self, from: DVec3, to: DVec3, ink: Ink) {
+    fn great_circle(&mut self, from: DVec3, to: DVec3, style: LineStyle) {
         let angle = crate::ephemeris::angle_rad(from, to);
         let Some(across) = (to - from * from.dot(to)).try_normalize() else { return };
-        self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], UNIT, |_| 1.0, ink);
+        self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], UNIT, |_| 1.0, style);
     }
 
     fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
         self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
-    fn grid(&mut self, feature: &'static str, icrf_from_frame: DMat3, moves: bool, ink: Ink, longitude_text: fn(f64) -> String) {
+    fn grid(
+        &mut self,
+        feature: &'static str,
+        icrf_from_frame: DMat3,
+        is_aberrated: bool,
+        style: LineStyle,
+        longitude_text: fn(f64) -> String,
+    ) {
         let camera = self.camera;
         let pixel_deg = mean_pixel_deg(camera.tan_half_fov.y, camera.height);
         let ahead = icrf_from_frame.transpose() * camera.forward;
         let radius_deg = camera.tan_half_fov.length().atan().to_degrees() + 0.01;
         let longitude_deg = ahead.y.atan2(ahead.x).to_degrees();
         let cap = Cap { longitude_deg, latitude_deg: ahead.z.clamp(-1.0, 1.0).asin().to_degrees(), radius_deg };
-        let velocity = if moves { self.velocity_km_s } else { DVec3::ZERO };
-        let seen = |longitude_deg: f64, latitude_deg: f64| aberrated(icrf_from_frame * direction(longitude_deg, latitude_deg), velocity);
+        let velocity = if is_aberrated { self.velocity_km_s } else { DVec3::ZERO };
+        let apparent =
+            |longitude_deg: f64, latitude_deg: f64| aberrated(icrf_from_frame * direction(longitude_deg, latitude_deg), velocity);
         let mut count = 0;
         for line in grid_lines(cap, pixel_deg) {
-            let runs = self.grid_line(&line, cap, pixel_deg, &seen, ink);
+            let runs = self.grid_line(&line, cap, pixel_deg, &apparent, style);
             count += usize::from(!runs.is_empty());
-            let text = match line.along {
-                Along::Longitude => angle_text(line.at_deg, true),
-                Along::Latitude => longitude_text(line.at_deg),
+            let text = match line.kind {
+                GridLineKind::Parallel => angle_text(line.at_deg, true),
+                GridLineKind::Meridian => longitude_text(line.at_deg),
             };
-            self.tick(&line, &runs, pixel_deg, text, ink);
+            self.tick(&line, &runs, pixel_deg, text, style);
         }
         self.decide(feature, count > 0, format!("{count} lines in the frame"));
     }
 
-    fn grid_line(&mut self, line: &GridLine, cap: Cap, pixel_deg: f64, seen: &dyn Fn(f64, f64) -> DVec3, ink: Ink) -> Vec<Run> {
+    fn grid_line(&mut self, line: &GridLine, cap: Cap, pixel_deg: f64, apparent: &dyn Fn(f64, f64) -> DVec3, style: LineStyle) -> Vec<Run> {
         let at = line.at_deg;
-        match line.along {
-            Along::Longitude => {
-                let strength = line.strength(0.0, pixel_deg);
+        match line.kind {
+            GridLineKind::Parallel => {
+                let opacity = line.opacity(0.0, pixel_deg);
                 let radius = UNIT * at.to_radians().cos() + 1e-9;
-                // From opposite the middle of the picture, so that no end is in it.
+                // Starts opposite the middle of the picture, so that no end is visible.
                 let from = (cap.longitude_deg + 180.0).to_radians();
-                if strength <= 0.0 {
+                if opacity <= 0.0 {
                     Vec::new()
                 } else {
-                    self.arc(&|t: f64| seen(t.to_degrees(), at), [from, from + TAU], radius, |_| strength, ink)
+                    self.arc(&|t: f64| apparent(t.to_degrees(), at), [from, from + TAU], radius, |_| opacity, style)
                 }
             }
-            Along::Latitude => {
-                let [from, to] = line.latitudes_deg(pixel_deg).map(f64::to_radians);
-                let strength = |t: f64| line.strength(t.to_degrees(), pixel_deg);
-                self.arc(&|t: f64| seen(at, t.to_degrees()), [from, to], UNIT, strength, ink)
+            GridLineKind::Meridian => {
+                let [from, to] = line.latitude_range_deg(pixel_deg).map(f64::to_radians);
+                let opacity = |t: f64| line.opacity(t.to_degrees(), pixel_deg);
+                self.arc(&|t: f64| apparent(at, t.to_degrees()), [from, to], UNIT, opacity, style)
             }
         }
     }
 
-    /// The coordinate of a line, where it comes into the frame.
-    fn tick(&mut self, line: &GridLine, runs: &[Run], pixel_deg: f64, text: String, ink: Ink) {
+    /// The label of a line, where it enters the frame.
+    fn tick(&mut self, line: &GridLine, runs: &[Run], pixel_deg: f64, text: String, style: LineStyle) {
         let half = self.camera.half_size();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();
-        // Circles of latitude are named at the left, half circles of longitude at the bottom.
-        let towards = |px: DVec2| match line.along {
-            Along::Longitude => px.x,
-            Along::Latitude => 2.0 * half.y - px.y,
+        // Parallels are labelled at the left, meridians at the bottom.
+        let towards = |px: DVec2| match line.kind {
+            GridLineKind::Parallel => px.x,
+            GridLineKind::Meridian => 2.0 * half.y - px.y,
         };
-        let strong = |at: f64| match line.along {
-            Along::Longitude => line.strength(0.0, pixel_deg),
-            Along::Latitude => line.strength(at.to_degrees(), pixel_deg),
+        let opacity_at = |at: f64| match line.kind {
+            GridLineKind::Parallel => line.opacity(0.0, pixel_deg),
+            GridLineKind::Meridian => line.opacity(at.to_degrees(), pixel_deg),
         };
         let best = ends.map(|(p, at)| (pixel(*p), *at)).min_by(|a, b| towards(a.0).total_cmp(&towards(b.0)));
-        if let Some((px, _)) = best.filter(|(_, at)| strong(*at) > 0.5) {
-            self.all.texts.push(SkyText { text, at_px: px, colour: ink.colour, is_tick: true });
+        if let Some((px, _)) = best.filter(|(_, at)| opacity_at(*at) > 0.5) {
+            self.all.texts.push(SkyText { text, at_px: px, colour: style.colour, is_tick: true });
         }
     }
 }
 
-/// The lines of the sky that a request wants.
+/// The lines of the sky that a request asks for.
 pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> SkyLines {
     let layers = request.layers;
     let camera = &viewer.camera;
-    let finer = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
-    let mut sheet = Sheet { camera, velocity_km_s: viewer.body_velocity_km_s, finer, all: SkyLines::default() };
+    let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
+    let mut builder = SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: SkyLines::default() };
     let degrees: fn(f64) -> String = |longitude| angle_text(longitude, false);
     let hours: fn(f64) -> String = hours_text;
-    for (wanted, feature, frame, ink, text) in [
+    for (wanted, feature, frame, style, text) in [
         (layers.grid_galactic, "grid-galactic", SkyFrame::Galactic, GALACTIC, degrees),
         (layers.grid_ecliptic, "grid-ecliptic", SkyFrame::Ecliptic, ECLIPTIC, degrees),
         (layers.grid_equatorial, "grid-equatorial", SkyFrame::Equatorial, EQUATORIAL, hours),
     ] {
         if wanted {
-            sheet.grid(feature, frame.icrf_from_frame(), true, ink, text);
+            builder.grid(feature, frame.icrf_from_frame(), true, style, text);
         }
     }
     if layers.grid_horizon {
         match horizon {
-            Some(axes) => sheet.grid("grid-horizon", axes, false, HORIZON, azimuth_text),
-            None => sheet.decide("grid-horizon", false, "the camera stands on no ground".into()),
+            Some(axes) => builder.grid("grid-horizon", axes, false, HORIZON, azimuth_text),
+            None => builder.decide("grid-horizon", false, "the camera stands on no ground".into()),
         }
     }
     if layers.boundaries {
-        boundaries(&mut sheet);
+        boundaries(&mut builder);
     }
     if layers.constellations {
-        constellations(&mut sheet, request, viewer);
+        constellations(&mut builder, request, viewer);
     }
-    sheet.all
+    builder.all
 }
 
-/// Axes of who stands on ground, columns in ICRF: north, east, zenith, so that longitude is the azimuth from north through east and latitude the altitude.
+/// Axes of the local horizon as columns in ICRF: north, east, zenith, so that longitude is the azimuth from north through east, and latitude the altitude.
 pub(crate) fn horizon_axes(zenith: DVec3, pole: DVec3) -> DMat3 {
     let east = pole.cross(zenith).try_normalize().unwrap_or_else(|| zenith.any_orthonormal_vector());
     DMat3::from_cols(zenith.cross(east), east, zenith)
 }
 
-fn boundaries(sheet: &mut Sheet<'_>) {
+fn boundaries(builder: &mut SkyLineBuilder<'_>) {
     let icrf_from_b1875 = icrf_from_b1875();
-    let before = sheet.all.pieces.len();
-    let velocity = sheet.velocity_km_s;
+    let before = builder.all.segments.len();
+    let velocity = builder.velocity_km_s;
     for border in &Constellations::embedded().borders {
         let [from, to] = border.ends.map(DVec2::from_array);
         let widest = from.y.cos().max(to.y.cos());
@@ -199,39 +216,43 @@ fn boundaries(sheet: &mut Sheet<'_>) {
             let at = from.lerp(to, t / length);
             aberrated(icrf_from_b1875 * direction(at.x.to_degrees(), at.y.to_degrees()), velocity)
         };
-        sheet.arc(&point, [0.0, length], UNIT, |_| 1.0, BORDER);
+        builder.arc(&point, [0.0, length], UNIT, |_| 1.0, BORDER);
     }
-    let count = sheet.all.pieces.len() - before;
-    sheet.decide("boundaries", count > 0, if count > 0 { "borders of B1875 in the frame".into() } else { "no border in the frame".into() });
+    let count = builder.all.segments.len() - before;
+    builder.decide(
+        "boundaries",
+        count > 0,
+        if count > 0 { "borders of B1875 in the frame".into() } else { "no border in the frame".into() },
+    );
 }
 
-fn constellations(sheet: &mut Sheet<'_>, request: &ViewRequest, viewer: &Viewer) {
+fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewer: &Viewer) {
     let stars = StarCatalog::embedded();
     let placer = StarPlacer::of_stars(&stars, viewer, request);
-    let seen = |corner: &Corner| match corner.star {
+    let apparent = |corner: &Corner| match corner.star {
         Some(place) => placer.place(&stars.stars()[place]).direction,
         None => aberrated(corner.direction, viewer.body_velocity_km_s),
     };
-    let camera = sheet.camera;
+    let camera = builder.camera;
     let writes_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_FROM_DEG;
     let mut names = Vec::new();
     for constellation in &Constellations::embedded().all {
-        let before = sheet.all.pieces.len();
+        let before = builder.all.segments.len();
         for line in &constellation.figure {
-            let places: Vec<DVec3> = line.iter().map(seen).collect();
+            let places: Vec<DVec3> = line.iter().map(apparent).collect();
             for ends in places.windows(2) {
-                sheet.great_circle(ends[0], ends[1], FIGURE);
+                builder.great_circle(ends[0], ends[1], FIGURE);
             }
         }
-        if sheet.all.pieces.len() > before {
+        if builder.all.segments.len() > before {
             names.push(constellation.abbreviation.as_str());
         }
         let middle = camera.clip(constellation.middle).filter(|clip| writes_names && clip.abs().max_element() < 1.0);
         if let Some(clip) = middle {
             let at_px = camera.pixel_from_clip(clip);
-            sheet.all.texts.push(SkyText { text: constellation.name.clone(), at_px, colour: FIGURE.colour, is_tick: false });
+            builder.all.texts.push(SkyText { text: constellation.name.clone(), at_px, colour: FIGURE.colour, is_tick: false });
         }
     }
     let reason = if names.is_empty() { "no figure in the frame".into() } else { format!("in the frame: {}", names.join(", ")) };
-    sheet.decide("constellations", !names.is_empty(), reason);
+    builder.decide("constellations", !names.is_empty(), reason);
 }

@@ -1,7 +1,7 @@
 //! Proper names of stars beside their sprites.
 //!
-//! In: the stars of a frame. Out: texts, those of the brightest stars first, as each wants to stand right of its star; which have room is decided with all other texts
-//! (`texts`). Only what the exposure shows has a name.
+//! In: the stars of a frame. Out: texts, brightest stars first, each at the right of its star; `line_texts` decides which of them fit. Only stars that the
+//! exposure shows have a name.
 
 use crate::catalog::stars::{Star, star_name};
 use crate::scene::annotation::labels::LabelMetrics;

@@ -1,27 +1,27 @@
-//! Curves in space as short straight pieces on the screen.
+//! Curves in space as line segments on the screen.
 //!
-//! In: a curve as a function of one parameter, with bounds on how fast it runs and bends. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Pieces are halved until a chord leaves its arc by less than [`MAX_BEND_PX`], or lies outside the frame: however much of the curve is outside, the work is
-//! some hundred pieces. All in f64; only clip coordinates are narrowed.
+//! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
+//! exactly. Spans are halved until a chord deviates from its arc by less than [`MAX_BEND_PX`], or is outside the frame: however much of the curve is
+//! outside, the result is some hundred segments. All in f64; only clip coordinates are narrowed.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-/// A chord leaves its arc by less than this many pixels.
+/// Largest deviation of a chord from its arc, pixels.
 pub const MAX_BEND_PX: f64 = 0.1;
-/// Pixels beyond the frame up to which pieces go on: more than half a line.
+/// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
 const MARGIN_PX: f64 = 4.0;
-/// Halvings of a span at most: of an orbit at 100 au the arc is then 30 metres long.
+/// Maximum number of halvings of a span: at 100 au an arc is then 30 metres long.
 const MAX_HALVINGS: u32 = 40;
-/// An arc is taken for its chord from this many radians on at most.
-const WIDEST: f64 = 0.2;
+/// Longest arc, in parameter units, that may be replaced by its chord.
+const MAX_SPAN: f64 = 0.2;
 
-/// A straight piece of a line on the screen.
+/// A straight segment of a line on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSegment {
     /// Clip x and y, reversed depth.
     pub ends: [Vec3; 2],
-    /// From each end to the line's edge, per pixel of half width: pixels, x right, y up. Neighbouring pieces share theirs.
+    /// Normal of the line at each end, in pixels (x right, y up), per pixel of half width. Adjacent segments share it.
     pub across: [Vec2; 2],
     /// Opacity at each end.
     pub strength: [f32; 2],
@@ -32,18 +32,18 @@ pub struct LineSegment {
 /// A curve as seen from the camera.
 pub struct Curve<'a> {
     pub camera: &'a Camera,
-    /// From the camera, ICRF; kilometres, or of length 1 for what lies infinitely far.
+    /// Position relative to the camera, ICRF; kilometres, or a unit vector for points infinitely far away.
     pub point: &'a dyn Fn(f64) -> DVec3,
-    /// Greatest length of the first and of the second derivative by the parameter.
+    /// Upper limit of the length of the first and the second derivative.
     pub size: f64,
-    /// Part of [`MAX_BEND_PX`] that is allowed: less where the picture's corners magnify.
-    pub finer: f64,
+    /// Factor on [`MAX_BEND_PX`]: below 1 where the picture's corners are magnified.
+    pub tolerance_factor: f64,
 }
 
-/// A run of points inside the frame: camera axes (right, up, forward), and the parameter.
+/// A polyline inside the frame: points in camera axes (right, up, forward) with their parameters.
 pub type Run = Vec<(DVec3, f64)>;
 
-struct Walk<'a> {
+struct Subdivision<'a> {
     curve: &'a Curve<'a>,
     runs: Vec<Run>,
 }
@@ -54,18 +54,18 @@ impl Curve<'_> {
         DVec3::new(p.dot(camera.right), p.dot(camera.up), p.dot(camera.forward))
     }
 
-    /// What of the curve between parameters lies in the frame, each span from one to the next walked by itself. At the parameter 0 a run begins anew.
+    /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. At the parameter 0 a new run starts.
     pub fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Run> {
-        let mut walk = Walk { curve: self, runs: Vec::new() };
+        let mut subdivision = Subdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
             let [from, to] = [span[0], span[1]].map(|at| (self.in_camera(at), at));
-            walk.arc(from, to, halvings);
+            subdivision.arc(from, to, halvings);
         }
-        walk.runs
+        subdivision.runs
     }
 }
 
-impl Walk<'_> {
+impl Subdivision<'_> {
     fn arc(&mut self, from: (DVec3, f64), to: (DVec3, f64), halvings: u32) {
         let middle_at = 0.5 * (from.1 + to.1);
         let middle = self.curve.in_camera(middle_at);
@@ -76,19 +76,19 @@ impl Walk<'_> {
         }
         let bend = self.curve.size * span * span / 8.0;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let allowed = MAX_BEND_PX * self.curve.finer * self.curve.camera.pixel_tangent() * nearest;
-        if halvings >= MAX_HALVINGS || (span < WIDEST && bend < allowed) {
+        let allowed = MAX_BEND_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
+        if halvings >= MAX_HALVINGS || (span < MAX_SPAN && bend < allowed) {
             return self.chord(from, to);
         }
         self.arc(from, (middle, middle_at), halvings + 1);
         self.arc((middle, middle_at), to, halvings + 1);
     }
 
-    /// Appends what of a chord lies within the frame.
+    /// Appends the part of a chord that is inside the frame.
     fn chord(&mut self, from: (DVec3, f64), to: (DVec3, f64)) {
         let half = self.curve.camera.half_size();
         let tan = self.curve.camera.tan_half_fov * (1.0 + MARGIN_PX / half);
-        // Distances to the planes that an end must be above.
+        // Signed distances to the frustum's planes, positive inside.
         let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (a, b) in planes(from.0).into_iter().zip(planes(to.0)) {
@@ -121,7 +121,7 @@ impl Walk<'_> {
     }
 }
 
-/// A run as pieces. `depth`: of a point in camera axes; `strength`: opacity at a parameter.
+/// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `strength`: opacity at a parameter.
 pub fn segments(
     camera: &Camera,
     run: &[(DVec3, f64)],
@@ -144,11 +144,11 @@ pub fn segments(
         narrow(DVec3::new(clip.x, clip.y, depth(run[k].0)))
     };
     let strength = |k: usize| narrow_scalar(strength(run[k].1));
-    let piece = |k: usize| LineSegment {
+    let segment = |k: usize| LineSegment {
         ends: [end(k), end(k + 1)],
         across: [across(k), across(k + 1)],
         strength: [strength(k), strength(k + 1)],
         colour: narrow(colour),
     };
-    (0..screen.len().saturating_sub(1)).map(piece).collect()
+    (0..screen.len().saturating_sub(1)).map(segment).collect()
 }

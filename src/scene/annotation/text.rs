@@ -1,9 +1,8 @@
-//! Texts, bars and rings over a finished picture, in pixels from its left top corner: what labels are made of besides the names of bodies;
-//! and the room that text takes.
+//! Texts, bars and rectangles over a finished picture, in pixels from its top left corner; and the size of text.
 
 use glam::DVec2;
 
-/// Room that a name takes: a letter's mean width and a line's height, pixels.
+/// The size of text: mean width of a letter and height of a line, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LabelMetrics {
     pub glyph_width_px: f64,
@@ -25,7 +24,7 @@ impl LabelMetrics {
         text.chars().count() as f64 * self.glyph_width_px
     }
 
-    /// Pixels from a body's centre to its name, right and up.
+    /// Horizontal and vertical distance from a body's centre to its name, pixels.
     pub fn gap_px(&self, radius_px: f64) -> f64 {
         let size_px = self.size_px();
         (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
@@ -34,18 +33,18 @@ impl LabelMetrics {
 
 /// sRGB of a name.
 pub const NAME_COLOUR: [u8; 3] = [200, 208, 220];
-/// Radius of a marker in parts of the size of the letters; bodies smaller than it have one.
+/// Radius of a marker relative to the size of letters; bodies smaller than it have one.
 pub const MARKER_RADIUS: f64 = 5.0 / 13.0;
-/// A letter's mean width in parts of its size (Ubuntu Light, over English names).
+/// Mean width of a letter relative to its size (Ubuntu Light, over English names).
 pub const LETTER_WIDTH: f64 = 6.6 / 13.0;
-/// A line's height in parts of the size of its letters.
+/// Height of a line relative to the size of letters.
 pub const LINE_HEIGHT: f64 = 15.0 / 13.0;
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextMark {
     pub text: String,
-    /// Left end of its middle line.
+    /// Left end of its centre line.
     pub left_px: DVec2,
     /// sRGB.
     pub colour: [u8; 3],
@@ -73,8 +72,8 @@ impl Rect {
         self.least.cmplt(other.most).all() && other.least.cmplt(self.most).all()
     }
 
-    /// The same with room on every side.
-    pub fn padded(&self, room: DVec2) -> Self {
-        Self { least: self.least - room, most: self.most + room }
+    /// The rectangle enlarged on every side.
+    pub fn padded(&self, margin: DVec2) -> Self {
+        Self { least: self.least - margin, most: self.most + margin }
     }
 }

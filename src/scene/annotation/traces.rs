@@ -1,8 +1,8 @@
-//! Traces: where bodies have been, as seen from what the camera looks at: the Moon's waves about the Sun, the loops of Mars about the Earth.
+//! Traces: past positions of bodies relative to the target, such as the Moon's waves about the Sun or the loops of Mars about the Earth.
 //!
-//! In: the ephemeris, the centre (the target, where there is one, else the Sun), and where each body is seen. Out: [`LineSegment`]s, clipped to the frame, whose ends meet exactly.
-//! Paths are sampled backwards from now, so that the first vertex is the body's own place, and go on between samples as cubics with the samples' velocities. Left out: moons of
-//! other planets than the centre, whose loops are too small and too many.
+//! In: the ephemeris, the centre (the target, else the Sun), and the apparent place of each body. Out: [`LineSegment`]s, clipped to the frame, whose ends
+//! meet exactly. Paths are sampled backwards from now, so that the first vertex is the body's own position; between samples they are Hermite cubics with
+//! the samples' velocities. Left out: moons of planets other than the centre, whose loops are too small and too many.
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};
@@ -14,27 +14,27 @@ use crate::units::SECONDS_PER_DAY;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Samples of the ephemeris along a body's shortest period, and of one path at most.
-const SAMPLES_A_PERIOD: f64 = 48.0;
-const MOST_SAMPLES: usize = 1200;
-/// Straight pieces between two samples.
-const PIECES: usize = 4;
-/// Periods of the centre, or of the body about its parent where that is longer, that a path goes back, and days at most.
+/// Samples of the ephemeris per shortest period, and maximum number of samples of a path.
+const SAMPLES_PER_PERIOD: f64 = 48.0;
+const MAX_SAMPLES: usize = 1200;
+/// Line segments between two samples.
+const SEGMENTS_PER_SAMPLE: usize = 4;
+/// Length of a path in periods of the centre, or of the body about its parent if that is longer, and its maximum in days.
 const PERIODS: f64 = 1.0;
-const MOST_DAYS: f64 = 12.0 * 365.25;
-/// Opacity beside the body; the path fades to nothing at its end.
+const MAX_DAYS: f64 = 12.0 * 365.25;
+/// Opacity beside the body; the path fades to 0 at its end.
 const STRENGTH: f64 = 0.9;
-/// Pixels beyond the frame up to which pieces go on: more than half a line.
+/// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
 const MARGIN_PX: f64 = 4.0;
 
-/// A path relative to the body's place now: kilometres, the newest first, and the part of the strength that is left there.
+/// A path relative to the body's current position: kilometres, the newest point first, with the remaining fraction of the opacity.
 fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
-    let last = ((states.len() - 1) * PIECES) as f64;
+    let last = ((states.len() - 1) * SEGMENTS_PER_SAMPLE) as f64;
     let point = |k: usize| {
-        let (n, part) = (k / PIECES, (k % PIECES) as f64 / PIECES as f64);
+        let (n, part) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
         let here = states[n].pos_km - states[0].pos_km;
         let Some(older) = states.get(n + 1).filter(|_| part > 0.0) else { return (here, 1.0 - k as f64 / last) };
-        // Hermite's cubic; time runs backwards.
+        // Hermite cubic; time runs backwards.
         let (t, t2, t3) = (part, part * part, part * part * part);
         let there = older.pos_km - states[0].pos_km;
         let between = here * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
@@ -42,15 +42,15 @@ fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
             - older.vel_km_s * ((t3 - t2) * step_s);
         (between, 1.0 - k as f64 / last)
     };
-    (0..=(states.len() - 1) * PIECES).map(point).collect()
+    (0..=(states.len() - 1) * SEGMENTS_PER_SAMPLE).map(point).collect()
 }
 
-/// What of a path lies within the frame, as pieces. `body_km`: the body's apparent place from the camera, ICRF.
-fn pieces(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3) -> Vec<LineSegment> {
+/// The part of a path inside the frame, as line segments. `body_km`: the body's apparent position from the camera, ICRF.
+fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3) -> Vec<LineSegment> {
     let in_camera_axes = |v: DVec3| DVec3::new(v.dot(camera.right), v.dot(camera.up), v.dot(camera.forward));
     let points: Vec<(DVec3, f64)> = path.iter().map(|(p, left)| (in_camera_axes(body_km + *p), *left)).collect();
     let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
-    // Distances to the planes that an end must be above.
+    // Signed distances to the frustum's planes, positive inside.
     let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
     let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
     let direction = |k: usize| {
@@ -61,7 +61,7 @@ fn pieces(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3)
         let mean = k.checked_sub(1).and_then(direction).into_iter().chain(direction(k)).sum::<DVec2>();
         narrow2(mean.try_normalize().unwrap_or(DVec2::X).perp())
     };
-    let piece = |k: usize| {
+    let segment = |k: usize| {
         let (from, to) = (points[k], points[k + 1]);
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (a, b) in planes(from.0).into_iter().zip(planes(to.0)) {
@@ -82,19 +82,19 @@ fn pieces(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3)
             colour: narrow(colour),
         })
     };
-    (0..points.len() - 1).filter_map(piece).collect()
+    (0..points.len() - 1).filter_map(segment).collect()
 }
 
-/// Period about the parent by its GM and the state now, seconds.
+/// Orbital period about the parent, from its GM and the current state, seconds.
 fn period_s(ephemeris: &Ephemeris, body: &Body, p: &PlacedBody<'_>) -> Option<f64> {
     let parent = p.catalog.body(body.parent?)?;
-    let state = ephemeris.state(body.id, parent.id, p.seen_at, None).ok()?.state;
+    let state = ephemeris.state(body.id, parent.id, p.emitted_at, None).ok()?.state;
     let gm = parent.gm_km3_s2? + body.gm_km3_s2.unwrap_or(0.0);
     let alpha = 2.0 * gm / state.pos_km.length() - state.vel_km_s.length_squared();
     (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
 }
 
-/// The trace of one body relative to a centre, and why it is there or not. `None`: it is the centre, or moves with another planet.
+/// The trace of one body relative to a centre and the decision about it. `None`: it is the centre, or a moon of another planet.
 pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, centre: NaifId) -> Option<(Vec<LineSegment>, Decision)> {
     let of_centre = p.body.parent == Some(centre);
     let moves_about_the_sun = p.body.parent == Some(NaifId::SUN) || p.body.id == NaifId::SUN;
@@ -103,35 +103,38 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
         return None;
     }
     let feature = "trace";
-    let decided = |on: bool, reason: String| Decision { feature, on, reason, tier: None };
+    let decision = |on: bool, reason: String| Decision { feature, on, reason, tier: None };
     let centre_body = p.catalog.body(centre)?;
-    let own = period_s(ephemeris, p.body, p);
-    let other =
-        if of_centre { None } else { period_s(ephemeris, centre_body, p).or_else(|| own.map(|s| 13.4 * s).filter(|_| moon_about_the_sun)) };
-    let periods = [own, other];
+    let own_period = period_s(ephemeris, p.body, p);
+    let centre_period = if of_centre {
+        None
+    } else {
+        period_s(ephemeris, centre_body, p).or_else(|| own_period.map(|s| 13.4 * s).filter(|_| moon_about_the_sun))
+    };
+    let periods = [own_period, centre_period];
     let longest = periods.into_iter().flatten().fold(0.0, f64::max);
     let shortest = periods.into_iter().flatten().fold(f64::INFINITY, f64::min);
     if longest <= 0.0 {
-        return Some((Vec::new(), decided(false, "its path has no period".into())));
+        return Some((Vec::new(), decision(false, "its path has no period".into())));
     }
-    let span_s = (PERIODS * longest).min(MOST_DAYS * SECONDS_PER_DAY);
-    let samples = ((span_s / shortest * SAMPLES_A_PERIOD).ceil() as usize).clamp(16, MOST_SAMPLES);
+    let span_s = (PERIODS * longest).min(MAX_DAYS * SECONDS_PER_DAY);
+    let samples = ((span_s / shortest * SAMPLES_PER_PERIOD).ceil() as usize).clamp(16, MAX_SAMPLES);
     let step_s = span_s / samples as f64;
     let states: Result<Vec<State>, _> = (0..=samples)
-        .map(|k| ephemeris.state(p.body.id, centre, p.seen_at.plus_seconds(-step_s * k as f64), None).map(|a| a.state))
+        .map(|k| ephemeris.state(p.body.id, centre, p.emitted_at.plus_seconds(-step_s * k as f64), None).map(|a| a.state))
         .collect();
     let states = match states {
         Ok(states) => states,
-        Err(e) => return Some((Vec::new(), decided(false, e.to_string()))),
+        Err(e) => return Some((Vec::new(), decision(false, e.to_string()))),
     };
     let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
-    let all = pieces(camera, p.placement.centre_km, &path(&states, step_s), colour);
+    let all = segments(camera, p.placement.centre_km, &path(&states, step_s), colour);
     let reason = match all.len() {
         0 => "outside the frame".into(),
         n => format!("{:.1} days about {}, {samples} samples, {n} pieces", span_s / SECONDS_PER_DAY, centre_body.name),
     };
     let on = !all.is_empty();
-    Some((all, decided(on, reason)))
+    Some((all, decision(on, reason)))
 }
 
 #[cfg(test)]
@@ -147,15 +150,15 @@ mod tests {
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
         let now = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
         let at = |s: f64| ephemeris.state(NaifId::MOON, NaifId::EARTH, now.plus_seconds(s), None).expect("a state").state;
-        let step_s = 27.3 * SECONDS_PER_DAY / SAMPLES_A_PERIOD;
+        let step_s = 27.3 * SECONDS_PER_DAY / SAMPLES_PER_PERIOD;
         let states: Vec<State> = (0..=48).map(|k| at(-step_s * f64::from(k))).collect();
         let path = path(&states, step_s);
-        assert_eq!((path.len(), path[0]), (48 * PIECES + 1, (DVec3::ZERO, 1.0)));
+        assert_eq!((path.len(), path[0]), (48 * SEGMENTS_PER_SAMPLE + 1, (DVec3::ZERO, 1.0)));
         let (mut worst, mut straight) = (0.0_f64, 0.0_f64);
         for (k, (p, _)) in path.iter().enumerate() {
-            let expected = at(-step_s * k as f64 / PIECES as f64).pos_km - states[0].pos_km;
+            let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km - states[0].pos_km;
             worst = worst.max(p.distance(expected));
-            let (a, part) = (k / PIECES, (k % PIECES) as f64 / PIECES as f64);
+            let (a, part) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
             if let Some(b) = states.get(a + 1) {
                 straight = straight.max((states[a].pos_km.lerp(b.pos_km, part) - states[0].pos_km).distance(expected));
             }

@@ -1,6 +1,6 @@
-//! The air of a body: when it is drawn, with what uniforms, and what it does to light from beyond.
+//! The atmosphere of a body: when it is drawn, its uniforms, and its transmittance to light from beyond.
 //!
-//! In: the catalog's species. Out: one gas with Rayleigh's phase function, one haze, one absorbing layer, lengths in equatorial radii, in the
+//! In: the catalog's species. Out: one gas with Rayleigh's phase function, one aerosol (haze), one absorption layer; lengths in equatorial radii, in the
 //! frame where the ground is the unit sphere. Not here: how the light is summed (shaders/lib/air).
 
 use crate::catalog::{Atmosphere, Body, Species};
@@ -8,33 +8,33 @@ use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, s
 use crate::scene::atmosphere::species::{gas, haze, layer, vertical_depth};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
-use crate::scene::purpose::Bound;
+use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_CHANGE;
 use glam::{DVec3, Vec2};
 use std::collections::BTreeSet;
 
-/// Part of the extinguished light that comes down again as light of the sky: half goes each way in Rayleigh's scattering.
-const DOWNWARDS: f64 = 0.5;
+/// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half each way.
+const DOWNWARD_FRACTION: f64 = 0.5;
 /// Luminance of a white plane that faces the Sun at 1 au: 133 000 lux over pi.
 const UNIT_CD_M2: f64 = 133_000.0 / std::f64::consts::PI;
-/// What shines through any air at night, mean over the sky: zodiacal light and starlight, 75 stars of tenth magnitude in a square degree (60 and 15 of the 220 that make
-/// the darkest sky of the Earth, 21.9 magnitudes in a square second, with the airglow's 145), 8.3e-7 cd/m2 each. It differs by a factor of two over the sky and
-/// between the planets, whose zodiacal light is fainter farther out.
-const BEYOND_CD_M2: f64 = 75.0 * 8.3e-7;
+/// Mean luminance of the night sky without airglow: zodiacal light and starlight, 75 stars of tenth magnitude per square degree (60 and 15 of the 220 that
+/// make the darkest sky of the Earth, 21.9 magnitudes per square second, with the airglow's 145), 8.3e-7 cd/m2 each. It varies by a factor of two over the
+/// sky and between the planets, whose zodiacal light is fainter farther out.
+const NIGHT_SKY_CD_M2: f64 = 75.0 * 8.3e-7;
 
-/// Radiance of the sky at night where no moon shines; city lights are left out.
+/// Radiance of the moonless night sky, without city lights.
 fn night_radiance(air: &Atmosphere) -> f64 {
     if vertical_depth(air).max_element() <= 0.0 {
         return 0.0;
     }
-    (BEYOND_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / UNIT_CD_M2
+    (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / UNIT_CD_M2
 }
 
-/// Steps of the transmittance towards a body beyond the air; against 1000 steps within 1e-4.
+/// Integration steps of the transmittance towards a body beyond the air; within 1e-4 of 1000 steps.
 const STEPS: usize = 64;
 
-/// Height of the Sun in degrees and the radiance that pictures of the Earth's ground and sky are exposed for: chosen by eye.
+/// Height of the Sun in degrees, and the radiance for which pictures of ground and sky on the Earth are exposed: chosen by eye.
 const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
 /// Every tier that a draw of the body can have.
@@ -43,7 +43,7 @@ pub(crate) fn possible_tiers(body: &Body) -> BTreeSet<AtmosphereModel> {
     drawn.chain([AtmosphereModel::None]).collect()
 }
 
-/// How finely the air is summed, and why. The fewer samples are those of rays that only rise or fall, by day. `None`: the viewer chose none.
+/// The tier of the atmosphere, and why. Of two sample counts the smaller is for rays that only rise or only fall, by day. `chosen`: by the user.
 pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, &'static str) {
     let tier = chosen.unwrap_or(match quality {
         Quality::Draft => AtmosphereModel::Pixel8,
@@ -62,44 +62,45 @@ pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (Atmosp
     (tier, reason)
 }
 
-/// Whether the colours of the body's map and disc are those of the ground alone; the others have their air in them already.
+/// Whether the colours of the body's map and disc are those of the ground alone; those of other bodies include the atmosphere.
 pub(crate) fn ground_is_bare(body: &Body) -> bool {
     body.clear_sky_albedo.is_some()
 }
 
-/// Optical depth straight up, of the clearest channel, from which on air shows over the disc: Mars' dust of 0.5 does, the giants' clear gas does not.
+/// Vertical optical depth in the clearest channel from which an atmosphere shows over the disc: Mars' dust of 0.5 does, the giants' clear gas does not.
 const MIN_OPAQUE_DEPTH: f64 = 0.3;
 
-/// Whether its own light goes on where the disc's ends, past the terminator: then it is drawn over a map that holds it, too.
+/// Whether scattered light extends past the terminator; then it is drawn even over a map that includes it.
 pub(crate) fn is_opaque(air: &Atmosphere) -> bool {
     vertical_depth(air).min_element() > MIN_OPAQUE_DEPTH
 }
 
-/// The shell that holds the air: the ground's ellipsoid made larger by one factor.
+/// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
 pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
     let air = body.atmosphere.as_ref()?;
     Some(Placement { radii_km: placement.radii_km * (1.0 + air.top_km / body.radii_km.x), ..*placement })
 }
 
-/// Whether the air can change the picture, with the numbers.
-pub(crate) fn bound(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Bound) -> (bool, String) {
+/// Whether the atmosphere can change the picture, with the reason.
+pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Threshold) -> (bool, String) {
     if inside {
         return (true, format!("the camera is in it, below {} km", air.top_km));
     }
     let rim_px = rim_px(body, air, diameter_px);
     let change = 1.0 - (-vertical_depth(air).max_element()).exp();
-    let reason = format!("its rim is {rim_px:.2} px high against {RIM_PX}, and straight down it takes {}", least.said_part(change));
-    (rim_px >= RIM_PX || (least.counts_part(change) && diameter_px >= 1.0), reason)
+    let reason =
+        format!("its rim is {rim_px:.2} px high against {RIM_PX}, and straight down it takes {}", least.change_description(change));
+    (rim_px >= RIM_PX || (least.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
-/// A thinner rim is left out: each pixel at the limb would show it as if it were a pixel wide.
+/// Height in pixels below which the rim beyond the limb is left out, because each pixel there would show it as if it were a pixel wide.
 pub(crate) const RIM_PX: f64 = 0.5;
-/// In a thinner one rings shade each ray as a whole.
+/// Height in pixels below which the rings' shadow on the rim is evaluated once per ray.
 pub(crate) const SHADED_RIM_PX: f64 = 1.0;
-/// Scale heights over which a limb is bright.
+/// Number of scale heights over which a limb is bright.
 const BRIGHT_HEIGHTS: f64 = 4.0;
 
-/// Height of the air that shines beside the disc.
+/// Height in pixels of the bright rim beyond the limb.
 pub(crate) fn rim_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
     let heights = air.species.iter().filter(|s| s.tent_centre_km.is_none()).map(|s| s.scale_height_km);
     let rim_km = (BRIGHT_HEIGHTS * heights.fold(0.0, f64::max)).min(air.top_km);
@@ -110,34 +111,34 @@ fn radius_sq_minus_1(height_radii: f64) -> f64 {
     height_radii * (2.0 + height_radii)
 }
 
-/// The air above a floor: the body's ellipsoid made larger by one factor, 1 for the ground itself. Lengths are the floor's equatorial radii.
+/// Uniforms of the atmosphere above a floor: the body's ellipsoid scaled by `floor`, 1 for the ground itself. Lengths are in the floor's equatorial radii.
 pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     let Some(air) = &body.atmosphere else { return AtmosphereUniforms::default() };
     let radius_km = body.radii_km.x * floor;
     let floor_km = radius_km - body.radii_km.x;
-    // A species that the air lacks is given the other's height, so that the quadrature fits what there is.
+    // A missing species gets the other's scale height, so that the quadrature fits the one that exists.
     let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
-    let of = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
-        // A tent keeps its peak; an exponential begins with what it has at the floor.
-        let there = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
-        camera::narrow(s.map_or(DVec3::ZERO, what) * there * radius_km)
+    let coefficient = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
+        // A triangular layer keeps its peak; an exponential profile starts with its density at the floor.
+        let density_at_floor = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
+        camera::narrow(s.map_or(DVec3::ZERO, what) * density_at_floor * radius_km)
     };
-    let tent = layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
-    let knots = tent.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
+    let triangular = layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
+    let knots = triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
     let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
     AtmosphereUniforms {
         top: camera::narrow_scalar(radius_sq_minus_1(((air.top_km - floor_km) / radius_km).max(0.0))),
         ends: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
         rayleigh_scale_height: height(gas(air).or(haze(air))),
-        rayleigh_scattering: of(gas(air), scattering),
-        rayleigh_extinction: of(gas(air), extinction),
-        skylight: camera::narrow(DOWNWARDS * scattered / vertical_depth(air).max(DVec3::splat(1e-30))),
+        rayleigh_scattering: coefficient(gas(air), scattering),
+        rayleigh_extinction: coefficient(gas(air), extinction),
+        skylight: camera::narrow(DOWNWARD_FRACTION * scattered / vertical_depth(air).max(DVec3::splat(1e-30))),
         mie_scale_height: height(haze(air).or(gas(air))),
         mie_asymmetry: camera::narrow_scalar(haze(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
-        mie_scattering: of(haze(air), scattering),
-        mie_extinction: of(haze(air), extinction),
+        mie_scattering: coefficient(haze(air), scattering),
+        mie_extinction: coefficient(haze(air), extinction),
         layer: camera::narrow(knots.map(radius_sq_minus_1)),
-        absorption_extinction: of(layer(air), extinction),
+        absorption_extinction: coefficient(layer(air), extinction),
         blend_mode: 0.0,
         night: camera::narrow_scalar(night_radiance(air)),
         thin_rim: 0.0,
@@ -146,7 +147,8 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     }
 }
 
-/// Where rays of a draw begin and end that only rise or only fall: from the camera, or the top above it, to the ground or, a sky's, to the top.
+/// Heights at which rays that only rise or only fall start and end: from the camera, or from the top below it, to the ground, or in a draw of the sky to
+/// the top.
 pub(crate) fn set_ends(uniforms: &mut DrawUniforms, sky: bool) {
     let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
     let top = height(uniforms.air.top);
@@ -154,43 +156,43 @@ pub(crate) fn set_ends(uniforms: &mut DrawUniforms, sky: bool) {
     uniforms.air.ends = Vec2::new(camera, if sky { top } else { 0.0 });
 }
 
-/// The air that the camera stands in.
-pub(crate) struct Around<'a> {
+/// The atmosphere around the camera.
+pub(crate) struct SurroundingAir<'a> {
     pub body: &'a Body,
     air: &'a Atmosphere,
     placement: Placement,
 }
 
-impl<'a> Around<'a> {
+impl<'a> SurroundingAir<'a> {
     pub fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
         let air = body.atmosphere.as_ref()?;
-        // From a body's centre one looks out as if it were not there.
+        // A camera at a body's centre sees as if the body were not there.
         if placement.camera_is_inside() {
             return None;
         }
         shell(body, placement)?.camera_is_inside().then_some(Self { body, air, placement: *placement })
     }
 
-    /// Colour that light from beyond takes on its way to the camera: transmittance per channel over its mean. The draw of the sky takes the mean.
-    /// `direction`: towards the light, ICRF.
+    /// Tint of light from beyond: transmittance per channel over its mean. The draw of the sky applies the mean. `direction`: towards the light, ICRF.
     pub fn tint(&self, direction: DVec3) -> DVec3 {
-        let through = self.transmittance(direction);
-        let mean = through.element_sum() / 3.0;
-        if mean > 1e-12 { through / mean } else { DVec3::new(3.0, 0.0, 0.0) }
+        let transmittance = self.transmittance(direction);
+        let mean = transmittance.element_sum() / 3.0;
+        if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
     }
 
-    /// Away from the body's centre at the camera, unit.
+    /// Unit vector at the camera, away from the body's centre.
     pub fn up(&self) -> DVec3 {
         -self.placement.centre_km.normalize()
     }
 
-    /// Whether there is enough of it to make a day.
+    /// Whether it is dense enough for a daylight sky.
     pub fn is_bright(&self) -> bool {
         vertical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// What the eye settles on under this sky, as a radiance: [`SKY_LEVELS`] between the heights of a light. `towards`: from the body.
-    pub fn level(&self, towards: DVec3, irradiance: f64) -> f64 {
+    /// The radiance for which a picture under this sky is exposed: [`SKY_LEVELS`] interpolated in the light's height. `towards`: the light, from the
+    /// body.
+    pub fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
         let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
@@ -198,12 +200,12 @@ impl<'a> Around<'a> {
         irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
     }
 
-    /// What the air leaves of light from beyond, the mean of the channels.
-    pub fn passes(&self, direction: DVec3) -> f64 {
+    /// Transmittance to light from beyond, the mean of the channels.
+    pub fn mean_transmittance(&self, direction: DVec3) -> f64 {
         self.transmittance(direction).element_sum() / 3.0
     }
 
-    /// What is left of light from beyond, per channel: of what is drawn after the air.
+    /// Transmittance to light from beyond, per channel, for what is drawn after the air.
     pub fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();
@@ -212,7 +214,7 @@ impl<'a> Around<'a> {
         let start = from.dot(along);
         let low = from.length_squared() - 1.0 - start * start;
         let edge = (radius_sq_minus_1(self.air.top_km / radius_km) - low).max(0.0).sqrt();
-        // Along the ray from the camera, where the air is densest on the way out.
+        // The ray starts at the camera, where the air is densest on the way out.
         let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
             let s = start + s_km / scale;
             let radius_sq_minus_1 = (low + s * s).max(0.0);
@@ -234,7 +236,7 @@ mod tests {
         let earth = catalog.body(crate::catalog::NaifId(399)).expect("the Earth");
         let up = DVec3::X;
         let place = Placement { centre_km: -up * (earth.radii_km.x + 0.002), body_from_icrf: DMat3::IDENTITY, radii_km: earth.radii_km };
-        let around = Around::of(earth, &place).expect("two metres up is in the air");
+        let around = SurroundingAir::of(earth, &place).expect("two metres up is in the air");
         let high = around.transmittance(up);
         // Extinction of the zenith at the three wavelengths: gas 8 km, aerosol 1.2 km, ozone 15 km.
         let expected = (-vertical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
@@ -242,9 +244,9 @@ mod tests {
         let low = around.tint(DVec3::new(0.0, 1.0, 0.01));
         assert!(low.x > 2.0 && low.y < 0.9 && low.z < 0.01, "{low}");
         let far = Placement { centre_km: -up * 1e6, ..place };
-        assert!(Around::of(earth, &far).is_none());
+        assert!(SurroundingAir::of(earth, &far).is_none());
         let centre = Placement { centre_km: DVec3::ZERO, ..place };
-        assert!(Around::of(earth, &centre).is_none());
+        assert!(SurroundingAir::of(earth, &centre).is_none());
     }
 
     #[test]

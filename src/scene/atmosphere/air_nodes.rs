@@ -1,7 +1,8 @@
-//! Heights at which light is summed along rays that only rise or only fall, and what depends on the height alone.
+//! Quadrature nodes: the heights at which light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
 //!
-//! In: the air's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
-//! from the lower end up, where the density of the air that reaches highest is 1 - w². Always holds: an end outside the air stands at its top.
+//! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirNode`. Method: Gauss-Legendre nodes in w
+//! from the lower end up, where 1 - w² is the density of the species with the largest scale height. Always: an end outside the atmosphere is moved to its
+//! top.
 
 use crate::scene::atmosphere::air_table;
 use crate::scene::camera;
@@ -11,12 +12,12 @@ use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
-/// Rows of one node.
+/// Vectors per node.
 pub const ROWS: usize = 3;
-/// After the samples: the camera's end and the far end.
+/// Nodes after the samples: the camera's end and the far end.
 pub const ENDS: usize = 2;
 
-/// Rows of lib/air/scatter_marched.wesl's samples: place, weight, the place between this and the next.
+/// Rows of lib/air/scatter_marched.wesl's samples: position, weight, midpoint between this position and the next.
 pub fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
     let next = |k: usize| all.get(k + 1).map_or(1.0, |n| n.0);
@@ -27,17 +28,17 @@ fn radius_sq_minus_1(height: f64) -> f64 {
     height * (2.0 + height)
 }
 
-struct Shells {
+struct ScaleHeights {
     gas: f64,
     haze: f64,
-    /// `radius_sq_minus_1` of the layer's knots.
+    /// `radius_sq_minus_1` of the knots of the absorption layer.
     layer: DVec3,
-    /// Scale height of the air that reaches highest.
+    /// The largest scale height.
     highest: f64,
 }
 
-impl Shells {
-    /// `weight`: of the quadrature, in height.
+impl ScaleHeights {
+    /// The rows of a node. `weight`: quadrature weight in height; `between`: the height between this node and the next.
     fn rows(&self, height: f64, weight: f64, between: f64) -> [Vec4; ROWS] {
         let radius = 1.0 + height;
         let (gas, haze) = ((-height / self.gas).exp(), (-height / self.haze).exp());
@@ -54,83 +55,83 @@ impl Shells {
     }
 }
 
-/// The ends of a ray and the samples between, from the lower end up.
+/// The ends of a ray and the samples between them, from the lower end up.
 struct Grid {
-    shells: Shells,
+    scales: ScaleHeights,
     camera: f64,
     far: f64,
     low: f64,
     /// w at the upper end.
-    whole: f64,
-    /// Nodes in 0 to 1, with weights.
-    at: Vec<(f64, f64)>,
+    w_max: f64,
+    /// Quadrature nodes in 0 to 1, with weights.
+    nodes: Vec<(f64, f64)>,
 }
 
 impl Grid {
     fn of(air: &AtmosphereUniforms, samples: usize) -> Self {
         let (gas, haze) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
-        let hazy = air.mie_extinction.max_element() > 0.0;
-        let highest = if hazy { gas.max(haze) } else { gas };
+        let has_haze = air.mie_extinction.max_element() > 0.0;
+        let highest = if has_haze { gas.max(haze) } else { gas };
         let (camera, far) = (f64::from(air.ends.x), f64::from(air.ends.y));
         let low = camera.min(far);
-        let whole = (1.0 - (-(camera.max(far) - low) / highest).exp()).max(0.0).sqrt();
-        let shells = Shells { gas, haze, layer: air.layer.as_dvec3(), highest };
-        Self { shells, camera, far, low, whole, at: gauss_legendre(samples) }
+        let w_max = (1.0 - (-(camera.max(far) - low) / highest).exp()).max(0.0).sqrt();
+        let scales = ScaleHeights { gas, haze, layer: air.layer.as_dvec3(), highest };
+        Self { scales, camera, far, low, w_max, nodes: gauss_legendre(samples) }
     }
 
     fn height(&self, x: f64) -> f64 {
-        self.low - self.shells.highest * (1.0 - (self.whole * x).powi(2)).ln()
+        self.low - self.scales.highest * (1.0 - (self.w_max * x).powi(2)).ln()
     }
 }
 
-/// The rows of that many samples and of the two ends.
+/// The rows of `samples` samples and of the two ends.
 pub fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     let grid = Grid::of(air, samples);
     let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (samples + ENDS));
-    for (k, (x, weight)) in grid.at.iter().enumerate() {
-        let w = grid.whole * x;
-        let next = grid.at.get(k + 1).map_or(1.0, |n| n.0);
-        let slope = 2.0 * w * grid.shells.highest / (1.0 - w * w);
-        rows.extend(grid.shells.rows(grid.height(*x), weight * grid.whole * slope, grid.height(0.5 * (x + next))));
+    for (k, (x, weight)) in grid.nodes.iter().enumerate() {
+        let w = grid.w_max * x;
+        let next = grid.nodes.get(k + 1).map_or(1.0, |n| n.0);
+        let slope = 2.0 * w * grid.scales.highest / (1.0 - w * w);
+        rows.extend(grid.scales.rows(grid.height(*x), weight * grid.w_max * slope, grid.height(0.5 * (x + next))));
     }
-    // An end at the top has the air that would go on above it: the difference of two ends is what lies between.
+    // An end at the top includes the column of air above it: the difference of two ends is the column between them.
     for end in [grid.camera, grid.far] {
-        rows.extend(grid.shells.rows(end, 0.0, end));
+        rows.extend(grid.scales.rows(end, 0.0, end));
     }
     rows
 }
 
-/// Coefficients of the polynomial in mu / (mu + 0.3) that stands for the multiple-scattering table at a height.
+/// Number of coefficients of the polynomial in mu / (mu + 0.3) that approximates the multiple-scattering table at a height.
 pub const POWERS: usize = 5;
-/// Places in 0 to 1 of the cosine at which it is fitted.
-const FITTED: usize = 48;
+/// Number of zenith cosines at which it is fitted.
+const FIT_POINTS: usize = 48;
 
-/// The polynomials of that many samples, least squares over the Sun's heights from the horizon to the zenith.
+/// The polynomials of `samples` samples: least squares over the Sun's heights from the horizon to the zenith.
 pub fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
-    let place = |k: usize| (k as f64 + 0.5) / FITTED as f64 * air_table::place(1.0);
+    let place = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * air_table::column_coordinate(1.0);
     let mut all = Vec::with_capacity(POWERS * samples);
     let grid = Grid::of(air, samples);
-    for (x, _) in &grid.at {
+    for (x, _) in &grid.nodes {
         let row = (grid.height(*x) + f64::from(air.multi_scatter_heights.x)) * f64::from(air.multi_scatter_heights.y);
         let mut normal = [[0.0; POWERS]; POWERS];
-        let mut sides = [DVec3::ZERO; POWERS];
-        for k in 0..FITTED {
-            let at = place(k);
-            let root = air_table::root_between(&air.multi_scatter, row.clamp(0.0, 1.0), at);
+        let mut right_hand = [DVec3::ZERO; POWERS];
+        for k in 0..FIT_POINTS {
+            let coordinate = place(k);
+            let root = air_table::root_between(&air.multi_scatter, row.clamp(0.0, 1.0), coordinate);
             for i in 0..POWERS {
-                sides[i] += root * at.powi(i as i32);
+                right_hand[i] += root * coordinate.powi(i as i32);
                 for (j, n) in normal[i].iter_mut().enumerate() {
-                    *n += at.powi((i + j) as i32);
+                    *n += coordinate.powi((i + j) as i32);
                 }
             }
         }
-        all.extend(solved(normal, sides).map(|c| camera::narrow(c).extend(0.0)));
+        all.extend(solve(normal, right_hand).map(|c| camera::narrow(c).extend(0.0)));
     }
     all
 }
 
-/// Gauss's elimination; the matrix is positive definite.
-fn solved(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POWERS] {
+/// Solves the normal equations by Gaussian elimination; the matrix is positive definite.
+fn solve(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POWERS] {
     for i in 0..POWERS {
         for r in i + 1..POWERS {
             let factor = m[r][i] / m[i][i];
@@ -165,14 +166,14 @@ mod tests {
             let fits = multi_scatter(&air, 8);
             assert_eq!(fits.len(), 8 * POWERS);
             let brightest = table.iter().map(|v| v.truncate().max_element()).fold(0.0, f32::max).powi(2);
-            for (k, (x, _)) in Grid::of(&air, 8).at.iter().enumerate() {
+            for (k, (x, _)) in Grid::of(&air, 8).nodes.iter().enumerate() {
                 let row = (Grid::of(&air, 8).height(*x) * f64::from(air.multi_scatter_heights.y)).clamp(0.0, 1.0);
                 for step in 0..=20 {
-                    let at = f64::from(step) / 20.0 * air_table::place(1.0);
-                    let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * at.powi(p as i32)).sum();
-                    let exact = air_table::root_between(&table, row, at);
+                    let coordinate = f64::from(step) / 20.0 * air_table::column_coordinate(1.0);
+                    let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
+                    let exact = air_table::root_between(&table, row, coordinate);
                     let off = (root * root - exact * exact).abs().max_element();
-                    assert!(off < 0.02 * f64::from(brightest), "{name}, sample {k}, {at}: {off} of {brightest}");
+                    assert!(off < 0.02 * f64::from(brightest), "{name}, sample {k}, {coordinate}: {off} of {brightest}");
                 }
             }
         }

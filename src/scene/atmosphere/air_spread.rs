@@ -1,13 +1,15 @@
-//! What eclipses leave of the light that air scatters many times: more than nothing in an umbra, for it comes from the lit air and ground around.
+//! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from lit air and ground around.
 //!
-//! In: a body with its air, and the occluders' outlines of an eclipse's uniforms. Out: for each occluder [`NODES`] factors on the table of [`crate::scene::atmosphere::air_table`] over the
-//! distance from the occluder's limb, in solar radii, at [`HEIGHTS`] heights, and one row for the light of the whole sky on level ground. Method: light of the
-//! second order comes from where a straight way through the air met sunlit air or ground; how far away that is, and how much comes from there, is summed over
-//! directions as the table does, and each distance sees the mean over all sides of what the occluder leaves of the Sun's disc. Further orders spread
-//! once more each. Always holds: 1 outside of the penumbra's blurred edge, in 0 to 1 everywhere. Left out: that sides differ (the umbra counts as a circle across the
-//! light, drawn out along the ground by the Sun's height), the change of the Sun's height within the shadow, how much of the curved Earth lies under the way's far
-//! end, and that what two occluders' shadows share is spread twice.
-//! Error: against photons followed one by one through the same eclipse within 40 % where a thousandth of the light is left (tests/eclipse/totality.rs).
+//! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`NODES`] factors on the table of
+//! [`crate::scene::atmosphere::air_table`], over the distance from the occluder's limb in solar radii, at [`HEIGHTS`] heights, and one row for the
+//! irradiance of level ground by the whole sky. Method: light of the second order comes from where a straight path through the air meets sunlit air or
+//! ground. How far away that is, and how much light comes from there, is summed over directions as in the table, and each distance gets the fraction of the
+//! Sun's disc that the occluder leaves, averaged over azimuths. Each further order spreads the light once more. Always: 1 outside of the penumbra's blurred
+//! edge, and between 0 and 1 everywhere. Left out: the dependence on azimuth (the umbra is a circle across the light, elongated along the ground by the
+//! Sun's height), the change of the Sun's height within the shadow, the curvature of the ground below a path's far end, and the overlap of two occluders'
+//! shadows, which is spread twice.
+//!
+//! Error: compared with a photon simulation of the same eclipse, within 40 % where a thousandth of the light is left (tests/eclipse/totality.rs).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, extinction, scattering};
@@ -16,56 +18,62 @@ use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// Rows of [`crate::scene::atmosphere::air_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. Above the last one its values go on.
+/// Rows of [`crate::scene::atmosphere::air_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. Above the last one its values are
+/// used.
 pub use crate::scene::constants::SPREAD_HEIGHTS as HEIGHTS;
-/// The heights' rows, then one of the light on level ground.
+/// One row per height, then one for the irradiance of level ground.
 pub const ROWS: usize = HEIGHTS + 1;
-/// Distances from the occluder's limb, close together in the middle of the shadow.
+/// Columns: distances from the occluder's limb, densest in the middle of the shadow.
 pub use crate::scene::constants::SPREAD_COLUMNS as COLUMNS;
 pub const NODES: usize = ROWS * COLUMNS;
-/// Where the rows begin that say how far each occluder's columns reach, and of how many rows all is.
+/// Index of the first vector with the range of an occluder's columns, and the total number of vectors.
 pub const REACHES: usize = NODES * MAX_OCCLUDERS as usize;
 pub const TABLES: usize = REACHES + MAX_OCCLUDERS as usize;
 
-/// What it is, for a reader.
-pub(crate) const SAID: &str = "scattered from the lit air and ground around, within 40 % where a thousandth is left";
+/// The reason that the decision reports.
+pub(crate) const REASON: &str = "scattered from the lit air and ground around, within 40 % where a thousandth is left";
 
+/// Elevations of the paths.
 const SLOPES: usize = 32;
+/// Integration steps along a path.
 const STEPS: usize = 24;
-/// Distances over the ground: the first holds all below, each next one reaches 1.41 times as far.
+/// Bins of distance over the ground: the first holds all distances up to [`FIRST_KM`], and each next one extends 1.41 times as far.
 const BINS: usize = 18;
 const FIRST_KM: f64 = 2.0;
-/// Sides that a distance is averaged over.
-const SIDES: usize = 12;
-/// Rounds of further scattering; each adds less than half of the one before.
+/// Azimuths over which a distance is averaged.
+const AZIMUTHS: usize = 12;
+/// Iterations of further scattering; each adds less than half of the one before.
 const ORDERS: usize = 4;
-const MAX_AGAIN: f64 = 0.98;
-/// Beyond so many kilometres nothing is spread into a shadow: eight free paths of red light.
+/// Upper limit of the fraction of light that is scattered again, so that the series converges.
+const MAX_RESCATTERED: f64 = 0.98;
+/// Distance beyond which no light is spread into a shadow, km: eight mean free paths of red light.
 const REACH_KM: f64 = 600.0;
-/// The lowest Sun: below it the shadow leaves the planet.
+/// Smallest sine of the Sun's height: below it the shadow leaves the planet.
 const MIN_SUN: f64 = 0.05;
+/// Samples of the visible fraction of the Sun across the occluder's limb.
 const EDGE_NODES: usize = 96;
+/// Annuli of the Sun's disc.
 const RINGS: usize = 40;
 
-/// For one occluder: where the columns lie and the factors' roots.
+/// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun.
 struct Shadow {
     /// Radius of the occluder in solar radii.
     occluder: f64,
-    /// Kilometres across the light to a solar radius.
+    /// Kilometres across the light per solar radius.
     km: f64,
     sun_cosine: f64,
     from: f64,
     to: f64,
-    /// What is left of the Sun over the distance from the occluder's limb, -1 to 1.
-    left: Vec<DVec3>,
-    sides: [(DVec2, DVec2); SIDES],
+    /// Visible fraction of the Sun for distances of -1 to 1 from the occluder's limb.
+    visible_sun: Vec<DVec3>,
+    azimuths: [(DVec2, DVec2); AZIMUTHS],
 }
 
 impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (place, shape) = (eclipse.places.get(index)?.as_dvec4(), eclipse.shapes.get(index)?.as_dvec4());
         let across = place.truncate().truncate();
-        // Where the axis meets the ground, or passes it.
+        // Where the axis meets the ground or passes nearest to it.
         let along = (1.0 - across.length_squared()).max(0.0).sqrt();
         let depth = place.z - along;
         let per_radius = f64::from(eclipse.across[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
@@ -75,21 +83,31 @@ impl Shadow {
         let occluder = (shape.z * shape.w).sqrt() * per_radius;
         let km = body.radii_km.x / per_radius;
         let margin = REACH_KM / km;
-        let laws = eclipse.limb.map(|l| l.truncate().as_dvec3());
-        let left = (0..EDGE_NODES).map(|k| left_of_sun(occluder, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &laws)).collect();
+        let limb_darkening = eclipse.limb.map(|l| l.truncate().as_dvec3());
+        let visible_sun = (0..EDGE_NODES)
+            .map(|k| visible_sun_fraction(occluder, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
+            .collect();
         let sun_cosine = along.max(MIN_SUN);
-        Some(Self { occluder, km, sun_cosine, from: (-1.0 - margin).max(-occluder), to: 1.0 + margin, left, sides: sides(sun_cosine) })
+        Some(Self {
+            occluder,
+            km,
+            sun_cosine,
+            from: (-1.0 - margin).max(-occluder),
+            to: 1.0 + margin,
+            visible_sun,
+            azimuths: azimuths(sun_cosine),
+        })
     }
 
-    /// What is left of the Sun at a distance from the occluder's centre.
-    fn left(&self, distance: f64) -> DVec3 {
+    /// Visible fraction of the Sun at a distance from the occluder's centre.
+    fn visible_sun(&self, distance: f64) -> DVec3 {
         let edge = distance - self.occluder;
         if edge >= 1.0 {
             return DVec3::ONE;
         }
         let at = (0.5 * (edge + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
         let k = (at as usize).min(EDGE_NODES - 2);
-        self.left[k].lerp(self.left[k + 1], at - k as f64)
+        self.visible_sun[k].lerp(self.visible_sun[k + 1], at - k as f64)
     }
 
     /// Distance from the occluder's centre at a column.
@@ -97,80 +115,80 @@ impl Shadow {
         self.occluder + self.from + (self.to - self.from) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
     }
 
-    /// A row of roots between its columns.
-    fn between(&self, row: &[DVec3], distance: f64) -> DVec3 {
+    /// Interpolates a row of square roots, and squares.
+    fn interpolate_squared(&self, row: &[DVec3], distance: f64) -> DVec3 {
         let x = ((distance - self.occluder - self.from) / (self.to - self.from)).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f64;
         let k = (x as usize).min(COLUMNS - 2);
         let root = row[k].lerp(row[k + 1], x - k as f64);
         root * root
     }
 
-    /// Mean of a quantity over all sides of a place, so many kilometres over the ground from it.
-    fn around(&self, distance: f64, way_km: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
-        let way = way_km / self.km;
-        let side = |(from, to): &(DVec2, DVec2)| what((*from * distance + *to * way).length());
-        self.sides.iter().map(side).sum::<DVec3>() / SIDES as f64
+    /// Mean of a quantity over all azimuths, at a distance of `path_km` over the ground from a place.
+    fn azimuth_mean(&self, distance: f64, path_km: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
+        let distance_over_ground = path_km / self.km;
+        let at_azimuth = |(from, to): &(DVec2, DVec2)| what((*from * distance + *to * distance_over_ground).length());
+        self.azimuths.iter().map(at_azimuth).sum::<DVec3>() / AZIMUTHS as f64
     }
 }
 
-/// Unit vectors to a place from the shadow's axis, and from the place over the ground, across the light.
-fn sides(sun_cosine: f64) -> [(DVec2, DVec2); SIDES] {
+/// For each azimuth: the unit vector from the shadow's axis to a place, and from the place over the ground, projected across the light.
+fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     std::array::from_fn(|k| {
-        // The place itself lies on any side of the axis: the golden section spreads both angles evenly.
-        let (sin, cos) = (TAU * (k as f64 + 0.5) / SIDES as f64).sin_cos();
+        // The place may be on any side of the axis: steps of the golden ratio distribute both angles evenly.
+        let (sin, cos) = (TAU * (k as f64 + 0.5) / AZIMUTHS as f64).sin_cos();
         (DVec2::from_angle(PI * (k as f64 * 0.618_033_988_749).fract()), DVec2::new(sun_cosine * cos, sin))
     })
 }
 
-/// Part of the Sun's light past a circle of radius `occluder` whose limb is `edge` beyond the Sun's centre (below 0: it covers the centre).
-fn left_of_sun(occluder: f64, edge: f64, laws: &[DVec3; 3]) -> DVec3 {
-    let apart = (occluder + edge).max(0.0);
+/// Visible fraction of the Sun behind a circle of radius `occluder` whose limb is `edge` beyond the Sun's centre (below 0 it covers the centre).
+fn visible_sun_fraction(occluder: f64, edge: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
+    let separation = (occluder + edge).max(0.0);
     let ring = |k: usize| {
         let r = (k as f64 + 0.5) / RINGS as f64;
         let mu = (1.0 - r * r).sqrt();
-        let law = laws[0] + laws[1] * mu + laws[2] * (mu * mu);
-        let cosine = (r * r + apart * apart - occluder * occluder) / (2.0 * r * apart).max(1e-12);
-        law * (TAU * r * (1.0 - cosine.clamp(-1.0, 1.0).acos() / PI) / RINGS as f64)
+        let intensity = limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu);
+        let cosine = (r * r + separation * separation - occluder * occluder) / (2.0 * r * separation).max(1e-12);
+        intensity * (TAU * r * (1.0 - cosine.clamp(-1.0, 1.0).acos() / PI) / RINGS as f64)
     };
-    let whole: DVec3 = (0..RINGS)
+    let total: DVec3 = (0..RINGS)
         .map(|k| {
             let r = (k as f64 + 0.5) / RINGS as f64;
             let mu = (1.0 - r * r).sqrt();
-            (laws[0] + laws[1] * mu + laws[2] * (mu * mu)) * (TAU * r / RINGS as f64)
+            (limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu)) * (TAU * r / RINGS as f64)
         })
         .sum();
-    ((0..RINGS).map(ring).sum::<DVec3>() / whole.max(DVec3::splat(1e-12))).clamp(DVec3::ZERO, DVec3::ONE)
+    ((0..RINGS).map(ring).sum::<DVec3>() / total.max(DVec3::splat(1e-12))).clamp(DVec3::ZERO, DVec3::ONE)
 }
 
-fn each(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
+fn map_channels(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     DVec3::new(f(v.x), f(v.y), f(v.z))
 }
 
-/// How much comes from which distance over the ground.
+/// Light by distance of its source over the ground.
 #[derive(Clone)]
 struct Sources {
     parts: [DVec3; BINS],
-    /// Sums of distances by part, green.
-    ways_km: [f64; BINS],
+    /// Sums of distances, weighted by the green channel of `parts`.
+    path_sums_km: [f64; BINS],
 }
 
 impl Sources {
-    const NONE: Self = Self { parts: [DVec3::ZERO; BINS], ways_km: [0.0; BINS] };
+    const NONE: Self = Self { parts: [DVec3::ZERO; BINS], path_sums_km: [0.0; BINS] };
 
-    fn add(&mut self, way_km: f64, part: DVec3) {
-        let bin = (2.0 * (way_km / FIRST_KM).max(1.0).log2()).ceil().min((BINS - 1) as f64) as usize;
+    fn add(&mut self, path_km: f64, part: DVec3) {
+        let bin = (2.0 * (path_km / FIRST_KM).max(1.0).log2()).ceil().min((BINS - 1) as f64) as usize;
         self.parts[bin] += part;
-        self.ways_km[bin] += way_km * part.y;
+        self.path_sums_km[bin] += path_km * part.y;
     }
 
-    fn whole(&self) -> DVec3 {
+    fn total(&self) -> DVec3 {
         self.parts.iter().copied().sum()
     }
 
-    /// What arrives of it where each source has the strength `what` of its distance from the occluder's centre.
-    fn seen(&self, shadow: &Shadow, distance: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
-        let bins = self.parts.iter().zip(&self.ways_km).filter(|(part, _)| part.max_element() > 0.0);
-        bins.map(|(part, variants)| *part * shadow.around(distance, variants / part.y.max(1e-300), &what)).sum()
+    /// The light that arrives if each source is scaled by `what` at its distance from the occluder's centre.
+    fn arriving(&self, shadow: &Shadow, distance: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
+        let bins = self.parts.iter().zip(&self.path_sums_km).filter(|(part, _)| part.max_element() > 0.0);
+        bins.map(|(part, path_sum_km)| *part * shadow.azimuth_mean(distance, path_sum_km / part.y.max(1e-300), &what)).sum()
     }
 }
 
@@ -189,7 +207,7 @@ impl Air<'_> {
         extinction::sum(self.air, height_km, what)
     }
 
-    /// Transmittance towards a Sun that is not low.
+    /// Transmittance towards the Sun for a plane-parallel atmosphere.
     fn sunlight(&self, height_km: f64, sun_cosine: f64) -> DVec3 {
         let above = |s: &crate::catalog::Species| match s.tent_centre_km {
             None => s.scale_height_km * (-height_km / s.scale_height_km).exp(),
@@ -199,49 +217,49 @@ impl Air<'_> {
             }
         };
         let depth: DVec3 = self.air.species.iter().map(|s| extinction(s) * above(s)).sum();
-        each(depth, |d| (-d / sun_cosine).exp())
+        map_channels(depth, |d| (-d / sun_cosine).exp())
     }
 
-    /// Follows a way from a height; tells what scatters on it, at which distance over the ground and height. Answers how far away it meets the ground, and what
-    /// comes through from there.
-    fn way(&self, height_km: f64, slope: f64, mut scatters: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
+    /// Integrates along a path from a height; reports what scatters on it as (distance over the ground, height, amount). Returns the distance at which
+    /// it meets the ground, and the transmittance to there.
+    fn integrate_path(&self, height_km: f64, slope: f64, mut scatters: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
         let r = self.radius_km + height_km.max(1e-4);
         let (b, low) = (r * slope, r * r * (1.0 - slope * slope));
         let to_ground = self.radius_km * self.radius_km - low;
         let hits = slope < 0.0 && to_ground > 0.0;
         let top = (self.radius_km + self.air.top_km).powi(2) - low;
-        let way_km = if hits { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
+        let path_km = if hits { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
         let over = |s: f64| self.radius_km * (s * (1.0 - slope * slope).sqrt()).atan2(r + s * slope);
-        let mut through = DVec3::ONE;
+        let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;
-            let (s, step) = (way_km * u * u, way_km * 2.0 * u / STEPS as f64);
+            let (s, step) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
             let h = ((low + (b + s).powi(2)).sqrt() - self.radius_km).max(0.0);
             let depth = self.sum(h, extinction) * step;
-            let cell = each(depth, |d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            scatters(over(s), h, through * self.sum(h, scattering) * cell * step);
-            through *= each(depth, |d| (-d).exp());
+            let cell = map_channels(depth, |d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
+            scatters(over(s), h, transmittance * self.sum(h, scattering) * cell * step);
+            transmittance *= map_channels(depth, |d| (-d).exp());
         }
-        hits.then(|| (over(way_km), through))
+        hits.then(|| (over(path_km), transmittance))
     }
 
-    /// Of a height: sources of light of the second order, and of light that scatters again.
+    /// For a height: the sources of second-order light, and of light that scatters again.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
-        let (mut second, mut again) = (Sources::NONE, Sources::NONE);
+        let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (slope, weight) in slopes() {
-            let ground = self.way(self.height_km(row), slope, |way, h, part| {
-                second.add(way, part * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
-                again.add(way, part * weight);
+            let ground = self.integrate_path(self.height_km(row), slope, |path_km, h, part| {
+                second.add(path_km, part * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
+                rescattered.add(path_km, part * weight);
             });
-            if let Some((way, through)) = ground {
-                second.add(way, through * self.ground * self.sunlight(0.0, sun_cosine) * (weight * sun_cosine / PI));
+            if let Some((path_km, transmittance)) = ground {
+                second.add(path_km, transmittance * self.ground * self.sunlight(0.0, sun_cosine) * (weight * sun_cosine / PI));
             }
         }
-        (second, again)
+        (second, rescattered)
     }
 }
 
-/// Slopes from straight down to straight up, close together at the horizon; weights sum to 1.
+/// Sines of elevation from nadir to zenith, densest at the horizon, with weights that sum to 1.
 fn slopes() -> impl Iterator<Item = (f64, f64)> {
     let half = SLOPES / 2;
     (0..half).flat_map(move |k| {
@@ -251,8 +269,8 @@ fn slopes() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// The tables of all occluders that a draw may count, each [`NODES`] roots, then for each occluder where its columns begin and one over how far they reach. Without
-/// air, and for occluders that are not there, all is 1.
+/// The tables of all occluders that a draw may have: [`NODES`] square roots each, then for each occluder the start of its columns and one over their range.
+/// Without an atmosphere, and for absent occluders, all values are 1.
 pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     let mut all = vec![Vec4::ONE; TABLES];
     for index in 0..eclipse.places.len().min(usize::from(MAX_OCCLUDERS)) {
@@ -269,25 +287,26 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
 }
 
 fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
-    let root = |v: DVec3| each(v, |x| x.clamp(0.0, 1.0).sqrt());
+    let root = |v: DVec3| map_channels(v, |x| x.clamp(0.0, 1.0).sqrt());
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();
     let mut rows = Vec::new();
-    for (second, again) in &heights {
-        let most = each(again.whole(), |a| a.min(MAX_AGAIN));
-        let once: Vec<DVec3> = (0..COLUMNS)
-            .map(|c| second.seen(shadow, shadow.distance(c), |d| shadow.left(d)) / second.whole().max(DVec3::splat(1e-300)))
+    for (second, rescattered) in &heights {
+        let most = map_channels(rescattered.total(), |a| a.min(MAX_RESCATTERED));
+        let single: Vec<DVec3> = (0..COLUMNS)
+            .map(|c| second.arriving(shadow, shadow.distance(c), |d| shadow.visible_sun(d)) / second.total().max(DVec3::splat(1e-300)))
             .collect();
-        let mut row: Vec<DVec3> = once.iter().map(|v| root(*v)).collect();
+        let mut row: Vec<DVec3> = single.iter().map(|v| root(*v)).collect();
         for _ in 0..ORDERS {
             let next = |c: usize| {
-                let spread = again.seen(shadow, shadow.distance(c), |d| shadow.between(&row, d)) / again.whole().max(DVec3::splat(1e-300));
-                root(once[c] * (DVec3::ONE - most) + spread * most)
+                let spread = rescattered.arriving(shadow, shadow.distance(c), |d| shadow.interpolate_squared(&row, d))
+                    / rescattered.total().max(DVec3::splat(1e-300));
+                root(single[c] * (DVec3::ONE - most) + spread * most)
             };
             row = (0..COLUMNS).map(next).collect();
         }
         rows.extend(row);
     }
-    let ground = on_ground(air, shadow, &heights, &rows);
+    let ground = ground_row(air, shadow, &heights, &rows);
     rows.extend(ground.into_iter().map(root));
     for last in (0..ROWS).map(|r| (r + 1) * COLUMNS - 1) {
         rows[last] = DVec3::ONE;
@@ -295,31 +314,33 @@ fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
     rows
 }
 
-/// Part of the whole sky's light on level ground that is left.
-fn on_ground(air: &Air<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
-    // What shines at a height per unit of scattering: sunlight scattered once, and all further orders.
-    let many: Vec<DVec3> =
-        heights.iter().map(|(second, again)| second.whole() / (DVec3::ONE - each(again.whole(), |a| a.min(MAX_AGAIN)))).collect();
-    let mut once = Sources::NONE;
+/// Fraction of the whole sky's irradiance of level ground that is left.
+fn ground_row(air: &Air<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
+    // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
+    let many: Vec<DVec3> = heights
+        .iter()
+        .map(|(second, rescattered)| second.total() / (DVec3::ONE - map_channels(rescattered.total(), |a| a.min(MAX_RESCATTERED))))
+        .collect();
+    let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (slope, weight) in slopes().filter(|(slope, _)| *slope > 0.0) {
         let weight = weight * slope;
-        let scatters = |way: f64, h: f64, part: DVec3| {
-            once.add(way, part * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
+        let scatters = |path_km: f64, h: f64, part: DVec3| {
+            single.add(path_km, part * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
             let at = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::air_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
             let (below, up) = ((at as usize).min(HEIGHTS - 2), at - (at as usize).min(HEIGHTS - 2) as f64);
-            further[below].add(way, part * many[below] * (weight * (1.0 - up)));
-            further[below + 1].add(way, part * many[below + 1] * (weight * up));
+            further[below].add(path_km, part * many[below] * (weight * (1.0 - up)));
+            further[below + 1].add(path_km, part * many[below + 1] * (weight * up));
         };
-        air.way(0.0, slope, scatters);
+        air.integrate_path(0.0, slope, scatters);
     }
-    let whole = once.whole() + further.iter().map(Sources::whole).sum::<DVec3>();
-    let left = |c: usize| {
+    let total = single.total() + further.iter().map(Sources::total).sum::<DVec3>();
+    let remaining = |c: usize| {
         let distance = shadow.distance(c);
         let row = |r: usize| &rows[r * COLUMNS..(r + 1) * COLUMNS];
-        let of_further = |r: usize| further[r].seen(shadow, distance, |d| shadow.between(row(r), d));
-        let light = once.seen(shadow, distance, |d| shadow.left(d)) + (0..HEIGHTS).map(of_further).sum::<DVec3>();
-        light / whole.max(DVec3::splat(1e-300))
+        let further_at = |r: usize| further[r].arriving(shadow, distance, |d| shadow.interpolate_squared(row(r), d));
+        let light = single.arriving(shadow, distance, |d| shadow.visible_sun(d)) + (0..HEIGHTS).map(further_at).sum::<DVec3>();
+        light / total.max(DVec3::splat(1e-300))
     };
-    (0..COLUMNS).map(left).collect()
+    (0..COLUMNS).map(remaining).collect()
 }

@@ -1,26 +1,26 @@
-//! Whether a body's cloud shell is drawn over its globe.
+//! Whether the shell of clouds is drawn over a body's globe.
 
 use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::draw::features::MapSet;
 use crate::scene::draw::{Draw, MapFiles, Part};
-use crate::scene::features::case::{Case, Decided};
+use crate::scene::features::case::{Case, Decisions};
 use crate::scene::features::globe;
 use crate::scene::light::{lights, photometry};
 use crate::scene::request::effects::Effect;
 use glam::DVec3;
 
 /// Decides on the shell of clouds.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     so_far.clouds = shell(case, &mut so_far);
     so_far
 }
 
-fn shell(case: &Case<'_, '_>, so_far: &mut Decided<'_>) -> Option<Draw> {
+fn shell(case: &Case<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw> {
     let (body, p) = (case.body(), case.placed);
     let clouds = body.clouds.as_ref()?;
-    let features = so_far.chosen.cloud_needs(body, case.pixel_view())?;
+    let features = so_far.chosen.cloud_features(body, case.pixel_view())?;
     let scale = clouds::shell_scale(body, clouds);
     let shell = clouds::shell(&p.placement, scale);
     if shell.camera_is_inside() {
@@ -28,9 +28,9 @@ fn shell(case: &Case<'_, '_>, so_far: &mut Decided<'_>) -> Option<Draw> {
         so_far.log.note(Effect::Clouds.name(), false, reason);
         return None;
     }
-    let deck = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
-    let bound = || (case.bound().counts(deck), format!("a closed deck is {}", case.bound().description(deck)));
-    if !so_far.log.map(Effect::Clouds, Some(&clouds.map), bound) {
+    let full_cover = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
+    let check = || (case.threshold().is_exceeded_by(full_cover), format!("a closed deck is {}", case.threshold().description(full_cover)));
+    if !so_far.log.map(Effect::Clouds, Some(&clouds.map), check) {
         return None;
     }
     let rect = Outline::of(case.frame.camera, &shell).rect(case.frame.camera)?;

@@ -1,6 +1,6 @@
-//! The cloud shell of a body: where it is and with what uniforms.
+//! The cloud shell of a body: its placement and uniforms.
 //!
-//! The shell is the body's ellipsoid made larger by one factor. It is seen from outside only: a camera under the clouds sees none.
+//! The shell is the body's ellipsoid scaled up. It is visible from outside only: a camera under the clouds sees none.
 
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
@@ -11,7 +11,7 @@ pub(crate) fn shell_scale(body: &Body, clouds: &Clouds) -> f64 {
     1.0 + clouds.height_km / body.radii_km.max_element()
 }
 
-/// Where the shell appears.
+/// The placement of the shell.
 pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
     Placement { radii_km: placement.radii_km * scale, ..*placement }
 }

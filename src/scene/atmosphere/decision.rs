@@ -1,4 +1,4 @@
-//! Whether a body's air is drawn, how finely it is summed, and whether it lies over the ground.
+//! Whether a body's atmosphere is drawn, with how many samples, and whether it is composited over the ground.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::{air, air_spread};
@@ -6,47 +6,48 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
 use crate::scene::draw::{Draw, MapFiles, Part};
-use crate::scene::features::case::{Case, Decided};
+use crate::scene::features::case::{Case, Decisions};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::globe;
 use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
 
-/// Whether the air counts, by its bound or because the viewer asked, with the bound's reason.
-fn bound(case: &Case<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, String) {
-    air::bound(body, air, inside, case.diameter_px, case.bound())
+/// Whether the atmosphere can change the picture, with the reason.
+fn is_significant(case: &Case<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, String) {
+    air::is_significant(body, air, inside, case.diameter_px, case.threshold())
 }
 
-/// Whether some pixel may show the air: the camera is in it, or it is in the frame.
+/// Whether some pixel may show the atmosphere: the camera is in it, or it is in the frame.
 fn may_be_seen(case: &Case<'_, '_>, shell: &Placement) -> bool {
     let camera = case.frame.camera;
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || case.rect.is_some()
 }
 
 /// Whether the body's draws may read a table of multiple scattering.
-pub(crate) fn wants_table(case: &Case<'_, '_>) -> bool {
+pub(crate) fn needs_table(case: &Case<'_, '_>) -> bool {
     let body = case.body();
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &case.placed.placement)) else { return false };
     let request = case.frame.context.request;
-    let drawn = case.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| bound(case, body, air, shell.camera_is_inside()).0);
-    // Air alone is drawn however small its body is.
+    let drawn =
+        case.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(case, body, air, shell.camera_is_inside()).0);
+    // An atmosphere whose ground is outside the frame is drawn however small the body is.
     let decides = case.share > 0.0 || case.rect.is_none() && case.ring_view.is_none();
     drawn && decides && may_be_seen(case, &shell) && air::tier(request.effects.air_tier(), request.quality).0 == AtmosphereModel::Table
 }
 
-/// Decides on the air: sets the tier of the globe, and makes the draw of the air beside the ground.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+/// Decides on the atmosphere: sets the tier of the globe, and makes the draw of the sky beyond the limb.
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, context) = (case.body(), case.frame.context);
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &case.placed.placement)) else { return so_far };
     let inside = shell.camera_is_inside();
-    let (on, reason) = bound(case, body, air, inside);
+    let (on, reason) = is_significant(case, body, air, inside);
     let log = &mut so_far.log;
     if !log.effect(Effect::Atmosphere, on, reason) {
         return so_far;
     }
     let (mut tier, mut reason) = air::tier(context.request.effects.air_tier(), context.request.quality);
-    let at_hand = context.resources.scattering_tables.contains_key(&body.id);
-    if tier == AtmosphereModel::Table && !at_hand && may_be_seen(case, &shell) {
+    let has_table = context.resources.scattering_tables.contains_key(&body.id);
+    if tier == AtmosphereModel::Table && !has_table && may_be_seen(case, &shell) {
         (tier, reason) = (AtmosphereModel::Pixel16, "8 or 16 samples along each ray: the table of further scattering is not at hand");
     }
     log.note("air-samples", true, reason.into());
@@ -54,37 +55,39 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     chosen.air = tier;
     log.tier(Effect::Atmosphere.name(), tiers::of_atmosphere(tier));
     if chosen.eclipse.occluders > 0 {
-        let spread = tier == AtmosphereModel::Table;
-        let reason = if spread {
-            air_spread::SAID
+        let has_spread = tier == AtmosphereModel::Table;
+        let reason = if has_spread {
+            air_spread::REASON
         } else {
             "left out without the table of further scattering: overhead an umbra's air is as dark as at night"
         };
-        log.note("light-into-shadow", spread, reason.into());
+        log.note("light-into-shadow", has_spread, reason.into());
     }
     if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
         log.note(Effect::Ellipsoid.name(), true, "required by the atmosphere".into());
     }
-    let features = chosen.sky_needs(body, case.pixel_view());
+    let features = chosen.sky_features(body, case.pixel_view());
     let rim_px = air::rim_px(body, air, case.diameter_px);
-    let no_rim = !inside && rim_px < air::RIM_PX;
-    // Only a bare ground's colour lacks what the air does to it from afar.
-    let held = !inside && !air::ground_is_bare(body) && case.pixel_view() != PixelView::OpticalDepth;
-    if held && (no_rim || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
+    let rim_is_thin = !inside && rim_px < air::RIM_PX;
+    // Unless the catalog gives the ground's own colour, the disc's colour already includes the atmosphere.
+    let colour_includes_air = !inside && !air::ground_is_bare(body) && case.pixel_view() != PixelView::OpticalDepth;
+    if colour_includes_air
+        && (rim_is_thin || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
+    {
         log.note("air-over-ground", false, "the colours of its disc have the air in them".into());
         chosen.air = AtmosphereModel::None;
-    } else if held {
+    } else if colour_includes_air {
         log.note("air-over-ground", true, "where it is brighter than the disc, whose colours have the air in them".into());
     }
-    so_far.blend_mode = match (held, air::is_opaque(air)) {
+    so_far.blend_mode = match (colour_includes_air, air::is_opaque(air)) {
         (false, _) => 0.0,
         (true, true) => 1.0,
         (true, false) => 2.0,
     };
     let camera = case.frame.camera;
     let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
-    let (Some(rect), Some(mut features), false) = (rect, features, no_rim) else { return so_far };
-    let mut uniforms = globe::amounts_at(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
+    let (Some(rect), Some(mut features), false) = (rect, features, rim_is_thin) else { return so_far };
+    let mut uniforms = globe::uniforms_of_share(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, true);
     if !inside {
         uniforms.air.night = 0.0;

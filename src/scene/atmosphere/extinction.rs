@@ -1,7 +1,7 @@
-//! Extinction and transmittance of air: by species at a height, and along a ray.
+//! Scattering and extinction coefficients of an atmosphere by height, and optical depths along rays.
 //!
 //! In: the catalog's species. Out: coefficients per kilometre and optical depths, per channel (linear RGB). Heights and lengths are kilometres.
-//! Not here: which way a ray takes through the air; the caller gives the height along it.
+//! Not here: the path of a ray through the atmosphere; the caller gives the height along it.
 
 use crate::catalog::{Atmosphere, Species};
 use glam::DVec3;
@@ -14,7 +14,7 @@ pub(crate) fn extinction(s: &Species) -> DVec3 {
     scattering(s) + DVec3::from_array(s.absorption_per_km)
 }
 
-/// Density of a species at a height, over that at the ground or in the middle of its tent.
+/// Density of a species at a height, relative to the ground, or to the peak of a triangular layer.
 pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
     match s.tent_centre_km {
         Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),
@@ -22,13 +22,13 @@ pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
     }
 }
 
-/// A coefficient of all species together, per kilometre.
+/// A coefficient summed over all species, per kilometre.
 pub(crate) fn sum(air: &Atmosphere, height_km: f64, what: fn(&Species) -> DVec3) -> DVec3 {
     air.species.iter().map(|s| what(s) * density(s, height_km)).sum()
 }
 
-/// Fractions of a ray's length where the air is sampled, and the part of the length that each stands for. Midpoints of even steps in the square root of
-/// the length: steps grow away from the start, where the air is densest.
+/// Quadrature along a ray: fractions of its length with their weights. Midpoints of even steps in the square root of the length: steps grow away from the
+/// start, where the air is densest.
 pub(crate) fn steps(count: usize) -> impl Iterator<Item = (f64, f64)> {
     (0..count).map(move |k| {
         let u = (k as f64 + 0.5) / count as f64;
@@ -36,7 +36,7 @@ pub(crate) fn steps(count: usize) -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Optical depth of a straight ray that leaves its densest air at its start. `height_km`: the height at a distance from the start.
+/// Optical depth of a straight ray that starts where its air is densest. `height_km`: height at a distance from the start.
 pub(crate) fn optical_depth(air: &Atmosphere, length_km: f64, count: usize, height_km: impl Fn(f64) -> f64) -> DVec3 {
     steps(count).map(|(at, part)| sum(air, height_km(length_km * at), extinction) * (length_km * part)).sum()
 }

@@ -1,14 +1,14 @@
-//! The value of each uniform of a draw by its name in the fragments, tables of the air among them.
+//! The value of each uniform of a draw by its name in the fragments, including tables of the atmosphere.
 //!
-//! In: a draw's uniforms, and how many rows the module's array has: a tier's number of samples is a constant of its fragments. Out: the value. Not done: to
-//! write bytes.
+//! In: a draw's uniforms, and the number of rows of the module's array: the sample count of a tier is a constant of its fragments. Out: the value. Not
+//! here: writing bytes.
 
 use super::air_nodes;
 use crate::scene::draw::DrawUniforms;
 use crate::scene::draw::uniforms::UniformValue;
 use std::borrow::Cow;
 
-/// The value of the uniform `name`; `rows`: of its array, 0 where it is none. `None`: no draw has such a uniform.
+/// The value of the uniform `name`. `rows`: length of its array, 0 if it is not an array. `None` if no draw has such a uniform.
 pub fn uniform_value<'a>(uniforms: &'a DrawUniforms, name: &str, rows: usize) -> Option<UniformValue<'a>> {
     let air = &uniforms.air;
     let table = match name {

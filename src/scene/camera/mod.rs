@@ -1,8 +1,8 @@
-//! The camera, and the one place where f64 becomes f32.
+//! The camera, and the only place where f64 is narrowed to f32.
 //!
-//! In: the camera's place and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen places, and the affine
-//! forms of [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before.
-//! Clip coordinates: x right, y up, -1..1 over the viewport. Pixels: x right, y down, centres at halves.
+//! In: the camera's position and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen positions, and the affine forms of
+//! [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before. Clip coordinates: x right, y up, -1..1 over
+//! the viewport. Pixels: x right, y down, centres at half-integers.
 
 pub mod geometry;
 pub mod silhouette;
@@ -11,12 +11,12 @@ pub mod viewpoint;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 
-/// View depth in km that maps to reversed depth 1: surfaces nearer than this (10 cm) are cut off.
+/// View depth in km that maps to reversed depth 1: surfaces nearer than this (10 cm) are clipped.
 pub const NEAR_DEPTH_KM: f64 = 1e-4;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Barycentric ICRF.
+    /// Barycentric position, ICRF.
     pub position_km: DVec3,
     /// Unit axes in ICRF; `right` x `up` points back at the viewer.
     pub right: DVec3,
@@ -26,16 +26,16 @@ pub struct Camera {
     pub tan_half_fov: DVec2,
     pub width: u32,
     pub height: u32,
-    /// One frame of a picture of several: the glare of a Sun outside of it falls into it all the same.
+    /// Whether this is one frame of a composed picture, into which the glare of a Sun outside the frame falls.
     pub one_of_several: bool,
 }
 
-/// Where a body appears: the frame's geometry of one draw, f64.
+/// The apparent position, orientation and size of a body, f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// From the camera to the body's apparent centre, ICRF, kilometres.
+    /// Vector from the camera to the body's apparent centre, ICRF, kilometres.
     pub centre_km: DVec3,
-    /// Rows are the body's axes; turned with the apparent place where aberration moved it, so that the same face shows.
+    /// Rows are the body's axes; rotated along with the displacement by aberration, so that the same side is visible.
     pub body_from_icrf: DMat3,
     /// Semi-axes.
     pub radii_km: DVec3,
@@ -47,7 +47,7 @@ impl Placement {
         self.body_from_icrf * -self.centre_km / self.radii_km
     }
 
-    /// An ICRF vector in the unit-sphere frame, times the equatorial radius, so that directions keep their size.
+    /// An ICRF vector in the unit-sphere frame, scaled by the equatorial radius, so that lengths are preserved for a sphere.
     pub fn direction_in_unit_sphere(&self, v: DVec3) -> DVec3 {
         self.body_from_icrf * v * (self.radii_km.x / self.radii_km)
     }
@@ -61,7 +61,7 @@ impl Placement {
         let origin = self.camera_in_unit_sphere();
         let w = self.direction_in_unit_sphere(direction).normalize();
         let b = origin.dot(w);
-        // |origin x w| is the distance of the ray from the centre: no large numbers cancel.
+        // |origin x w| is the distance of the ray from the centre, computed without cancellation.
         let disc = 1.0 - origin.cross(w).length_squared();
         (disc >= 0.0 && b < 0.0).then(|| origin + w * (-b - disc.sqrt()))
     }
@@ -79,7 +79,7 @@ pub struct ClipRect {
 impl ClipRect {
     pub const VIEWPORT: Self = Self { left: -1.0, top: 1.0, right: 1.0, bottom: -1.0 };
 
-    /// What lies in both.
+    /// The intersection of two rectangles.
     pub fn common(&self, other: &Self) -> Option<Self> {
         let both = Self {
             left: self.left.max(other.left),
@@ -108,7 +108,7 @@ pub struct ViewRays {
     pub camera_in_unit_sphere: Vec3,
 }
 
-/// Which form the rays take. `Auto` picks the one whose rounding moves the silhouette less.
+/// The anchor form of the rays. `Auto` chooses the one whose rounding moves the silhouette less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnchorForm {
     Auto,
@@ -116,31 +116,31 @@ pub enum AnchorForm {
     Plane,
 }
 
-/// f64 to f32, rounding to nearest: the only narrowing of scene.
+/// Narrows f64 to f32, rounding to nearest: the only narrowing in `scene`.
 pub fn narrow(v: DVec3) -> Vec3 {
     v.as_vec3()
 }
 
-/// The same of two components.
+/// Like [`narrow`], for two components.
 pub fn narrow2(v: DVec2) -> Vec2 {
     v.as_vec2()
 }
 
-/// The same of four components.
+/// Like [`narrow`], for four components.
 pub fn narrow4(v: glam::DVec4) -> Vec4 {
     v.as_vec4()
 }
 
-/// One number from f64 to f32.
+/// Like [`narrow`], for one number.
 pub fn narrow_scalar(v: f64) -> f32 {
     v as f32
 }
 
 impl Camera {
-    /// A camera whose picture has `up_hint` upwards as nearly as the line of sight allows.
+    /// A camera whose up axis is as close to `up_hint` as the line of sight allows.
     pub fn looking(position_km: DVec3, forward: DVec3, up_hint: DVec3, fov_deg: f64, width: u32, height: u32) -> Self {
         let forward = forward.normalize();
-        // A hint along the line of sight says nothing: fall back on the celestial pole, then on the equinox.
+        // A hint along the line of sight is unusable: fall back on the celestial pole, then on the equinox.
         let right = [up_hint, DVec3::Z, DVec3::X]
             .into_iter()
             .map(|up| forward.cross(up.normalize_or_zero()))
@@ -158,8 +158,8 @@ impl Camera {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
-    /// Whether a ball can be in the picture: before the near plane and within the frame's four planes, each moved out by a margin. Its centre is in the
-    /// camera's axes: to the right, up, forward, km.
+    /// Whether a ball can be in the picture: in front of the near plane and inside the frame's four planes, each moved outwards by a margin. Its centre
+    /// is in the camera's axes: right, up, forward, km.
     pub fn may_show_ball(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();
         let beside = |across: f64, tan: f64, half: f64| {
@@ -180,12 +180,12 @@ impl Camera {
         self.tan_half_fov.y / self.half_size().y
     }
 
-    /// The view ray through a clip place, ICRF, of view depth 1.
+    /// The view ray through a clip position, ICRF, with view depth 1.
     pub fn ray(&self, clip: DVec2) -> DVec3 {
         self.forward + self.right * (clip.x * self.tan_half_fov.x) + self.up * (clip.y * self.tan_half_fov.y)
     }
 
-    /// Clip place of a direction; `None` behind the camera.
+    /// Clip position of a direction; `None` behind the camera.
     pub fn clip(&self, direction: DVec3) -> Option<DVec2> {
         let depth = direction.dot(self.forward);
         (depth > 0.0).then(|| DVec2::new(direction.dot(self.right), direction.dot(self.up)) / (depth * self.tan_half_fov))
@@ -200,7 +200,7 @@ impl Camera {
         DVec2::new(p.x - 1.0, 1.0 - p.y)
     }
 
-    /// Unit-sphere point of the body under a pixel, in front of the camera; `None` beside the body.
+    /// The point of the body under a pixel, unit-sphere frame; `None` outside the body or behind the camera.
     pub fn surface_under_pixel(&self, place: &Placement, pixel: DVec2) -> Option<DVec3> {
         place.surface_along(self.ray(self.clip_from_pixel(pixel)))
     }
@@ -214,12 +214,12 @@ impl Camera {
 
     /// Narrows the rays of one draw to f32.
     ///
-    /// Both forms hold points of the same rays, value = origin + u du + v dv over the rectangle: the camera itself, or the crossing
+    /// Both forms contain points of the same rays, value = origin + u du + v dv over the rectangle: the camera itself, or the intersection
     /// with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
     /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the
     /// farthest anchor in the rectangle; `Auto` compares the two. Measured in tests/scene/silhouette.rs.
     pub fn view_rays(&self, place: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
-        // The corners are rounded first: rays and clip places then agree exactly.
+        // The corners are rounded first, so that rays and clip positions agree exactly.
         let rect_in_clip = glam::DVec4::new(rect.left, rect.top, rect.right, rect.bottom).as_vec4();
         let r = rect_in_clip.as_dvec4();
         let icrf = [
@@ -244,8 +244,8 @@ impl Camera {
             AnchorForm::Plane => false,
         };
         let anchor = if anchor_is_camera { [camera, DVec3::ZERO, DVec3::ZERO] } else { plane };
-        // |ray|^2 (1 - q^2) with q the distance of a ray from the centre, over the rectangle: the silhouette is where it is 0. What of a ray lies along the line to the
-        // centre drops out of its moment before that is rounded.
+        // |ray|^2 (1 - q^2) over the rectangle, with q the distance of a ray from the centre: it is 0 at the silhouette. The component of a ray
+        // along the line to the centre does not contribute to its moment and is removed before rounding.
         let centre = place.centre_km.normalize_or_zero();
         let moments = icrf.map(|ray| camera.cross(place.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
         let rays = [origin, du, dv];

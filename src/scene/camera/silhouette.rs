@@ -1,23 +1,23 @@
-//! The outline of an ellipsoid in the picture: the conic that its tangent cone cuts from the image plane, in f64.
+//! The outline of an ellipsoid in the picture: the conic section of its tangent cone with the image plane, in f64.
 //!
-//! A view ray of homogeneous image place v meets the body where vᵀQv >= 0. With c the camera and r, u the image axes in the
-//! unit-sphere frame, and the image place counted from the projected centre in units of the body's radius, Q has the closed form
-//! of [`Outline::of`]; nothing large cancels, so a kilometre-sized moon at 100 au keeps its shape.
+//! A view ray at homogeneous image position v meets the body where vᵀQv >= 0. With c the camera and r, u the image axes in the unit-sphere frame, and image
+//! positions relative to the projected centre in units of the body's radius, Q has the closed form in [`Outline::of`]. No large numbers cancel, so a
+//! kilometre-sized moon at 100 au keeps its shape.
 
 use crate::scene::camera::{Camera, ClipRect, Placement};
 use glam::{DMat2, DVec2, DVec3};
 
-/// What of the picture a body's outline takes.
+/// The outline of a body in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
-    /// Wholly before the camera: the ellipse's bounding box and its area in pixels, both untrimmed.
+    /// Wholly in front of the camera: the ellipse's bounding box and its area in pixels, neither clipped to the frame.
     Ellipse {
         bounds: ClipRect,
         area_px: f64,
     },
-    /// The tangent cone reaches behind the camera and into the frame: the outline is open, any pixel may show the body.
+    /// The tangent cone extends behind the camera and into the frame: the outline is open, and any pixel may show the body.
     Open,
-    /// The same, but no view ray of the frame is in the cone: the horizon is outside of the picture.
+    /// The tangent cone extends behind the camera, but no view ray of the frame is in it.
     Beside,
     Behind,
 }
@@ -25,10 +25,10 @@ pub enum Outline {
 /// Pixels added on each side of a bounding box: the limb's soft edge takes half a pixel, and a quad reaches one further.
 pub const PADDING_PX: f64 = 1.5;
 
-/// Whether a view ray of the padded frame meets the body, or would behind the camera. In the unit-sphere frame the tangent cone is round: the frame's
-/// ray nearest to its axis decides, and that is the axis itself or on the frame's edge.
+/// Whether a view ray of the padded frame meets the body, in front of or behind the camera. In the unit-sphere frame the tangent cone is circular, so the
+/// frame's ray nearest to its axis decides; that is the axis itself or on the frame's edge.
 fn meets_frame(camera: &Camera, place: &Placement) -> bool {
-    // So flat, as a ring's disc, that its cone has no digits left: the whole frame is safe.
+    // The cone of a very flat ellipsoid, such as a ring's disc, has lost all precision; assume that it meets the frame.
     if place.radii_km.min_element() < 1e-3 * place.radii_km.max_element() {
         return true;
     }
@@ -45,7 +45,7 @@ fn meets_frame(camera: &Camera, place: &Placement) -> bool {
     nearest >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
 }
 
-/// The greatest cosine between a unit vector and the vectors from one to another.
+/// The largest cosine between a unit vector and the vectors from `from` to `to`.
 fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let step = to - from;
     let (a, b) = (axis.dot(from), axis.dot(step));
@@ -62,7 +62,7 @@ impl Outline {
         let c = place.camera_in_unit_sphere();
         let (r, u) = (place.direction_in_unit_sphere(camera.right), place.direction_in_unit_sphere(camera.up));
         let (n1, n2) = (c.cross(r), c.cross(u));
-        // Minus the upper block of Q: positive definite exactly when the outline is an ellipse.
+        // The negated upper block of Q, which is positive definite exactly if the outline is an ellipse.
         let block = [n1.dot(n1) - r.dot(r), n1.dot(n2) - r.dot(u), n2.dot(n2) - u.dot(u)];
         let determinant = block[0] * block[2] - block[1] * block[1];
         let scale = block[0].abs().max(block[2].abs());
@@ -88,7 +88,7 @@ impl Outline {
         }
     }
 
-    /// The padded box trimmed to the viewport; `None` where nothing of the body can be in the picture.
+    /// The padded bounding box clipped to the viewport; `None` if the body cannot be in the picture.
     pub fn rect(&self, camera: &Camera) -> Option<ClipRect> {
         match *self {
             Self::Behind | Self::Beside => None,

@@ -1,6 +1,6 @@
-//! Pictures of more than a plane can show: where directions fall in a fisheye or an equirectangular picture.
+//! Fisheye and equirectangular pictures: the mapping between directions and pixels.
 //!
-//! In: directions in the picture's axes (x right, y up, z forward) or ICRF. Out: pixels, and what a pixel spans on the sky. Always: [`SpherePicture::direction`]
+//! In: directions in the picture's axes (x right, y up, z forward) or ICRF. Out: pixels, and their size on the sky. Always: [`SpherePicture::direction`]
 //! and [`SpherePicture::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
 
 use super::Camera;
@@ -8,15 +8,15 @@ use crate::scene::request::composition::Projection;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// How pictures take directions; places are pixels from the left top corner.
+/// The mapping of a picture from directions to pixels, counted from the top left corner.
 pub trait PicturePlaces {
-    /// Where a direction (ICRF, of any length) falls; `None` where the picture cannot show it.
+    /// The pixel of a direction (ICRF, of any length); `None` if the picture cannot show it.
     fn place_px(&self, direction: DVec3) -> Option<DVec2>;
-    /// Width and height.
+    /// Width and height, pixels.
     fn size_px(&self) -> DVec2;
-    /// Radius of a disc of an angular radius, in the picture's middle.
+    /// Radius in pixels of a disc of an angular radius (radians) in the picture's middle.
     fn disc_radius_px(&self, angular_radius: f64) -> f64;
-    /// What it shows, in words.
+    /// The field of view as text.
     fn field_of_view(&self) -> String;
 }
 
@@ -40,7 +40,7 @@ impl PicturePlaces for Camera {
     }
 }
 
-/// A picture around the axes of a camera.
+/// A fisheye or equirectangular picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpherePicture {
     /// Rows: right, up, forward (ICRF).
@@ -48,7 +48,7 @@ pub struct SpherePicture {
     pub up: DVec3,
     pub forward: DVec3,
     pub projection: Projection,
-    /// Of a fisheye: half the angle that its circle shows, radians.
+    /// For a fisheye: half the angle across its circle, radians.
     pub half_fov_rad: f64,
     pub width: u32,
     pub height: u32,
@@ -63,7 +63,7 @@ impl SpherePicture {
         self.projection == Projection::Fisheye
     }
 
-    /// Radians a pixel: along a fisheye's radius, or along an equirectangular picture's rows (at the equator) and columns.
+    /// Radians per pixel: along a fisheye's radius, or along an equirectangular picture's rows (at the equator) and columns.
     pub fn radians_per_pixel(&self) -> DVec2 {
         if self.is_fisheye() {
             DVec2::splat(2.0 * self.half_fov_rad / self.size().min_element())
@@ -103,8 +103,8 @@ impl SpherePicture {
         DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
     }
 
-    /// Solid angle of the pixel at a direction in the picture's axes, and how many pixels wide a circle is there that is one pixel high: an equirectangular picture
-    /// stretches what is near its poles along the rows.
+    /// Solid angle of the pixel at a direction in the picture's axes, and the horizontal stretch there: an equirectangular picture stretches its rows
+    /// near the poles.
     pub fn pixel_sr_and_stretch(&self, direction: DVec3) -> (f64, f64) {
         let scale = self.radians_per_pixel();
         let across = direction.truncate().length();
@@ -117,8 +117,8 @@ impl SpherePicture {
         (scale.element_product() * cos_lat, scale.y / (scale.x * cos_lat))
     }
 
-    /// Greatest number of pixels a radian, away from an equirectangular picture's poles and from what lies more than 90 degrees off a fisheye's axis, where
-    /// any number is needed across.
+    /// Largest number of pixels per radian, except near an equirectangular picture's poles and beyond 90 degrees off a fisheye's axis, where it is
+    /// unbounded in the tangential direction.
     pub fn pixels_per_radian(&self) -> f64 {
         let densest = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {

@@ -1,8 +1,8 @@
-//! From a request to a camera: where it stands and looks at the instant, and how a moving viewer sees directions.
+//! Places the camera of a request: position and direction at the instant, and aberration for a moving viewer.
 //!
-//! In: the request and the ephemeris. Out: a [`Viewer`]: camera, velocity where it moves with a body, and the body it stands on or in.
-//! A camera over its target stands still and is placed about the target as seen, so light time does not shift the target in the
-//! frame. Diurnal aberration (at most 0.32 arcsec on the Earth) is left out.
+//! In: the request and the ephemeris. Out: a [`Viewer`]: camera, velocity if it moves with a body, and the body it is on or in. A camera over its target is
+//! at rest and is placed relative to the apparent target, so that light time does not shift the target in the frame. Diurnal aberration (at most 0.32
+//! arcsec on the Earth) is left out.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -15,28 +15,28 @@ use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec3};
 
-/// A camera with what it moves with.
+/// A camera and its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viewer {
     pub camera: Camera,
-    /// Barycentric, ICRF; zero for a camera that rides on nothing.
+    /// Barycentric velocity, ICRF; zero for a camera at rest.
     pub velocity_km_s: DVec3,
-    /// Of the body that the camera is placed by, with which it moves: stars are seen with its aberration. That body stands where such a viewer sees it; other
-    /// bodies do so too where `velocity_km_s` is the same.
+    /// Velocity of the body relative to which the camera is placed: stars are seen with its aberration. Other bodies are too if `velocity_km_s` is the
+    /// same.
     pub body_velocity_km_s: DVec3,
-    /// What is up (ICRF, of any length), before it was made square to the line of sight.
+    /// Up direction (ICRF, of any length) before it was made orthogonal to the line of sight.
     pub up_hint: DVec3,
     /// The body whose centre the camera is at: not drawn.
     pub inside: Option<NaifId>,
-    /// The body whose ground the camera stands on, and its barycentric position. Viewer and body move together, so light time and
-    /// aberration cancel between them (to the square of v/c, 1e-8): it is where it is.
+    /// The body whose ground the camera stands on, and its barycentric position. Viewer and body move together, so light time and aberration cancel
+    /// between them (to second order in v/c, 1e-8), and its geometric position is used.
     pub stands_on: Option<(NaifId, DVec3)>,
 }
 
 /// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
 pub(crate) const OBLIQUITY_J2000: f64 = 84_381.406 * crate::units::RAD_PER_ARCSEC;
 
-/// The rotation that takes unit `from` to unit `to` by the shortest way.
+/// The smallest rotation from unit vector `from` to `to`.
 pub fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
     DMat3::from_quat(glam::DQuat::from_rotation_arc(from, to))
 }
@@ -64,8 +64,8 @@ impl Places<'_> {
     }
 }
 
-/// A camera stands at most this far from what it is placed by: a thousand light years of 365.25 days. From farther away no source would know where anything
-/// was when the light left.
+/// Maximum distance of a camera from the body relative to which it is placed: a thousand light years of 365.25 days. From farther away the time of emission
+/// would be outside every ephemeris.
 pub const FARTHEST_KM: f64 = 1000.0 * 365.25 * crate::units::SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
 
 fn near_enough(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
@@ -92,12 +92,12 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let target = places.body(needs_target()?)?;
             near = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
-            // A sphere's disc of angular radius a takes tan a / tan(fov / 2) of the half height.
+            // The disc of a sphere of angular radius a fills tan a / tan(fov / 2) of the half height.
             let fitted = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
             let distance_km = distance_radii.unwrap_or(fitted) * target.radii_km.max_element();
             let asked = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             near_enough(distance_km, asked)?;
-            // The light seen now left the target when it was here.
+            // The target's position when it emitted the light seen now.
             let seen_at = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
             let centre = ephemeris.state(target.id, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km;
             let towards = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });

@@ -1,4 +1,4 @@
-//! How frames make a picture: plain values.
+//! How frames are arranged in a picture: plain values.
 
 use crate::scene::camera::sphere::SpherePicture;
 use crate::scene::camera::viewpoint::Viewer;
@@ -12,7 +12,7 @@ pub struct FrameRequest {
     pub viewer: Viewer,
 }
 
-/// How the frames make the picture.
+/// The arrangement of the frames.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Arrangement {
     Eyes(Eyes),
@@ -24,7 +24,7 @@ pub enum Arrangement {
 /// The frames of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// What the exposure is made for.
+    /// The frame that is metered for the common exposure.
     pub meter: FrameRequest,
     pub frames: Vec<FrameRequest>,
     pub arrangement: Arrangement,
@@ -35,7 +35,7 @@ pub struct Frames {
 pub struct Eyes {
     pub layout: StereoLayout,
     pub separation_km: f64,
-    /// Column of each eye's frame, left and right, at which its picture begins.
+    /// First column of each eye's frame, left and right, that belongs to its picture.
     pub columns: [u32; 2],
 }
 
@@ -43,9 +43,9 @@ pub struct Eyes {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Faces {
     pub picture: SpherePicture,
-    /// Which frame shows the face: front, right, back, left, up, down.
+    /// The frame of each face: front, right, back, left, up, down.
     pub frame_of: [Option<usize>; 6],
-    /// Pixels of a right angle; a frame has a border more on each side.
+    /// Pixels across a right angle; a frame has an additional border on each side.
     pub face_px: u32,
     /// Pixels of each frame that the picture shows: x0, y0, x1, y1 (exclusive).
     pub used: Vec<[u32; 4]>,

@@ -1,9 +1,9 @@
 //! Stereo pairs: two cameras side by side with parallel axes.
 //!
-//! In: a plain request and the distance between the eyes. Out: a frame for each eye. Both look along the same direction; what is at the target's distance falls on
-//! the same pixel of both pictures, nearer things are crossed, farther ones uncrossed. The off-axis frusta that this takes are parts of wider frames, both of
-//! which are symmetric about the axis: each frame is wider than its picture by the parallax of infinity, which is a whole number of pixels, and the picture
-//! begins at a column of it. Always: no vertical parallax; the target has none at all, to a quarter of a pixel where the separation was given.
+//! In: a plain request and the eye separation. Out: a frame for each eye. Both look in the same direction; points at the target's distance have zero
+//! parallax, nearer ones have crossed, farther ones uncrossed parallax. The off-axis frusta that this requires are parts of wider symmetric frames: each
+//! frame is wider than its picture by the parallax of infinity, which is a whole number of pixels, and the picture starts at some column of it. Always: no
+//! vertical parallax; the target has zero parallax, to a quarter of a pixel if the separation was given.
 
 use super::arrangement::{Arrangement, Eyes, FrameRequest, Frames};
 use crate::catalog::Catalog;
@@ -16,13 +16,13 @@ use crate::scene::request::{Stereo, StereoLayout};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Parts of the picture's width by which infinity is apart where no separation is given: what an audience sees without effort is a few hundredths.
+/// Default parallax of infinity relative to the picture's width: an audience tolerates a few hundredths without effort.
 const INFINITY_OF_WIDTH: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
 const HUMAN_EYES_KM: f64 = 63e-6;
 
 pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewRequest, stereo: Stereo) -> Result<Frames, SceneError> {
-    // What stands in the margin is written once both pictures are one.
+    // Caption, scale bar and compass are added to the combined picture.
     let layers = Layers { caption: false, scale_bar: false, compass: false, ..plain.layers };
     let mut request = ViewRequest { layers, ..plain.clone() };
     if stereo.layout == StereoLayout::SideBySide {
@@ -68,7 +68,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
     Ok(Frames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 
-/// From the camera to the target's centre.
+/// Distance from the camera to the target's centre.
 fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Viewer) -> Result<f64, SceneError> {
     let target =
         request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both pictures agree".into()))?;
@@ -76,6 +76,6 @@ fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Vie
         Some((body, at)) if body == target => at,
         _ => ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?.0,
     };
-    // A camera in the centre of what it looks at was refused before.
+    // A camera at the centre of its target was rejected before.
     Ok((seen - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))
 }

@@ -1,9 +1,9 @@
 //! Domes and whole spheres: the faces of a cube around the camera, each a perspective frame of a right angle and a border.
 //!
-//! In: a request for a fisheye or an equirectangular picture. Out: frames for the faces that the picture shows, and its projection. A face has as many pixels
-//! a radian in its middle, where it has the fewest, as the picture has where it has the most, up to [`MAX_FACE_PX`]; beyond, a fisheye's rim is
-//! sampled by its radius alone. The border lets the filter read beyond the edge what the neighbour shows there. Glare of the Sun is off unless it is asked
-//! for: in a picture of the whole sky the Sun always shines.
+//! In: a request for a fisheye or an equirectangular picture. Out: frames for the visible faces, and the picture's projection. In its middle, where it has
+//! the fewest pixels per radian, a face has as many as the picture has at most, up to [`MAX_FACE_PX`]; beyond that the sampling of a fisheye's rim is
+//! limited to its radial density. The border lets the filter read the neighbour's pixels across an edge. The Sun's glare is off by default, because a
+//! picture of the whole sky always contains the Sun.
 
 use super::arrangement::{Arrangement, Faces, FrameRequest, Frames};
 use crate::catalog::Catalog;
@@ -19,13 +19,13 @@ use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Pixels of a face at most where its size follows from a fisheye's rim.
+/// Maximum size of a face, in pixels, if it is determined by a fisheye's rim.
 pub const MAX_FACE_PX: u32 = 4096;
-/// Pixels of a face's border on each side: the filter's reach.
+/// Border of a face on each side, in pixels: the filter's radius.
 pub const BORDER_PX: u32 = 2;
-/// Pixels that a face has at least.
+/// Minimum size of a face, pixels.
 const LEAST_FACE_PX: u32 = 16;
-/// Full angle of a fisheye where none is given, degrees.
+/// Default field of view of a fisheye, degrees.
 const FISHEYE_DEG: f64 = 180.0;
 
 /// Right, up and forward of each face, in the picture's axes.
@@ -38,7 +38,7 @@ pub const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Z, DVec3::NEG_Y],
 ];
 
-/// Which face shows a direction in the picture's axes: that whose axis is nearest, the first of equals in the shader's order.
+/// The face that contains a direction in the picture's axes: that with the nearest axis; ties as in the shader.
 pub fn face_of(direction: DVec3) -> usize {
     let a = direction.abs();
     if a.z >= a.x && a.z >= a.y {
@@ -52,14 +52,14 @@ pub fn face_of(direction: DVec3) -> usize {
     }
 }
 
-/// Steps of the grid over a face by which it is found how much of it shows.
+/// Grid over a face for finding its visible part.
 const GRID: u32 = 32;
 
-/// The part of a face that a cap around the picture's axis meets, in parts of the face from its left top corner; `None`: nothing of it.
+/// The part of a face inside a cap around the picture's axis, as fractions from its top left corner; `None` if it is outside.
 fn part_used(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
     let step = 1.0 / f64::from(GRID);
-    // From a place that does not show to the next that does is one step of the grid at most.
+    // A point outside the cap is at most one grid step from the next one inside.
     let reach = half_fov_rad + 2.0 * step;
     let mut part: Option<[f64; 4]> = None;
     for (i, j) in (0..=GRID).flat_map(|j| (0..=GRID).map(move |i| (i, j))) {
@@ -89,7 +89,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     // At most a sphere of 16384 pixels by 16384: 10430 pixels.
     let mut face_px = (wanted.ceil() as u32).max(LEAST_FACE_PX).next_multiple_of(2);
     if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
-        // A frame is never of the picture's size: its light is not the picture's.
+        // A frame must not have the picture's size, so that their light targets differ.
         face_px += 2;
     }
     let frame_px = face_px + 2 * BORDER_PX;

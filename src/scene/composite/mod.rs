@@ -1,4 +1,4 @@
-//! Pictures of several frames: which frames a composition needs, and what of their scenes the whole picture shows.
+//! Composed pictures: the frames of a composition, and the parts of their scenes that belong to the whole picture.
 //!
 //! In: a request whose [`Composition`](crate::scene::request::Composition) is not a plain one. Out: [`Frames`], a request and a viewer for each frame and for the light
 //! meter; then, of the frames' scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points of a dome or sphere are
@@ -31,7 +31,7 @@ impl Frames {
     /// The frames of a request.
     ///
     /// # Errors
-    /// What no camera can do; a stereo pair that stands in a body or whose sky would be too far apart.
+    /// Invalid camera parameters; a stereo pair inside a body, or one whose parallax at infinity would be too large.
     pub fn of(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
         request.check()?;
         let plain = ViewRequest { composition: Composition::default(), ..request.clone() };
@@ -46,23 +46,23 @@ impl Frames {
         }
     }
 
-    /// All frames at the exposure that was metered.
+    /// Sets the metered exposure for all frames.
     pub fn exposed(&mut self, exposure: &Exposure) {
         self.frames.iter_mut().for_each(|f| f.request.exposure = ExposureRequest::Stops(exposure.stops));
     }
 }
 
-/// A picture of several scenes.
+/// A composed picture and the scenes of its frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// What is drawn in the whole picture: for faces the stars, points and names; of other arrangements that of the first frame.
+    /// The scene that is drawn over the whole picture: for faces the stars, points and names; otherwise that of the first frame.
     pub whole: Scene,
 }
 
 impl Composite {
-    /// The picture of its frames' scenes, one for each frame in the same order. `meter`: the camera of the light meter, which stands between both eyes.
+    /// Combines the scenes of the frames, one per frame in the same order. `meter`: the camera of the light meter, midway between both eyes.
     pub fn new(catalog: &Catalog, request: &ViewRequest, arrangement: Arrangement, meter: &Camera, mut scenes: Vec<Scene>) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
         if let Arrangement::Faces(Faces { picture, frame_of, .. }) = &arrangement {
@@ -73,7 +73,7 @@ impl Composite {
             (whole.draws, whole.lines, whole.limbs) = Default::default();
             (whole.corona, whole.glow, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
-            // The faces have their own; texts beside lines are placed for one face.
+            // The faces draw these themselves; labels of lines are placed for one face and left out.
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
             (whole.minor_planets, whole.comets, whole.texts) = (None, Comets::default(), None);
             whole.background = None;
@@ -83,7 +83,7 @@ impl Composite {
                 whole.stars.extend(sprites::stars(picture, face, &scene.camera, &std::mem::take(&mut scene.stars), white));
                 whole.points.extend(sprites::points(picture, face, &scene.camera, &std::mem::take(&mut scene.points), white));
             }
-            // Each body as the face has it that shows its middle.
+            // Each body is reported by the face that contains its centre.
             for (k, body) in whole.bodies.iter_mut().enumerate() {
                 let face = faces::face_of(picture.in_axes(body.placement.centre_km));
                 if let Some(seen) = frame_of[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {
@@ -95,13 +95,13 @@ impl Composite {
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             whole.geometry = ImageGeometry::Stereo { between: Box::new(meter.clone()), side_by_side: *layout == StereoLayout::SideBySide };
-            // At the same place of both pictures: at the target's distance.
+            // The margin has the same position in both pictures: zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
                 let margin = Margin::of(meter, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
-                    labels.add(margin.moved(f64::from(*column)));
+                    labels.add(margin.shifted(f64::from(*column)));
                 }
             }
         }

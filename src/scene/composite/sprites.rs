@@ -1,9 +1,9 @@
 //! Stars and points of the faces as sprites of the whole picture.
 //!
-//! In: the sprites of a face's frame. Out: those of the picture, in its clip space, with the same light: the flux of a sprite is that of its direction over the solid
-//! angle of a pixel, which differs between face and picture. Each sprite counts in the one face that shows its direction. Always: the width of a sprite is
-//! that of a star in a plain picture; near the poles of an equirectangular one it is a row of sprites, as wide as the circle is there; what crosses the left or right
-//! edge of such a picture goes on at the other.
+//! In: the sprites of a face's frame. Out: those of the picture in its clip space, with the same irradiance: the flux of a sprite is inversely proportional
+//! to the solid angle of a pixel, which differs between face and picture. Each sprite is taken from the face that contains its direction. Always: the width
+//! of a sprite is that of a star in a plain picture; near the poles of an equirectangular picture it is a row of sprites as wide as the stretched circle;
+//! sprites that cross the left or right edge of such a picture are repeated at the other.
 
 use super::faces::face_of;
 use crate::scene::camera::sphere::SpherePicture;
@@ -13,19 +13,19 @@ use crate::scene::point::{point_peak, point_radius_px};
 use crate::scene::request::Projection;
 use glam::{DVec2, DVec3, Vec3};
 
-/// Reach of a sprite at most, in parts of the picture's shorter side, and in pixels that it may have in any picture: at a night's exposure the Sun, which a picture of the
-/// whole sphere always holds, would else hide what is within 20 degrees of it.
+/// Maximum radius of a sprite relative to the picture's shorter side, and the radius in pixels that is always allowed: at a night's exposure the Sun, which
+/// is in every picture of the whole sphere, would otherwise cover everything within 20 degrees.
 const GLARE_OF_HEIGHT: f64 = 0.015;
 const LEAST_GLARE_PX: f64 = 8.0;
 
-/// A sprite wherever it is: clip place, reach, flux.
+/// A projected sprite: clip position, radius, flux.
 struct Placed {
     centre: Vec3,
     radius_px: f32,
     flux: Vec3,
 }
 
-/// The sprites of the picture that one sprite of a face becomes.
+/// The sprites of the picture for one sprite of a face.
 fn placed(picture: &SpherePicture, face: usize, camera: &Camera, centre: Vec3, flux: Vec3, white: f64) -> Vec<Placed> {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = picture.in_axes(ray).normalize();

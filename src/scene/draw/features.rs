@@ -1,9 +1,9 @@
-//! The features of a draw: its structure. The shader key is derived from [`DrawFeatures`] alone.
+//! The features of a draw: the structure of its shader. The shader key is derived from [`DrawFeatures`] alone.
 //!
-//! Plain values, no uniforms: two draws with equal features run the same module. Not here: what the values mean beside each other
-//! (shader::key) and which draw gets what (effects, features).
+//! Plain values, no uniforms: two draws with equal features run the same module. Not here: valid combinations (shader::key) and the choice of features for
+//! a draw (effects, features).
 
-/// How the surface turns light into radiance.
+/// The photometric model or the kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Surface {
     Emissive,
@@ -11,7 +11,7 @@ pub enum Surface {
     LommelSeeliger,
     LunarLambert,
     OrenNayar,
-    /// The air alone, where a view ray misses the ground or is stopped by nothing.
+    /// The atmosphere where a view ray does not end on the ground.
     Sky,
     /// A shell of cloud.
     Cloud,
@@ -35,7 +35,7 @@ pub struct MapSet {
     pub cloud_shadow: bool,
 }
 
-/// What carries the surface: an intersected sphere or ellipsoid, or the triangles of a mesh.
+/// The geometry: an intersected sphere or ellipsoid, or the triangles of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Shape {
     Sphere,
@@ -43,24 +43,24 @@ pub enum Shape {
     Mesh,
 }
 
-/// How the Sun's disc cut by occluders is computed.
+/// How the visible part of the Sun's disc is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum EclipseModel {
     #[default]
     None,
     /// A linear ramp between first and last contact.
     Linear,
-    /// Exact overlap of evenly bright discs.
+    /// Exact overlap of uniform discs.
     UniformDisc,
     /// The Sun's disc darkened to its limb by a quadratic law, per colour channel.
     LimbDarkened,
-    /// The same, and the first occluder's atmosphere bends reddened light into its umbra.
+    /// Like `LimbDarkened`, and the first occluder's atmosphere refracts reddened light into its umbra.
     Refracted,
 }
 
 impl EclipseModel {
     pub const ALL: [Self; 5] = [Self::None, Self::Linear, Self::UniformDisc, Self::LimbDarkened, Self::Refracted];
-    /// Those that a viewer may choose.
+    /// The models that a user may choose.
     pub const CHOICES: [Self; 4] = [Self::Linear, Self::UniformDisc, Self::LimbDarkened, Self::Refracted];
 
     pub const fn name(self) -> &'static str {
@@ -74,7 +74,7 @@ impl EclipseModel {
     }
 }
 
-/// Bodies that can stand before the Sun, and by which model. Either both are there or neither.
+/// Number of occluders, and the model of their shadows. Either both are set or neither.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Eclipse {
     /// 0..=4.
@@ -82,7 +82,7 @@ pub struct Eclipse {
     pub model: EclipseModel,
 }
 
-/// Most occluders that one draw counts.
+/// Maximum number of occluders of a draw.
 pub const MAX_OCCLUDERS: u8 = 4;
 
 /// The ring's shadow on its planet.
@@ -105,9 +105,9 @@ impl RingShadow {
 pub enum BodyShadow {
     #[default]
     None,
-    /// The planet a sphere, the Sun a point.
+    /// A spherical planet and a point Sun.
     Sphere,
-    /// The oblate planet before the Sun's true disc.
+    /// An ellipsoidal planet and the Sun's disc.
     EllipsoidPenumbra,
 }
 
@@ -122,7 +122,7 @@ pub enum AtmosphereModel {
     None,
     /// Five samples along the view ray at each vertex, interpolated.
     Vertex,
-    /// Samples along each pixel's view ray; the path to the Sun analytic.
+    /// Samples along each pixel's view ray; the path to the Sun is analytic.
     Pixel8,
     Pixel16,
     Pixel32,
@@ -132,7 +132,7 @@ pub enum AtmosphereModel {
 
 impl AtmosphereModel {
     pub const ALL: [Self; 6] = [Self::None, Self::Vertex, Self::Pixel8, Self::Pixel16, Self::Pixel32, Self::Table];
-    /// Those that a viewer may choose.
+    /// The models that a user may choose.
     pub const CHOICES: [Self; 5] = [Self::Vertex, Self::Pixel8, Self::Pixel16, Self::Pixel32, Self::Table];
 
     pub const fn name(self) -> &'static str {
@@ -164,10 +164,10 @@ pub struct Flags {
     pub vertex_colour: bool,
 }
 
-/// Instructions that [`PixelView::Cost`] shows a texture read as, so that 16 reads are white.
+/// Instructions as which [`PixelView::Cost`] counts a texture read, so that 16 reads are white.
 pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
 
-/// What the pixel shows.
+/// The quantity that a pixel shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum PixelView {
     #[default]
@@ -177,13 +177,13 @@ pub enum PixelView {
     Albedo,
     Uv,
     Sunlight,
-    /// Part of the Sun's light that occluders leave.
+    /// Fraction of sunlight past occluders.
     Eclipse,
-    /// Part of the Sun's light that the ring leaves; of a ring, its optical depth.
+    /// Transmittance of the ring to sunlight; on a ring its optical depth.
     Ring,
     /// Optical depth of the air, or of the ring, along the view ray, per channel.
     OpticalDepth,
-    /// Work done for the pixel: the module is that of the shaded picture, and the renderer counts.
+    /// Cost of the pixel: the module is that of the final image, and the renderer counts operations.
     Cost,
 }
 
@@ -225,10 +225,10 @@ impl PixelView {
     }
 }
 
-/// Most custom surfaces in one run.
+/// Maximum number of custom surfaces in one run.
 pub const MAX_CUSTOM_SURFACES: u8 = 4;
 
-/// The structure of one draw.
+/// The features of one draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct DrawFeatures {
     pub surface: Surface,
@@ -243,19 +243,19 @@ pub struct DrawFeatures {
     pub lights: u8,
     pub eclipse: Eclipse,
     pub ring_shadow: RingShadow,
-    /// The ring lights the globe.
+    /// Whether ring-shine lights the globe.
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
     pub air: Air,
     pub shape: Shape,
-    /// Of the Moon before the Sun and of the Sun behind it: the limb by the Moon's own heights.
+    /// Lunar limb profile, for the Moon in front of the Sun and for the Sun behind it.
     pub limb_heights: bool,
     pub flags: Flags,
     pub view: PixelView,
 }
 
 impl DrawFeatures {
-    /// The least of all: a black sphere.
+    /// The minimal features: a black sphere.
     pub const MINIMAL: Self = Self {
         surface: Surface::Lambert,
         maps: MapSet { albedo: false, normal: false, specular: false, night: false, cloud_shadow: false },

@@ -1,4 +1,4 @@
-//! One draw: its structure ([`features::DrawFeatures`]), its uniforms ([`uniforms::DrawUniforms`]) and its maps; and the points beside the draws.
+//! Draws: their features ([`features::DrawFeatures`]), uniforms ([`uniforms::DrawUniforms`]) and maps; and points and stars.
 //!
 //! Plain values: `features` makes them, `shader` derives keys from the structure, `render::plan` fills uniform blocks from the rest.
 
@@ -24,11 +24,11 @@ pub use uniforms::{
 pub enum Part {
     /// The half of the ring behind the globe's centre.
     RingBehind,
-    /// The air beside the ground, before it: the ground's soft edge covers it.
+    /// The atmosphere beyond the limb, drawn before the ground, whose soft edge covers it.
     Sky,
     Globe,
     Clouds,
-    /// The half of the ring before the globe's centre.
+    /// The half of the ring in front of the globe's centre.
     Ring,
 }
 
@@ -58,7 +58,7 @@ pub struct Draw {
 }
 
 impl Draw {
-    /// The same shape, black and without anything on it: what it covers.
+    /// The same shape in black without maps and effects: the pixels that it covers.
     pub fn shape_alone(&self) -> Self {
         let two_sided = self.features.flags.two_sided;
         let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
@@ -72,12 +72,12 @@ impl Draw {
     }
 }
 
-/// What an image is to a draw.
+/// The role of a map in a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MapRole {
     Albedo,
     Normal,
-    /// Where water is.
+    /// Water mask.
     Specular,
     /// Lights of cities at night.
     Night,
@@ -123,11 +123,11 @@ pub struct StarSprite {
     pub radius_px: f32,
     /// Linear RGB sum of its radiance over the pixels it falls on.
     pub flux: Vec3,
-    /// Its place among the catalogue's stars; `None`: the head of a comet.
+    /// Its index in the catalogue; `None` for the head of a comet.
     pub star: Option<usize>,
 }
 
-/// A body too small for a disc: a sprite that carries its light.
+/// A body too small for a disc: a sprite with its flux.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     pub body: NaifId,

@@ -1,7 +1,7 @@
 //! Tables that draws read by texel: plain values, made by `rings`.
 
-/// Integrals over a ring's radius: texels row by row, four numbers each. What each is stands in shaders/lib/ring/profile.wesl for the ring itself and in
-/// shaders/lib/ring/shadow.wesl for its shadow.
+/// Integrals over a ring's radius: texels row by row, four numbers each. Their meaning is documented in shaders/lib/ring/profile.wesl for the ring itself,
+/// and in shaders/lib/ring/shadow.wesl for its shadow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingTable {
     pub width: u32,
@@ -9,14 +9,14 @@ pub struct RingTable {
     pub texels: Vec<f32>,
     /// Innermost and outermost radius, equatorial radii.
     pub reach: [f64; 2],
-    /// A radius lies in the bin of this number, less the second one over the radius; the last bin.
+    /// Formula of the bin index: the first number minus the second one divided by the radius; the third is the last bin.
     pub bins: [f64; 3],
-    /// Of a ring's own table the first and the last slope of its rows.
+    /// Indices of the first and the last slope of the rows of a ring's own table.
     pub slopes: [u32; 2],
 }
 
 impl RingTable {
-    /// Rows after that of the bins.
+    /// Number of rows after that of the bins.
     pub fn rows(&self) -> u32 {
         self.height - 1
     }
@@ -27,13 +27,13 @@ impl RingTable {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingShine {
     pub texels: Vec<f32>,
-    /// Height (unit-sphere frame) from which on no ring is seen.
+    /// Height (unit-sphere frame) above which no ring is visible.
     pub reach: f64,
-    /// The greatest irradiance of any place, the brightest channel.
+    /// The largest irradiance of any place, brightest channel.
     pub brightest: f64,
 }
 
-/// The Moon's own limb: texels row by row, height and its change to the next, 0 and 0; radii.
+/// The lunar limb profile: texels row by row: height, its difference to the next, 0 and 0; in radii.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbTable {
     pub texels: Vec<f32>,

@@ -1,7 +1,7 @@
 //! The uniforms of one draw, all f32.
 //!
-//! Plain values: `features` and the rooms of each effect fill them, render::plan writes them by name. A field that is followed by a name in quotes fills the
-//! uniform of that name in shaders/lib/draw.wesl; a new uniform is a line there and a line here.
+//! Plain values: `features` and the modules of each effect fill them, render::plan writes them by name. A field followed by a quoted name fills the uniform
+//! of that name in shaders/lib/draw.wesl; a new uniform is a line there and a line here.
 
 use crate::mesh::Model;
 use crate::scene::camera::{self, ViewRays};
@@ -78,7 +78,7 @@ macro_rules! uniforms {
     };
 }
 
-/// One light: where it comes from in the body's unit-sphere axes' parent frame (body-fixed axes), and how strong.
+/// One light: its direction in body-fixed axes, and its irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Unit vector towards the light, body-fixed axes.
@@ -116,7 +116,7 @@ uniforms! {
         pub depth_row: Vec4 = "depth_row",
         /// Semi-axes over the equatorial radius: (1, b/a, c/a).
         pub axis_ratios: Vec3 = "axis_ratios",
-        /// Linear RGB reflectance scale (or radiance, for emissive): multiplies the map, or stands alone without one.
+        /// Linear RGB reflectance (radiance for emissive surfaces): a factor on the map, or the value itself without a map.
         pub albedo: Vec3 = "albedo",
         pub lights: Vec<Light>,
         /// Lunar weight L of lunar-lambert, or Oren-Nayar's sigma² (rad²).
@@ -124,7 +124,7 @@ uniforms! {
         /// Limb darkening per channel (emissive).
         pub limb_u1: Vec3 = "limb_u1",
         pub limb_u2: Vec3 = "limb_u2",
-        /// z stretch that turns a unit-sphere point into the direction whose latitude the map counts.
+        /// Factor on z that turns a unit-sphere point into the direction of the map's latitude.
         pub map_latitude_stretch: f32 = "map_latitude_stretch",
         /// Night lights radiance scale, ocean glint strength and mean square slope of the waves.
         pub night_radiance: Vec3 = "night_radiance",
@@ -141,13 +141,13 @@ uniforms! {
         /// Unit camera position for distant views or camera in unit-sphere frame, f32.
         pub camera_in_unit_sphere: Vec3 = "camera_in_unit_sphere",
         pub pixel_size: Vec2 = "pixel_size",
-        /// Clip place of a mesh's points less the anchor, reversed depth.
+        /// Clip position of a mesh's points relative to the anchor, with reversed depth.
         pub clip_from_unit_sphere: Mat4 = "clip_from_unit_sphere",
-        /// Near the ground the camera, farther out 0; unit-sphere frame.
+        /// Subtracted from vertices: the camera if it is near, else 0; unit-sphere frame.
         pub mesh_anchor: Vec3 = "mesh_anchor",
         pub mesh: Option<MeshInstance>,
         pub detail: DetailUniforms,
-        /// Of a body that glows.
+        /// Limbs of bodies in front of an emissive body.
         pub foreground_limbs: ForegroundLimbUniforms,
         pub limb: LimbUniforms,
     }
@@ -165,12 +165,12 @@ uniforms! {
     /// The cloud shell, for its own draw and for its shadow on the ground.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct CloudUniforms {
-        /// Texels at which the sky is clear, and closed.
+        /// Texel values of a clear sky and of complete cloud cover.
         pub clear: f32 = "cloud_clear",
         pub full: f32 = "cloud_full",
         /// Radius of the shell in the body's unit-sphere frame.
         pub radius: f32 = "cloud_radius" | "shell_scale",
-        /// Lambert albedo of a closed deck.
+        /// Lambert albedo of complete cloud cover.
         pub albedo: f32 = "cloud_albedo",
     }
 }
@@ -179,15 +179,15 @@ uniforms! {
     /// The air, lengths in equatorial radii. `radius_sq_minus_1` is |p|² - 1 in the unit-sphere frame.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
-        /// `radius_sq_minus_1` above which there is nothing.
+        /// `radius_sq_minus_1` of the top.
         pub top: f32 = "air_top",
         /// Heights of the camera's end and the far end of a ray that only rises or only falls; outside the air, that of its top.
         pub ends: Vec2,
         pub rayleigh_scale_height: f32 = "air_rayleigh_scale_height",
-        /// Per radius at the ground, linear RGB.
+        /// Coefficients per equatorial radius at the ground, linear RGB.
         pub rayleigh_scattering: Vec3 = "air_rayleigh_scattering",
         pub rayleigh_extinction: Vec3 = "air_rayleigh_extinction",
-        /// Part of the light taken out of the sunlight that reaches the ground from the sky.
+        /// Fraction of the extinguished sunlight that reaches the ground as skylight.
         pub skylight: Vec3 = "air_skylight",
         pub mie_scale_height: f32 = "air_mie_scale_height",
         pub mie_asymmetry: f32 = "air_mie_asymmetry",
@@ -196,10 +196,10 @@ uniforms! {
         /// `radius_sq_minus_1` at the foot, the middle and the top of an absorbing layer.
         pub layer: Vec3 = "air_absorption_layer",
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
-        /// 0: the air lies over the ground. 1: the ground's colours hold the air already, so that of both the brighter is seen. 2: they hold air that hides
-        /// nothing straight down, so that the disc is seen, and beside it the air goes on with the disc's light.
+        /// 0: composited over the ground. 1: the ground's colours include the atmosphere, so the brighter of both is shown. 2: they include an
+        /// atmosphere that is transparent straight down, so the disc is shown, and beyond the limb the atmosphere continues with the disc's light.
         pub blend_mode: f32 = "air_blend_mode",
-        /// Radiance of the night sky: none for a sky that is seen from outside.
+        /// Radiance of the night sky; 0 for an atmosphere seen from outside.
         pub night: f32 = "air_night_radiance",
         /// 1 where the rim is under a pixel high: rings shade each of its rays as one.
         pub thin_rim: f32 = "air_rim_is_thin",
@@ -218,13 +218,13 @@ uniforms! {
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors across it; cotangent of the Sun's angular radius, and that over the distance.
         pub across: [Vec4; 2] = "eclipse_across",
-        /// Radiance of the Sun's disc per its light: factors of 1, mu, mu² per channel.
+        /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
         pub limb: [Vec4; 3] = "eclipse_limb",
         /// Centre across the axis (xy) and along it (z).
         pub places: Vec<Vec4> = "occluder_position",
         /// Unit vector of the outline's long axis (xy), semi-axes (zw).
         pub shapes: Vec<Vec4> = "occluder_outline",
-        /// The first occluder's air: radius and bending at the lower and the upper edge of each layer, and what it lets through.
+        /// The first occluder's atmosphere: radius and bending angle at the lower and the upper edge of each layer, and its transmittance.
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
         /// [`crate::scene::air_spread`]; empty where the draw does not read it.
@@ -238,7 +238,7 @@ uniforms! {
     pub struct DetailUniforms {
         /// Place of the point from which places count, in cells (xyz), and the side of a cell in radii (w).
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
-        /// The side at which cells are left out for their number, radii.
+        /// Size of cells, in radii, at which lattices fade out because there are too many.
         pub largest: f32 = "detail_largest",
         /// The camera from where places count (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
@@ -267,11 +267,11 @@ uniforms! {
 /// Rows of one overlay in the uniform block.
 pub use crate::scene::constants::OVERLAY_ROWS;
 
-/// What the shader knows of one overlay.
+/// The uniforms of one overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlayUniforms {
     pub rows: [Vec4; OVERLAY_ROWS],
-    /// It goes round the body: its left edge joins its right one.
+    /// Whether it spans all longitudes, so that its left edge joins its right one.
     pub around: bool,
 }
 
@@ -284,13 +284,13 @@ uniforms! {
         pub reach: Vec2 = "ring_radius_range",
         /// Half a pixel at the body, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
-        /// Factor and exponent of the bodies' phase function.
+        /// Factor and exponent of the large particles' phase function.
         pub phase: Vec2 = "ring_phase",
         /// Asymmetry of the lobes of the dust's phase function, and the part of its light in each.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
         pub dust_weight: Vec3 = "ring_dust_weight",
         pub opposition: Vec2 = "ring_opposition",
-        /// 1: the half before the body's centre, -1: behind it, 0: both.
+        /// 1: the half in front of the body's centre, -1: behind it, 0: both.
         pub half: f32 = "ring_side",
         /// Tangent of the Sun's angular radius.
         pub sun_tangent: f32 = "sun_tangent",
@@ -298,7 +298,7 @@ uniforms! {
         pub shadow_axes: Vec3 = "shadow_axes",
         pub sun_limb_u1: Vec3 = "sun_limb_u1",
         pub sun_limb_u2: Vec3 = "sun_limb_u2",
-        /// What the ring sends onto the globe.
+        /// Ring-shine on the globe.
         pub shine: Option<Arc<RingShine>>,
         /// Unit vector of the Sun in the ring's plane (xy), one over the height that sees no ring (z), factor on the light (w).
         pub shine_axes: Vec4 = "ring_shine",
@@ -322,7 +322,7 @@ impl RingUniforms {
 }
 
 impl DrawUniforms {
-    /// Uniforms that several fields make together.
+    /// Uniforms computed from several fields.
     const DERIVED: [&'static str; 6] = ["light_direction", "light_irradiance", "overlay", "ring_bins", "ring_slopes", "ring_sun_rows"];
 
     /// Names of all uniforms that a draw's values fill.
@@ -358,12 +358,12 @@ impl DrawUniforms {
         }
     }
 
-    /// What every draw over a rectangle has: its view rays.
+    /// The uniforms of the view rays over a rectangle; the rest is default.
     pub(crate) fn of_rays(rays: &ViewRays) -> Self {
         Self::default().with_rays(rays)
     }
 
-    /// The same over another rectangle.
+    /// These uniforms with the view rays of another rectangle.
     pub(crate) fn with_rays(self, rays: &ViewRays) -> Self {
         Self {
             rect_in_clip: rays.rect_in_clip,

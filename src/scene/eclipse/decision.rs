@@ -2,35 +2,35 @@
 
 use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
-use crate::scene::eclipse::before_sun::{before_sun, wanted};
+use crate::scene::eclipse::sun_occluders::{requested_model, sun_occluders};
 use crate::scene::eclipse::{occluders, uniforms};
-use crate::scene::features::case::{Case, Decided};
+use crate::scene::features::case::{Case, Decisions};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
 
-/// Decides who stands before the Sun of the globe, its air and its clouds.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+/// Decides which occluders shade the globe, its air and its clouds.
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     if Capabilities::of(case.body()).emissive {
         return so_far;
     }
     let context = case.frame.context;
-    let Some(mut found) = before_sun(context, case.placed, case.diameter_px, None) else { return so_far };
+    let Some(mut found) = sun_occluders(context, case.placed, case.diameter_px, None) else { return so_far };
     if !so_far.log.effect(Effect::Eclipse, !found.occluders.is_empty(), std::mem::take(&mut found.reason)) {
         found.occluders.clear();
     }
-    so_far.chosen.eclipse = occluders::model(&mut found.occluders, wanted(context.request));
+    so_far.chosen.eclipse = occluders::model(&mut found.occluders, requested_model(context.request));
     so_far.log.tier(Effect::Eclipse.name(), tiers::of_eclipse(so_far.chosen.eclipse.model));
     so_far.eclipse = uniforms::uniforms_of_casters(&found.occluders, so_far.chosen.eclipse.model, &found.receiver, found.sun);
     so_far
 }
 
-/// Decides which moons' shadows fall on the rings: switched together with those on the globe.
-pub(crate) fn on_rings(case: &Case<'_, '_>, so_far: &mut Decided<'_>, outer_km: f64) -> EclipseUniforms {
+/// Decides which moons' shadows fall on the rings; the effect that switches them is the eclipse of the globe.
+pub(crate) fn decide_for_rings(case: &Case<'_, '_>, so_far: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
     let (p, context) = (case.placed, case.frame.context);
     let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * case.frame.camera.pixel_tangent());
     let reach = outer_km / p.body.radii_km.x;
-    let Some(mut found) = before_sun(context, p, diameter_px, Some(reach)) else {
+    let Some(mut found) = sun_occluders(context, p, diameter_px, Some(reach)) else {
         so_far.chosen.ring_eclipse = Eclipse::default();
         return EclipseUniforms::default();
     };
@@ -39,7 +39,7 @@ pub(crate) fn on_rings(case: &Case<'_, '_>, so_far: &mut Decided<'_>, outer_km: 
         found.reason = "switched off with the eclipse".into();
     }
     so_far.log.note("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
-    let model = occluders::model(&mut found.occluders, wanted(context.request));
+    let model = occluders::model(&mut found.occluders, requested_model(context.request));
     so_far.chosen.ring_eclipse = model;
     so_far.log.tier("eclipse-on-rings", tiers::of_eclipse(model.model));
     uniforms::uniforms_of_casters(&found.occluders, model.model, &found.receiver, found.sun)

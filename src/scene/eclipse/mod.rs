@@ -1,18 +1,19 @@
-//! Eclipses: who stands before the Sun, by which model, with what uniforms, and the air of an occluder that bends light.
+//! Eclipses: the occluders of the Sun, the model of their shadows, its uniforms, and refraction by an occluder's atmosphere.
 
 pub(crate) mod air;
-pub(crate) mod before_sun;
 pub(crate) mod decision;
 pub mod occluders;
 pub mod refracted_limb;
 pub mod shade;
 pub(crate) mod shadow_cone;
 pub(crate) mod shadow_path;
+pub(crate) mod sun_occluders;
 pub mod uniforms;
 
 pub use air::LAYERS as REFRACTING_LAYERS;
 pub use occluders::{
-    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_law, model, possible, select_occluders,
+    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_law, max_occluders, model,
+    select_occluders,
 };
 pub use shade::Shade;
 pub use uniforms::uniforms_of_casters;

@@ -1,10 +1,9 @@
-//! Which bodies stand before the Sun as a body's ground sees it, and by which model their shadows are computed.
+//! The occluders of a receiver, and the model by which their shadows are computed.
 //!
-//! In: the receiver as the viewer sees it, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that a bound lets
-//! through. Light takes time: an occluder stands where it was when the light that meets the receiver passed it,
-//! and the Sun where that light left it. Both directions carry the aberration of the receiver's motion: it leaves their separation at the
-//! centre, but tilts the axis along which the shadow meets the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). Not here: how much light
-//! is left (shaders/lib/eclipse).
+//! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
+//! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
+//! Both directions carry the aberration of the receiver's motion: it leaves their separation at the centre, but tilts the axis along which the shadow meets
+//! the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). Not here: how much light is left (shaders/lib/eclipse).
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -16,7 +15,7 @@ use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-/// The body that is lit, at the moment when light met it.
+/// The lit body at the time when light reaches it.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<'a> {
     pub body: &'a Body,
@@ -25,12 +24,12 @@ pub struct Receiver<'a> {
     pub time: Instant,
     pub body_from_icrf: DMat3,
     pub velocity_km_s: DVec3,
-    /// To the Sun where the light left it.
+    /// Vector to the Sun at the time of emission.
     pub sun_from_body_km: DVec3,
 }
 
 impl<'a> Receiver<'a> {
-    /// A body by its own clock: light meets it at `time`.
+    /// A body that light reaches at `time`.
     pub fn at(ephemeris: &Ephemeris, body: &'a Body, time: Instant) -> Result<Self, crate::ephemeris::EphemerisError> {
         let state = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None)?.state;
         let position_km = state.pos_km;
@@ -43,8 +42,8 @@ impl<'a> Receiver<'a> {
         self.body.radii_km.x
     }
 
-    /// An offset from its centre as the moving body sees it: body axes, equatorial radii.
-    fn seen(&self, offset_km: DVec3) -> DVec3 {
+    /// A vector from its centre, corrected for the aberration of its motion: body axes, equatorial radii.
+    fn apparent_offset(&self, offset_km: DVec3) -> DVec3 {
         let distance_km = offset_km.length();
         if distance_km > 0.0 {
             self.body_from_icrf * aberrated(offset_km / distance_km, self.velocity_km_s) * (distance_km / self.radius_km())
@@ -61,12 +60,12 @@ pub(crate) struct Axis {
     pub(crate) across: [DVec3; 2],
     pub(crate) sun_distance: f64,
     /// Cotangent of the Sun's angular radius.
-    pub(crate) cot: f64,
+    pub(crate) cot_sun_radius: f64,
 }
 
 impl Axis {
     pub(crate) fn of(receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
-        let to_sun = receiver.seen(receiver.sun_from_body_km);
+        let to_sun = receiver.apparent_offset(receiver.sun_from_body_km);
         let sun_radius = sun.radii_km.max_element() / receiver.radius_km();
         let sun_distance = to_sun.length();
         if sun_distance.partial_cmp(&sun_radius) != Some(std::cmp::Ordering::Greater) {
@@ -74,8 +73,8 @@ impl Axis {
         }
         let along = to_sun / sun_distance;
         let (x, y) = along.any_orthonormal_pair();
-        let cot = ((sun_distance - sun_radius) * (sun_distance + sun_radius)).sqrt() / sun_radius;
-        Some(Self { along, across: [x, y], sun_distance, cot })
+        let cot_sun_radius = ((sun_distance - sun_radius) * (sun_distance + sun_radius)).sqrt() / sun_radius;
+        Some(Self { along, across: [x, y], sun_distance, cot_sun_radius })
     }
 
     pub(crate) fn across(&self, v: DVec3) -> DVec2 {
@@ -83,25 +82,27 @@ impl Axis {
     }
 }
 
-/// Light between most bodies of one system takes less: so long a moon's path is straight to 0.4 km (Metis, which turns most), Io's to 40 m (tests/ephemeris/positions.rs).
-const STRAIGHT_S: f64 = 10.0;
+/// Light time below which an occluder's path is taken as straight. Most bodies of one system are closer; in so long a time a moon's path is straight to 0.4
+/// km (Metis, which curves most), Io's to 40 m (tests/ephemeris/positions.rs).
+const STRAIGHT_PATH_S: f64 = 10.0;
 
-/// A body that may stand before the Sun: its outline in parallel light along the axis, receiver's equatorial radii.
+/// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
 pub struct Occluder<'a> {
     pub body: &'a Body,
     pub(crate) across: DVec2,
     pub(crate) along: f64,
-    /// Unit vector of the long axis, then the semi-axes, long and short.
+    /// Unit vector along the outline's major axis.
     pub(crate) long_axis: DVec2,
+    /// Semi-axes of the outline, major and minor.
     pub(crate) semi: DVec2,
-    /// Most of the Sun's light that it blocks at any point of the receiver, 1 for all.
+    /// Largest fraction of sunlight that it blocks at any point of the receiver.
     pub(crate) max_obscuration: f64,
-    /// Whether some point of the receiver sees nothing of the Sun past it.
-    pub(crate) umbra: bool,
+    /// Whether some point of the receiver is in its umbra.
+    pub(crate) has_umbra: bool,
 }
 
-/// Limb darkening of a body that glows, per channel; even where it does not glow.
+/// Limb-darkening coefficients of an emissive body, per channel; 0 for other bodies.
 pub fn limb_law(body: &Body) -> (DVec3, DVec3) {
     match body.photometry {
         Photometry::Emissive { u1, u2 } => (DVec3::from_array(u1), DVec3::from_array(u2)),
@@ -109,42 +110,42 @@ pub fn limb_law(body: &Body) -> (DVec3, DVec3) {
     }
 }
 
-/// The brightest channel's centre of the Sun's disc over the disc's mean; see catalogs/README.md for the coefficients.
+/// Ratio of the radiance of the Sun's disc centre to its mean, in the channel where it is largest; see catalogs/README.md for the coefficients.
 fn centre_over_mean(sun: &Body) -> f64 {
     let (u1, u2) = limb_law(sun);
     (0..3).map(|c| 1.0 / (1.0 - u1[c] / 3.0 - u2[c] / 6.0)).fold(1.0, f64::max)
 }
 
-/// What a receiver's ground may look like to the viewer and how far light for it is taken from the centre.
+/// The extent of a receiver: the points that may be lit, and how the viewer sees them.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiverExtent {
     /// Farthest lit point from the centre, equatorial radii: 1 for the ground, more with air, clouds or rings.
     pub reach: f64,
-    /// Camera from the centre, body axes, equatorial radii; `None`: every side is seen.
+    /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
     pub camera: Option<DVec3>,
-    /// Equatorial radii that a pixel spans; 0: points are asked for.
+    /// Size of a pixel in equatorial radii; 0 for exact points.
     pub pixel: f64,
 }
 
-/// The occluders that count on a receiver, those that block most light first; and the strongest of all with what it blocks.
+/// The significant occluders of a receiver, those that block most light first, and the reason for the choice.
 pub struct OccluderSearch<'a> {
     pub occluders: Vec<Occluder<'a>>,
     pub reason: String,
 }
 
-/// Looks for the occluders of `receiver` among `bodies`. `everything`: those below the bound count too, if their penumbra touches.
+/// Finds the occluders of `receiver` among `bodies`. `include_all`: also those too faint to see, if their penumbra touches the receiver.
 pub fn find<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
     sun: &Body,
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
-    everything: bool,
+    include_all: bool,
 ) -> OccluderSearch<'a> {
-    select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, everything)
+    select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, include_all)
 }
 
-/// The bodies between the receiver and the Sun that are not far too small, wherever they pass: what takes the ephemeris' time.
+/// The bodies between the receiver and the Sun that are large enough to matter, wherever they pass. This part of the search evaluates the ephemeris.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -156,13 +157,13 @@ pub fn candidates<'a>(
     others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun)).collect()
 }
 
-/// The occluders among the candidates of the same receiver.
+/// The second part of the search: the occluders among the candidates of the same receiver.
 pub fn select_occluders<'a>(
     candidates: &[Occluder<'a>],
     sun: &Body,
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
-    everything: bool,
+    include_all: bool,
 ) -> OccluderSearch<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
         return OccluderSearch { occluders: Vec::new(), reason: "it is inside the Sun".into() };
@@ -170,20 +171,20 @@ pub fn select_occluders<'a>(
     let mut occluders = Vec::new();
     let mut nearest: Option<(f64, &'a str)> = None;
     for occluder in candidates {
-        let occluder = occluder.within(&axis, sun, extent.reach, receiver.radius_km());
+        let occluder = occluder.for_reach(&axis, sun, extent.reach, receiver.radius_km());
         let body = occluder.body;
-        let miss = occluder.miss(&axis, extent.reach);
-        if miss > 0.0 {
-            let share = miss / occluder.penumbra(&axis, extent.reach);
+        let gap = occluder.penumbra_gap(&axis, extent.reach);
+        if gap > 0.0 {
+            let share = gap / occluder.penumbra_radius(&axis, extent.reach);
             if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| share < least) {
                 nearest = Some((share, &body.name));
             }
             continue;
         }
-        // A shadow smaller than a pixel darkens it by its area.
+        // A shadow smaller than a pixel darkens it in proportion to its area.
         let of_pixel = if extent.pixel > 0.0 { occluder.shadow_area() / (extent.pixel * extent.pixel) } else { 1.0 };
         let counts = occluder.max_obscuration * of_pixel.min(1.0) > VISIBLE_CHANGE && occluder.shadow_is_visible(&axis, extent);
-        if counts || everything {
+        if counts || include_all {
             occluders.push(occluder);
         }
     }
@@ -207,19 +208,19 @@ pub fn select_occluders<'a>(
     OccluderSearch { occluders, reason }
 }
 
-/// The planet that a body belongs to, itself for a planet.
+/// The planet whose system a body belongs to; a planet itself.
 fn system(body: &Body) -> NaifId {
     body.parent.filter(|p| *p != NaifId::SUN).unwrap_or(body.id)
 }
 
-/// Bodies of other systems are far away: only planets can take as much as the bound (Jupiter a twentieth of Saturn's Sun; Ganymede 7e-5).
+/// Of other systems only planets are large enough to darken visibly (Jupiter takes a twentieth of Saturn's sunlight; Ganymede 7e-5).
 fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
     system(occluder) == system(receiver) || occluder.kind == BodyKind::Planet
 }
 
-/// What a body of this radius blocks at most of the Sun's light when it passes this far before it.
+/// Largest fraction of sunlight that a body of this radius can block at a distance `depth` from the receiver.
 fn max_obscuration(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
-    let solar_radii = radius * axis.cot / depth.max(1e-9);
+    let solar_radii = radius * axis.cot_sun_radius / depth.max(1e-9);
     if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * centre_over_mean(sun)).min(1.0) }
 }
 
@@ -227,62 +228,62 @@ impl<'a> Occluder<'a> {
     fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
         let unit_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / unit_km;
-        // Where it is now serves to leave out what is far too small or on the wrong side, with twice the room.
+        // Its geometric place is enough to reject bodies that are far too small or on the wrong side, with a margin of a factor of two.
         let now = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
-        let away_km = (now.pos_km - receiver.position_km).length();
-        if max_obscuration(radius, axis, sun, 0.5 * away_km / unit_km) < 0.1 * VISIBLE_CHANGE {
+        let distance_km = (now.pos_km - receiver.position_km).length();
+        if max_obscuration(radius, axis, sun, 0.5 * distance_km / unit_km) < 0.1 * VISIBLE_CHANGE {
             return None;
         }
-        let light_s = away_km / SPEED_OF_LIGHT_KM_S;
-        let (position_km, passed_at) = if light_s < STRAIGHT_S {
-            // The speeds of a system are 1e-4 of light's: one more round leaves nothing to see.
+        let light_s = distance_km / SPEED_OF_LIGHT_KM_S;
+        let (position_km, passage_time) = if light_s < STRAIGHT_PATH_S {
+            // Orbital speeds are 1e-4 of the speed of light, so one iteration is enough.
             let light_s = (now.pos_km - now.vel_km_s * light_s - receiver.position_km).length() / SPEED_OF_LIGHT_KM_S;
             (now.pos_km - now.vel_km_s * light_s, receiver.time.plus_seconds(-light_s))
         } else {
             ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?
         };
-        let centre = receiver.seen(position_km - receiver.position_km);
+        let centre = receiver.apparent_offset(position_km - receiver.position_km);
         let (along, across) = (centre.dot(axis.along), axis.across(centre));
         if along <= 0.0 || along >= axis.sun_distance {
             return None;
         }
-        let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passed_at).ok()?;
+        let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passage_time).ok()?;
         let (long_axis, semi) = outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / unit_km);
-        Some(Self { body, across, along, long_axis, semi, max_obscuration: 0.0, umbra: false })
+        Some(Self { body, across, along, long_axis, semi, max_obscuration: 0.0, has_umbra: false })
     }
 
-    /// What it can do to points of the receiver no farther than `reach` from its centre.
-    fn within(&self, axis: &Axis, sun: &Body, reach: f64, unit_km: f64) -> Self {
+    /// With the largest obscuration and umbra for points of the receiver within `reach` of its centre.
+    fn for_reach(&self, axis: &Axis, sun: &Body, reach: f64, unit_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / unit_km;
         let max_obscuration = max_obscuration(radius, axis, sun, (self.along - reach).max(radius));
-        let umbra = self.across.length() < reach + self.semi.x - self.along / axis.cot;
-        Self { max_obscuration, umbra, ..self.clone() }
+        let has_umbra = self.across.length() < reach + self.semi.x - self.along / axis.cot_sun_radius;
+        Self { max_obscuration, has_umbra, ..self.clone() }
     }
 
-    /// Radius of the penumbra where it meets the receiver.
-    fn penumbra(&self, axis: &Axis, reach: f64) -> f64 {
-        self.semi.x + (self.along + reach) / axis.cot
+    /// Radius of the penumbra at the receiver.
+    fn penumbra_radius(&self, axis: &Axis, reach: f64) -> f64 {
+        self.semi.x + (self.along + reach) / axis.cot_sun_radius
     }
 
-    /// Of its cross section: umbra and penumbra together take the light of that much ground, or less.
+    /// Area of its cross section. Umbra and penumbra together take at most the light of so much ground.
     fn shadow_area(&self) -> f64 {
         std::f64::consts::PI * self.semi.x * self.semi.y
     }
 
-    /// By how much the penumbra misses the receiver; not above 0: it touches.
-    fn miss(&self, axis: &Axis, reach: f64) -> f64 {
-        self.across.length() - reach - self.penumbra(axis, reach)
+    /// Distance by which the penumbra misses the receiver; 0 or less if it touches.
+    fn penumbra_gap(&self, axis: &Axis, reach: f64) -> f64 {
+        self.across.length() - reach - self.penumbra_radius(axis, reach)
     }
 
-    /// Whether some point that it may darken can be seen. Points around the penumbra and inside are asked, and the point of the lit
-    /// side that faces the camera most; a margin of 0.03 radii covers what lies between them.
+    /// Whether the viewer may see a point that it darkens. Tests points in and around the penumbra, and the point of the lit side that faces the camera
+    /// most; a margin of 0.03 radii covers what lies between them.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
         let Some(camera) = extent.camera.filter(|_| extent.reach < 1.2) else { return true };
         let distance = camera.length();
-        let radius = self.penumbra(axis, extent.reach) + 0.03;
+        let radius = self.penumbra_radius(axis, extent.reach) + 0.03;
         let towards = camera / distance;
         let horizon = 1.0 / distance - 0.03 - (extent.reach - 1.0).max(0.0).sqrt() * 1.5;
-        let seen = |across: DVec2| {
+        let is_visible = |across: DVec2| {
             let across = across.clamp_length_max(1.0);
             let inside = (across - self.across).length() <= radius * 1.001;
             let along = (1.0 - across.length_squared()).max(0.0).sqrt();
@@ -290,16 +291,16 @@ impl<'a> Occluder<'a> {
         };
         let around = (0..96).any(|k| {
             let on_ring = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
-            [1.0, 0.66, 0.33, 0.0].iter().any(|part| seen(self.across + on_ring * (radius * part)))
+            [1.0, 0.66, 0.33, 0.0].iter().any(|part| is_visible(self.across + on_ring * (radius * part)))
         });
-        around || seen(axis.across(towards))
+        around || is_visible(axis.across(towards))
     }
 }
 
-/// Long axis and semi-axes of an ellipsoid's outline in light along the axis. `receiver_from_occluder` turns its axes, `radii` are its
-/// semi-axes.
+/// Major axis and semi-axes of an ellipsoid's outline projected along the axis. `radii`: the ellipsoid's semi-axes, which `receiver_from_occluder` rotates
+/// into the receiver's axes.
 pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) -> (DVec2, DVec2) {
-    // The outline's squared half width along a unit vector n is n M n, M the sum of the semi-axes' squares across the light.
+    // The squared half width along a unit vector n is n M n, where M sums the outer products of the projected semi-axes.
     let m = [0, 1, 2].map(|k| {
         let a = axis.across(receiver_from_occluder.col(k)) * radii[k];
         DMat2::from_cols(a * a.x, a * a.y)
@@ -311,23 +312,24 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
     (long_axis, DVec2::new((mean + spread).max(0.0).sqrt(), (mean - spread).max(0.0).sqrt()))
 }
 
-/// The model that was asked for, or the tier's own.
+/// The requested model, or a default by quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EclipseModelChoice {
-    Asked(EclipseModel),
-    /// Even discs where the picture is a draft; the darkened limb and refracted light otherwise.
+    Requested(EclipseModel),
+    /// Uniform discs, for drafts.
     Draft,
+    /// Limb darkening, and refracted light where there is an umbra.
     Best,
 }
 
-/// Picks the model and puts an occluder with air first where its air counts.
-pub fn model(occluders: &mut [Occluder<'_>], wanted: EclipseModelChoice) -> Eclipse {
+/// Chooses the model, and moves an occluder whose air refracts light to the front if that air matters.
+pub fn model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> Eclipse {
     let count = u8::try_from(occluders.len()).unwrap_or(MAX_OCCLUDERS);
-    let asked_refracted = wanted == EclipseModelChoice::Asked(EclipseModel::Refracted);
-    let model = match wanted {
+    let requested_refracted = requested == EclipseModelChoice::Requested(EclipseModel::Refracted);
+    let model = match requested {
         _ if count == 0 => EclipseModel::None,
-        EclipseModelChoice::Asked(EclipseModel::Refracted) | EclipseModelChoice::Best => {
-            match occluders.iter().position(|c| refraction::bends(c.body) && (c.umbra || asked_refracted)) {
+        EclipseModelChoice::Requested(EclipseModel::Refracted) | EclipseModelChoice::Best => {
+            match occluders.iter().position(|c| refraction::refracts(c.body) && (c.has_umbra || requested_refracted)) {
                 Some(k) => {
                     occluders[..=k].rotate_right(1);
                     EclipseModel::Refracted
@@ -335,17 +337,17 @@ pub fn model(occluders: &mut [Occluder<'_>], wanted: EclipseModelChoice) -> Ecli
                 None => EclipseModel::LimbDarkened,
             }
         }
-        EclipseModelChoice::Asked(model) => model,
+        EclipseModelChoice::Requested(model) => model,
         EclipseModelChoice::Draft => EclipseModel::UniformDisc,
     };
     Eclipse { occluders: count, model }
 }
 
-/// The most occluders that a body of the catalog can meet, and whether one of them has air that bends light: the others of its system, and one
-/// planet more for those outside of Jupiter's orbit (from inside every planet stays below the bound).
-pub fn possible<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
+/// Largest number of occluders that a body of the catalog can have, and whether one of them has air that refracts light: the others of its system, and one
+/// more planet for bodies outside Jupiter's orbit (seen from inside, every planet is too small).
+pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system(b) == system(receiver));
     let one_more = usize::from(!(100..600).contains(&receiver.id.0));
     let count = (others.clone().count() + one_more).min(usize::from(MAX_OCCLUDERS)) as u8;
-    (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::bends))
+    (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::refracts))
 }

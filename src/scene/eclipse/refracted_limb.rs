@@ -1,10 +1,10 @@
-//! The refracted limb: the Sun's image in the air at the limb of a body that stands before it.
+//! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of it.
 //!
-//! In: the bodies where the viewer sees them. Out: a [`RefractedLimb`] for each whose air bends light, seen from outside of that air, with the reason. Its
-//! layers are those of the `refracted` eclipse (eclipse/air.rs): what the ring around the body shines with, summed over the sky of a point, is what that
-//! eclipse gives the point. So that no light counts twice, all of the Sun below the top of that air belongs to the ring: what its disc drew there along
-//! straight rays is taken away before the air is drawn. Lengths are the body's equatorial radii. Not here: how a pixel is summed
-//! (shaders/entry/refracted_limb.wesl). Left out: bodies that stand before the Sun as the limb sees it, and the Sun's map.
+//! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, with the reason. The
+//! layers are those of the `refracted` eclipse (eclipse/air.rs): the light of the ring around the body, summed over the sky of a point, equals the light
+//! that the eclipse model gives the point. So that no light is drawn twice, all of the Sun below the top of the atmosphere belongs to the ring: what the
+//! Sun's disc drew there along straight rays is removed before the ring is drawn. Lengths are in the body's equatorial radii. Not here: the sum over a
+//! pixel (shaders/entry/refracted_limb.wesl). Left out: bodies in front of the Sun as seen from the limb, and the Sun's map.
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::atmosphere;
@@ -19,7 +19,7 @@ use crate::scene::in_view::BodyInView;
 use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::BLEND_TO_PX;
-use crate::scene::purpose::Bound;
+use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use glam::{DVec3, DVec4, Vec3, Vec4};
@@ -28,27 +28,26 @@ use glam::{DVec3, DVec4, Vec3, Vec4};
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefractedLimb {
     pub body: NaifId,
-    /// Over the air.
+    /// View rays over the atmosphere.
     pub rays: ViewRays,
-    /// Over what of the Sun's disc was drawn unbent behind it.
+    /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere.
     pub unbent: Option<ViewRays>,
     pub axis_ratios: Vec3,
     pub depth: f32,
     /// Unit vector, body axes; cotangent of the Sun's angular radius.
     pub sun_direction: Vec4,
     pub sun_across: [Vec4; 2],
-    /// Radiance: factors of 1, mu, mu².
+    /// Radiance of the Sun's disc: coefficients of 1, mu, mu².
     pub sun_limb: [Vec4; 3],
-    /// Height over the limb; solar radii by which the place on the Sun moves.
+    /// Height over the limb; shift of the Sun's image in solar radii.
     pub air_edges: Vec<Vec4>,
-    /// What a layer lets through: its mean, then its change from the lower edge to the upper.
+    /// Transmittance of each layer: its mean, then its change from the lower edge to the upper.
     pub air_transmittance: Vec<Vec4>,
 }
 
-/// Changes of the transmission across each layer: the slope between its neighbours, so small that it goes over from one to the next without
-/// reaching beyond either.
-fn slopes(passes: &[DVec3]) -> Vec<DVec3> {
-    let at = |k: usize| passes[k.min(passes.len() - 1)];
+/// Change of the transmittance across each layer: a limited slope between its neighbours, so that the interpolation is monotone and never exceeds either.
+fn slopes(transmittances: &[DVec3]) -> Vec<DVec3> {
+    let at = |k: usize| transmittances[k.min(transmittances.len() - 1)];
     let slope = |k: usize| {
         let (before, here, after) = (at(k.saturating_sub(1)), at(k), at(k + 1));
         let (up, down) = (after - here, here - before);
@@ -57,126 +56,132 @@ fn slopes(passes: &[DVec3]) -> Vec<DVec3> {
         let falls = up.cmplt(DVec3::ZERO) & down.cmplt(DVec3::ZERO);
         DVec3::select(rises, least, DVec3::select(falls, -least, DVec3::ZERO))
     };
-    (0..passes.len()).map(slope).collect()
+    (0..transmittances.len()).map(slope).collect()
 }
 
-/// Radiance of the Sun's disc as factors of 1, mu, mu², per channel.
+/// Radiance of the Sun's disc as coefficients of 1, mu, mu², per channel.
 fn sun_radiance(sun: &Body) -> [DVec3; 3] {
     let (u1, u2) = limb_law(sun);
-    let centre = sun.colour.as_dvec3() * photometry::normalisation(sun) * photometry::sun_disc_radiance();
+    let centre = sun.colour.as_dvec3() * photometry::albedo_normalisation(sun) * photometry::sun_disc_radiance();
     [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|factor| factor * centre)
 }
 
-/// The Sun and a body before it, as angles at the camera.
-struct Sky {
+/// The Sun and a body in front of it, as angles at the camera.
+struct LimbGeometry {
     sun_radius: f64,
-    /// Between the two centres.
-    apart: f64,
-    /// From the body's centre to its limb, and what that is wrong by for a body that is no sphere.
+    /// Separation of the two centres.
+    separation: f64,
+    /// Angular radius of the body.
     limb: f64,
-    uneven: f64,
-    /// To the limb.
+    /// Largest error of `limb` for a body that is not a sphere.
+    limb_error: f64,
+    /// Distance to the limb.
     distance: f64,
 }
 
-impl Sky {
+impl LimbGeometry {
     fn of(p: &PlacedBody<'_>, sun: &PlacedBody<'_>) -> Self {
         let camera = p.placement.camera_in_unit_sphere().length();
         let limb = (1.0 / camera).min(1.0).asin();
         Self {
             sun_radius: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
-            apart: crate::ephemeris::angle_rad(p.placement.centre_km, sun.placement.centre_km),
+            separation: crate::ephemeris::angle_rad(p.placement.centre_km, sun.placement.centre_km),
             limb,
-            uneven: limb * crate::scene::features::choice::flattening(p.body),
+            limb_error: limb * crate::scene::features::choice::flattening(p.body),
             distance: (camera * camera - 1.0).max(1e-12).sqrt(),
         }
     }
 
-    /// Whether any layer can show the Sun: known without the layers, which take milliseconds to make.
-    fn can_show(&self, p: &PlacedBody<'_>, greatest_bending: f64) -> bool {
+    /// Whether any layer can show the Sun; does not need the layers, which take milliseconds to compute.
+    fn may_show_sun(&self, p: &PlacedBody<'_>, max_bending: f64) -> bool {
         let top_km = p.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
         let outermost = self.limb + top_km / p.body.radii_km.x / self.distance;
-        let innermost = self.limb - greatest_bending;
-        let room = self.sun_radius + self.uneven;
-        self.apart - room <= outermost.max(-innermost) && self.apart + room >= innermost
+        let innermost = self.limb - max_bending;
+        let margin = self.sun_radius + self.limb_error;
+        self.separation - margin <= outermost.max(-innermost) && self.separation + margin >= innermost
     }
 
-    /// Where the lower edge and the upper edge of a layer show what lies behind, as angles from the body's centre.
-    fn shown_by(&self, edge: &DVec4) -> (f64, f64) {
+    /// Directions behind the lower and the upper edge of a layer, as angles from the body's centre.
+    fn directions_behind(&self, edge: &DVec4) -> (f64, f64) {
         let at = |radius: f64, bending: f64| self.limb + (radius - 1.0) / self.distance - bending;
         (at(edge.x, edge.y), at(edge.z, edge.w))
     }
 
-    /// The most that the layers can shine with, per channel, in pixels that span this many radii at the limb: all that show the Sun somewhere, at its
-    /// centre's radiance.
-    fn most(&self, layers: &RefractingLayers, centre: DVec3, pixel: f64) -> DVec3 {
+    /// Upper limit of the layers' radiance, per channel, in pixels that span `pixel` radii at the limb: all layers that show any of the Sun, at the
+    /// radiance of its centre.
+    fn max_radiance(&self, layers: &RefractingLayers, centre: DVec3, pixel: f64) -> DVec3 {
         let shows = |edge: &DVec4| {
-            let (low, high) = self.shown_by(edge);
+            let (low, high) = self.directions_behind(edge);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
-            let room = self.sun_radius + self.uneven;
-            nearest <= self.apart + room && low.abs().max(high.abs()) >= self.apart - room
+            let margin = self.sun_radius + self.limb_error;
+            nearest <= self.separation + margin && low.abs().max(high.abs()) >= self.separation - margin
         };
-        let shown = layers.edges.iter().zip(&layers.passes).filter(|(edge, _)| shows(edge));
-        let (sum, greatest) = shown.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (edge, passes)| {
-            (sum + *passes * ((edge.z - edge.x) / pixel), greatest.max(*passes))
+        let showing = layers.edges.iter().zip(&layers.transmittances).filter(|(edge, _)| shows(edge));
+        let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (edge, transmittances)| {
+            (sum + *transmittances * ((edge.z - edge.x) / pixel), greatest.max(*transmittances))
         });
         centre * sum.min(greatest)
     }
 }
 
-/// A piece of a refracted limb as the camera sees it.
-pub(crate) struct LimbPiece {
-    /// From the camera to its middle, unit vector in ICRF.
+/// A segment of a refracted limb, for the light meter.
+pub(crate) struct LimbSegment {
+    /// Unit vector from the camera to its middle, ICRF.
     pub direction: DVec3,
     /// Solid angle, sr: of the layers that show the Sun, or of a pixel's width of the limb where that is more.
     pub solid_angle: f64,
-    /// Mean radiance over that, of the brightest channel.
+    /// Mean radiance over that solid angle, brightest channel.
     pub radiance: f64,
 }
 
-/// Pieces on each side of the limb.
-const PIECES: u32 = 24;
+/// Segments on each side of the limb.
+const SEGMENTS: u32 = 24;
 
-/// The refracted limb in pieces, for the light meter: where the layers of a body's air show the Sun, whose disc counts as evenly bright. A sphere's limb: seen from
-/// a body's flattened side the arcs lie a little beside their places. None for air that does not bend light, from inside of it, where the Sun is nearer, and for discs so small that it is not drawn.
-pub(crate) fn pieces(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbPiece> {
+/// The refracted limb as segments, for the light meter: where the layers of a body's atmosphere show the Sun, whose disc is taken as uniform. The limb is
+/// that of a sphere: for an oblate body the arcs are slightly displaced. Empty for an atmosphere of unknown refractivity, from inside of it, if the Sun is
+/// nearer, and for discs too small to draw.
+pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbSegment> {
     if p.distance_km <= 0.0 || sun.distance_km <= p.distance_km || camera_is_inside(p) {
         return Vec::new();
     }
-    let (sky, shown) = (Sky::of(p, sun), air::shown(p.distance_km, sun.distance_km));
-    let is_possible = 2.0 * sky.limb >= BLEND_TO_PX * pixel_rad && air::greatest_bending(p.body, shown).is_some_and(|b| sky.can_show(p, b));
-    let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, shown)).flatten() else { return Vec::new() };
+    let (sky, bending_fraction) = (LimbGeometry::of(p, sun), air::bending_fraction(p.distance_km, sun.distance_km));
+    let is_possible =
+        2.0 * sky.limb >= BLEND_TO_PX * pixel_rad && air::max_bending(p.body, bending_fraction).is_some_and(|b| sky.may_show_sun(p, b));
+    let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
+        return Vec::new();
+    };
     let towards = p.placement.centre_km / p.distance_km;
     let aside = sun.placement.centre_km / sun.distance_km;
     let x = (aside - towards * towards.dot(aside)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let y = towards.cross(x);
-    // Position angles whose radius crosses the Sun's disc, on its own side and on the opposite one.
-    let reach = (sky.sun_radius / sky.apart.max(1e-300)).min(1.0).asin();
-    let places = (0..2 * PIECES).map(|k| {
-        let side = if k < PIECES { 0.0 } else { std::f64::consts::PI };
-        side + reach * (2.0 * (f64::from(k % PIECES) + 0.5) / f64::from(PIECES) - 1.0)
+    // Position angles at which the radius crosses the Sun's disc, on its side and on the opposite one.
+    let reach = (sky.sun_radius / sky.separation.max(1e-300)).min(1.0).asin();
+    let places = (0..2 * SEGMENTS).map(|k| {
+        let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
+        side + reach * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
-    let step = 2.0 * reach / f64::from(PIECES);
+    let step = 2.0 * reach / f64::from(SEGMENTS);
     let pixel = pixel_rad * sky.distance;
-    let piece = |angle: f64| {
+    let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        let half_chord = (sky.sun_radius.powi(2) - (sky.apart * sin).powi(2)).max(0.0).sqrt();
-        let (from, to) = (sky.apart * cos - half_chord, sky.apart * cos + half_chord);
-        // Thickness of what shows the Sun, radii, and the light of it.
-        let (thickness, light) = layers.edges.iter().zip(&layers.passes).fold((0.0, 0.0), |(thickness, light), (edge, passes)| {
-            let (low, high) = sky.shown_by(edge);
-            let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (edge.z - edge.x);
-            (thickness + shown, light + shown * passes.max_element())
-        });
+        let half_chord = (sky.sun_radius.powi(2) - (sky.separation * sin).powi(2)).max(0.0).sqrt();
+        let (from, to) = (sky.separation * cos - half_chord, sky.separation * cos + half_chord);
+        // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
+        let (thickness, light) =
+            layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (edge, transmittances)| {
+                let (low, high) = sky.directions_behind(edge);
+                let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (edge.z - edge.x);
+                (thickness + shown, light + shown * transmittances.max_element())
+            });
         let width = thickness.max(pixel);
         let (out, along) = sky.limb.sin_cos();
-        LimbPiece {
+        LimbSegment {
             direction: towards * along + (x * cos + y * sin) * out,
             solid_angle: step * out * width / sky.distance,
             radiance: photometry::sun_disc_radiance() * light / width,
         }
     };
-    places.map(piece).filter(|piece| piece.radiance > 0.0).collect()
+    places.map(segment).filter(|segment| segment.radiance > 0.0).collect()
 }
 
 fn limb(camera: &Camera, p: &PlacedBody<'_>, sun: &PlacedBody<'_>, layers: &RefractingLayers, tint: DVec3) -> Option<RefractedLimb> {
@@ -191,9 +196,9 @@ fn limb(camera: &Camera, p: &PlacedBody<'_>, sun: &PlacedBody<'_>, layers: &Refr
     let edge = |radius: f64, bending: f64| Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(bending * cot), 0.0, 0.0);
     let first = layers.edges.first()?;
     let air_edges = std::iter::once(edge(first.x, first.y)).chain(layers.edges.iter().map(|e| edge(e.z, e.w))).collect();
-    let passes = layers.passes.iter().zip(slopes(&layers.passes)).flat_map(|(mean, slope)| [*mean, slope]);
+    let transmittances = layers.transmittances.iter().zip(slopes(&layers.transmittances)).flat_map(|(mean, slope)| [*mean, slope]);
     let near_km = place.centre_km.dot(camera.forward) - place.radii_km.max_element();
-    // Nothing lies between the camera and a body whose near side is beside it.
+    // Nothing can be between the camera and a body whose near side is this close.
     let depth = if near_km > NEAR_DEPTH_KM { NEAR_DEPTH_KM / near_km * (1.0 + 4.0 * f64::from(f32::EPSILON)) } else { 1.0 };
     Some(RefractedLimb {
         body: p.body.id,
@@ -205,7 +210,7 @@ fn limb(camera: &Camera, p: &PlacedBody<'_>, sun: &PlacedBody<'_>, layers: &Refr
         sun_across: [x, y].map(|v| narrow(v).extend(0.0)),
         sun_limb: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
         air_edges,
-        air_transmittance: passes.map(|v| narrow(v).extend(0.0)).collect(),
+        air_transmittance: transmittances.map(|v| narrow(v).extend(0.0)).collect(),
     })
 }
 
@@ -213,30 +218,30 @@ fn camera_is_inside(p: &PlacedBody<'_>) -> bool {
     atmosphere::air::shell(p.body, &p.placement).is_some_and(|shell| shell.camera_is_inside())
 }
 
-/// Decides on the refracted limbs of a frame and notes them among the features of their bodies. `tint`: what the camera's own air leaves of light from a
+/// Decides on the refracted limbs of a frame and records the decisions with their bodies. `tint`: transmittance of the camera's own air towards a
 /// direction.
 pub(crate) fn limbs(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
-    bound: Bound,
+    threshold: Threshold,
     tint: impl Fn(DVec3) -> DVec3,
     bodies: &mut [BodyInView],
 ) -> Vec<RefractedLimb> {
     let Some(sun) = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0) else { return Vec::new() };
     let mut all = Vec::new();
-    for p in placed.iter().filter(|p| air::bends(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
+    for p in placed.iter().filter(|p| air::refracts(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
         let drawn = |b: &&mut BodyInView| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
         let Some(body) = bodies.iter_mut().find(drawn) else { continue };
-        let own = request.effects.for_body(&p.body.name);
-        let effects = own.as_ref().unwrap_or(&request.effects);
+        let own_effects = request.effects.for_body(&p.body.name);
+        let effects = own_effects.as_ref().unwrap_or(&request.effects);
         let mut note = |on: bool, reason: String| {
             body.decisions.push(Decision { feature: Effect::RefractedLimb.name(), on, reason, tier: None });
             on
         };
-        let shown = air::shown(p.distance_km, sun.distance_km);
-        let bending = air::greatest_bending(p.body, shown);
-        let sky = Sky::of(p, sun);
+        let bending_fraction = air::bending_fraction(p.distance_km, sun.distance_km);
+        let bending = air::max_bending(p.body, bending_fraction);
+        let sky = LimbGeometry::of(p, sun);
         let why_not = match (bending, effects.override_of(Effect::Atmosphere)) {
             (None, _) => Some("nothing is known of how its air bends light".into()),
             (_, Some(false)) => Some("its air is switched off".into()),
@@ -250,18 +255,19 @@ pub(crate) fn limbs(
             continue;
         }
         let wanted = effects.override_of(Effect::RefractedLimb);
-        let is_possible = wanted == Some(true) || bending.is_some_and(|bending| sky.can_show(p, bending));
-        let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, shown)).flatten() else {
+        let is_possible = wanted == Some(true) || bending.is_some_and(|bending| sky.may_show_sun(p, bending));
+        let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
             note(false, "no layer of its air shows the Sun".into());
             continue;
         };
         let tint = tint(p.placement.centre_km);
         let centre: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
-        let part = sky.most(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
-        let reason = if part > 0.0 { format!("at most {}", bound.description(part)) } else { "no layer of its air shows the Sun".into() };
+        let part = sky.max_radiance(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
+        let reason =
+            if part > 0.0 { format!("at most {}", threshold.description(part)) } else { "no layer of its air shows the Sun".into() };
         let on = match wanted {
             Some(on) => note(on, "set by you".into()),
-            None => note(bound.counts(part), reason),
+            None => note(threshold.is_exceeded_by(part), reason),
         };
         if on {
             all.extend(limb(camera, p, sun, &layers, tint));

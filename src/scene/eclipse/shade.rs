@@ -1,4 +1,4 @@
-//! About how much sunlight occluders leave on a body: for the exposure, for magnitudes and for bodies that are points.
+//! Approximate sunlight under occluders: for the exposure, for magnitudes and for bodies drawn as points.
 
 use crate::catalog::Body;
 use crate::scene::draw::features::EclipseModel;
@@ -6,57 +6,56 @@ use crate::scene::eclipse::air;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver};
 use glam::DVec3;
 
-/// About what part of the Sun's light occluders leave at points of a receiver: discs without limb darkening. For the exposure and for bodies that are
-/// points; no picture is shaded by it.
+/// Approximate fraction of sunlight that occluders leave at points of a receiver, for discs without limb darkening. Pictures are not shaded by it.
 pub struct Shade<'a> {
     occluders: &'a [Occluder<'a>],
     axis: Axis,
-    /// Of the first occluder's air, where it bends light.
+    /// The first occluder's air, if it refracts light.
     layers: Option<air::RefractingLayers>,
 }
 
 impl<'a> Shade<'a> {
-    /// `None` where nothing stands before the Sun.
+    /// `None` without occluders.
     pub fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
-        let shown = |c: &Occluder<'_>| air::shown(c.along, axis.sun_distance);
-        Some(Self { occluders, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, shown(c))) })
+        let fraction = |c: &Occluder<'_>| air::bending_fraction(c.along, axis.sun_distance);
+        Some(Self { occluders, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, fraction(c))) })
     }
 
-    /// At a point: body axes, equatorial radii.
-    pub fn left(&self, point: DVec3) -> f64 {
+    /// Fraction of sunlight at a point: body axes, equatorial radii.
+    pub fn sunlight_fraction(&self, point: DVec3) -> f64 {
         let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
-        let mut left = 1.0_f64;
+        let mut fraction = 1.0_f64;
         for (index, c) in self.occluders.iter().enumerate() {
             let depth = c.along - along;
             if depth <= 0.0 {
                 continue;
             }
-            let scale = self.axis.cot / depth;
+            let scale = self.axis.cot_sun_radius / depth;
             let (distance, size) = ((c.across - across).length() * scale, c.semi.x * scale);
             let hidden = ((1.0 + size - distance) / (1.0 + size - (1.0 - size).abs())).clamp(0.0, 1.0) * (size * size).min(1.0);
-            left = left.min(1.0 - hidden);
+            fraction = fraction.min(1.0 - hidden);
             if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
-                left += layers.light(distance, depth, scale);
+                fraction += layers.light(distance, depth, scale);
             }
         }
-        left.min(1.0)
+        fraction.min(1.0)
     }
 
-    /// The mean over the lit ground that a viewer sees. `camera`: from the centre, body axes.
+    /// Mean fraction over the lit ground that a viewer sees. `camera`: from the centre, body axes.
     pub fn mean(&self, camera: DVec3) -> f64 {
         let towards = camera.normalize_or(self.axis.along);
         const POINTS: usize = 200;
         let (mut sum, mut weights) = (0.0, 0.0);
         for k in 0..POINTS {
-            // Evenly spread over the sphere.
+            // A Fibonacci lattice on the sphere.
             let z = 1.0 - (2.0 * k as f64 + 1.0) / POINTS as f64;
             let (sin, cos) = (k as f64 * 2.399_963).sin_cos();
             let point = DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
             let weight = point.dot(self.axis.along).max(0.0) * point.dot(towards).max(0.0);
             if weight >= 0.01 {
-                sum += self.left(point) * weight;
+                sum += self.sunlight_fraction(point) * weight;
                 weights += weight;
             }
         }

@@ -1,41 +1,42 @@
-//! The path of a shadow over the ground of the body that is lit: centre line and limits of the umbra.
+//! The path of a shadow over the ground of the lit body: the central line and the limits of the umbra.
 //!
-//! In: a body and an occluder before its Sun, now. Out: lines on the ground for the passage whose middle is nearest. A limit is the envelope of the umbra's outlines: the
-//! places where the outline runs along its own motion over the turning ground. Always: the geometry is that of [`ShadowCone`], at each instant of the passage as the body's
-//! middle receives the light. `events::path` finds the limits of the Moon's shadow on the Earth by the deepest moment of each place; a test holds both together.
+//! In: a receiver and its occluder at one time. Out: lines on the ground for the passage whose middle is nearest in time. A limit is the envelope of the
+//! umbra's outlines: the points where the outline is parallel to its own motion over the rotating ground. Always: the geometry is that of [`ShadowCone`] at
+//! each instant, light time to the receiver's centre included. `events::path` finds the limits of the Moon's shadow on the Earth by the deepest moment of
+//! each place; a test compares both.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;
 use crate::memo::Memo;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, candidates};
-use crate::scene::eclipse::shadow_cone::{Edge, GroundLine, ShadowCone, Side};
+use crate::scene::eclipse::shadow_cone::{ConeKind, ConeLine, GroundLine, ShadowCone};
 use crate::time::Instant;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// A passage is shown from so long before its middle until so long after, seconds.
-const NEAR_S: f64 = 6.0 * 3600.0;
-/// Longest half of a passage, seconds: Callisto takes 2.5 hours at most.
-const LONGEST_S: f64 = 6.0 * 3600.0;
-/// Instants of a line.
-const INSTANTS: u32 = 200;
-/// Sides of the umbra among which the limits are looked for.
-const SIDES: u32 = 64;
-/// Half of the time over which motion is measured, seconds.
+/// A passage is found from this long before its middle until this long after, seconds.
+const MAX_OFFSET_S: f64 = 6.0 * 3600.0;
+/// Longest half duration of a passage, seconds: Callisto's takes 2.5 hours at most.
+const MAX_HALF_S: f64 = 6.0 * 3600.0;
+/// Number of instants per line.
+const INSTANT_COUNT: u32 = 200;
+/// Generating lines of the umbra among which the limits are searched.
+const LINES: u32 = 64;
+/// Half of the interval over which motion is differenced, seconds.
 const STEP_S: f64 = 1.0;
 
 /// Lines on the ground of one passage.
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowPath {
-    /// Where the middle of the shadow goes; `None`: it misses the ground.
+    /// The path of the shadow's axis; `None` if it misses the ground.
     pub centre_line: Option<GroundLine>,
     pub limits: Vec<GroundLine>,
-    /// When the shadow's middle is nearest to the body's.
+    /// When the shadow's axis is nearest to the body's centre.
     pub middle: Instant,
 }
 
-/// Two bodies and the middle of a passage, TDB seconds.
+/// Cache key: two bodies and the middle of a passage, TDB seconds.
 #[derive(Debug)]
 struct Passage {
     radii_km: [DVec3; 3],
@@ -43,7 +44,7 @@ struct Passage {
     middle_s: f64,
 }
 
-/// The latest paths.
+/// The most recent paths.
 #[derive(Debug)]
 pub(crate) struct ShadowPaths(Memo<Passage, Arc<ShadowPath>>);
 
@@ -54,7 +55,7 @@ impl Default for ShadowPaths {
 }
 
 impl ShadowPaths {
-    /// The passage of an occluder before the Sun of a body; `None`: its middle is far, or the penumbra misses.
+    /// The path of an occluder's passage across the Sun of a body; `None` if its middle is far in time, or if the penumbra misses.
     pub(crate) fn of(
         &self,
         ephemeris: &Ephemeris,
@@ -62,29 +63,29 @@ impl ShadowPaths {
         receiver: &Receiver<'_>,
         occluder: &Occluder<'_>,
     ) -> Option<Arc<ShadowPath>> {
-        let moving = Moving { ephemeris, sun, receiver, occluder };
-        let (middle_s, half_s) = moving.passage()?;
+        let geometry = PassageGeometry { ephemeris, sun, receiver, occluder };
+        let (middle_s, half_s) = geometry.passage()?;
         let passage = Passage {
             radii_km: [sun.radii_km, receiver.body.radii_km, occluder.body.radii_km],
             ids: [receiver.body.id.0, occluder.body.id.0],
             middle_s: receiver.time.tdb_seconds_past_j2000() + middle_s,
         };
-        let serves = |kept: &Passage, wanted: &Passage| {
+        let is_same_passage = |kept: &Passage, wanted: &Passage| {
             kept.ids == wanted.ids && kept.radii_km == wanted.radii_km && (kept.middle_s - wanted.middle_s).abs() < 60.0
         };
-        Some(self.0.get_like(serves, passage, || Arc::new(moving.path(middle_s, half_s))))
+        Some(self.0.get_like(is_same_passage, passage, || Arc::new(geometry.path(middle_s, half_s))))
     }
 }
 
-/// The bodies of a passage; times are seconds from the receiver's.
-struct Moving<'a, 'b> {
+/// The bodies of a passage as functions of time; times are seconds from the receiver's.
+struct PassageGeometry<'a, 'b> {
     ephemeris: &'a Ephemeris,
     sun: &'a Body,
     receiver: &'a Receiver<'b>,
     occluder: &'a Occluder<'b>,
 }
 
-impl Moving<'_, '_> {
+impl PassageGeometry<'_, '_> {
     fn at(&self, s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
         let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(s)).ok()?;
         let axis = Axis::of(&receiver, self.sun)?;
@@ -96,42 +97,42 @@ impl Moving<'_, '_> {
         self.at(s).map(|(_, cone)| cone)
     }
 
-    /// From the body's middle to the nearest point of the shadow's middle line: ICRF axes, equatorial radii.
-    fn foot(&self, s: f64) -> Option<DVec3> {
+    /// Vector from the body's centre to the nearest point of the shadow's axis: ICRF axes, equatorial radii.
+    fn axis_vector(&self, s: f64) -> Option<DVec3> {
         let (receiver, cone) = self.at(s)?;
-        let Side { from, along } = cone.middle();
+        let ConeLine { from, along } = cone.centre_line();
         Some(receiver.body_from_icrf.transpose() * (from - along * from.dot(along)))
     }
 
-    /// Middle of the passage and half of its time at most.
+    /// Middle of the passage and an upper limit of half its duration.
     fn passage(&self) -> Option<(f64, f64)> {
         let mut s = 0.0;
         for _ in 0..8 {
-            let (foot, next) = (self.foot(s)?, self.foot(s + 60.0)?);
-            let velocity = (next - foot) / 60.0;
-            let step = -foot.dot(velocity) / velocity.length_squared();
+            let (axis_vector, next) = (self.axis_vector(s)?, self.axis_vector(s + 60.0)?);
+            let velocity = (next - axis_vector) / 60.0;
+            let step = -axis_vector.dot(velocity) / velocity.length_squared();
             s += step;
-            if !s.is_finite() || s.abs() > NEAR_S {
+            if !s.is_finite() || s.abs() > MAX_OFFSET_S {
                 return None;
             }
             if step.abs() < 0.1 {
                 let cone = self.cone(s)?;
-                let (least, widest) = (foot.length(), 1.0 + cone.radius(Edge::Penumbra));
+                let (least, widest) = (axis_vector.length(), 1.0 + cone.radius(ConeKind::Penumbra));
                 let half_s = 1.2 * ((widest * widest - least * least).max(0.0)).sqrt() / velocity.length();
-                return (least < widest).then_some((s, half_s.min(LONGEST_S)));
+                return (least < widest).then_some((s, half_s.min(MAX_HALF_S)));
             }
         }
         None
     }
 
     fn path(&self, middle_s: f64, half_s: f64) -> ShadowPath {
-        let hits = |s: f64| self.cone(s).is_some_and(|cone| cone.depth(cone.middle()) > 0.0);
-        let middle_of = |s: f64| self.cone(s).and_then(|cone| cone.meets(cone.middle()));
+        let hits = |s: f64| self.cone(s).is_some_and(|cone| cone.depth(cone.centre_line()) > 0.0);
+        let middle_of = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.centre_line()));
         let line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
         let centre_line = span(middle_s, half_s, hits).and_then(|span| line(instants(span).filter_map(middle_of).collect()));
         let touches = |s: f64| {
-            let side = |cone: &ShadowCone, k: u32| cone.depth(cone.side(Edge::Umbra, TAU * f64::from(k) / f64::from(SIDES))) > 0.0;
-            self.cone(s).is_some_and(|cone| (0..SIDES).any(|k| side(&cone, k)))
+            let side = |cone: &ShadowCone, k: u32| cone.depth(cone.line_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(LINES))) > 0.0;
+            self.cone(s).is_some_and(|cone| (0..LINES).any(|k| side(&cone, k)))
         };
         let mut limits = Vec::new();
         if let Some(span) = span(middle_s, half_s, touches) {
@@ -144,18 +145,18 @@ impl Moving<'_, '_> {
         ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
     }
 
-    /// The points of the umbra's outline left and right of its motion whose path the outline does not leave.
+    /// The points of the umbra's outline, left and right of its motion, where the motion is tangential to the outline.
     fn limits(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - STEP_S)?, self.cone(s)?, self.cone(s + STEP_S)?);
-        let place = |cone: &ShadowCone, angle: f64| cone.meets(cone.side(Edge::Umbra, angle));
-        // Point, motion, and how much of the motion leads out of the outline.
+        let place = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.line_at(ConeKind::Umbra, angle));
+        // Point, motion, and the component of the motion out of the outline.
         let at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
             const TURN: f64 = 1e-4;
             let (point, motion) = (place(&now, angle)?, place(&after, angle)? - place(&before, angle)?);
             let around = place(&now, angle + TURN)? - place(&now, angle - TURN)?;
             Some((point, motion, point.dot(motion.cross(around))))
         };
-        let all: Vec<_> = (0..SIDES).map(|k| TAU * f64::from(k) / f64::from(SIDES)).map(|angle| (angle, at(angle))).collect();
+        let all: Vec<_> = (0..LINES).map(|k| TAU * f64::from(k) / f64::from(LINES)).map(|angle| (angle, at(angle))).collect();
         let seen: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
         let middle = seen.iter().sum::<DVec3>() / seen.len().max(1) as f64;
         let mut sides = [None; 2];
@@ -164,7 +165,7 @@ impl Moving<'_, '_> {
             if (begin > 0.0) == (end > 0.0) {
                 continue;
             }
-            let (mut low, mut high) = (from, from + TAU / f64::from(SIDES));
+            let (mut low, mut high) = (from, from + TAU / f64::from(LINES));
             for _ in 0..40 {
                 let angle = 0.5 * (low + high);
                 let (.., out) = at(angle)?;
@@ -178,7 +179,7 @@ impl Moving<'_, '_> {
     }
 }
 
-/// The time around the middle in which something holds; `None` where it does not hold in the middle.
+/// The interval around the middle in which a condition holds; `None` if it does not hold in the middle.
 fn span(middle_s: f64, half_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
     let end = |mut outside: f64| {
         let mut inside = middle_s;
@@ -191,9 +192,9 @@ fn span(middle_s: f64, half_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64;
     holds(middle_s).then(|| [end(middle_s - half_s), end(middle_s + half_s)])
 }
 
-/// Instants of a span, closer at its ends, where a shadow runs fast over the ground.
+/// Instants of an interval, denser at its ends, where a shadow runs fast over the ground.
 fn instants([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
-    (0..=INSTANTS).map(move |k| from + (to - from) * 0.5 * (1.0 - (PI * f64::from(k) / f64::from(INSTANTS)).cos()))
+    (0..=INSTANT_COUNT).map(move |k| from + (to - from) * 0.5 * (1.0 - (PI * f64::from(k) / f64::from(INSTANT_COUNT)).cos()))
 }
 
 #[cfg(test)]

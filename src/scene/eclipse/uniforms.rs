@@ -1,4 +1,4 @@
-//! Uniforms of shaders/lib/eclipse: occluders about the axis through receiver and Sun.
+//! Uniforms of shaders/lib/eclipse: the occluders relative to the axis from receiver to Sun.
 
 use crate::catalog::Body;
 use crate::scene::camera;
@@ -8,7 +8,7 @@ use crate::scene::eclipse::air;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_law};
 use glam::{DVec2, DVec3};
 
-/// Uniforms of the occluders for a model; the Sun as it lights the receiver.
+/// Uniforms of the occluders for a model.
 pub fn uniforms_of_casters(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     match Axis::of(receiver, sun) {
         Some(axis) => of(occluders, model, receiver, sun, &axis),
@@ -16,8 +16,8 @@ pub fn uniforms_of_casters(occluders: &[Occluder<'_>], model: EclipseModel, rece
     }
 }
 
-/// 1 - u1 (1 - mu) - u2 (1 - mu)² over the disc's flux, as factors of 1, mu, mu². The flux of 1, mu, mu² is pi, 2/3 pi, pi/2.
-fn limb_factors(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
+/// Coefficients of 1, mu, mu² in 1 - u1 (1 - mu) - u2 (1 - mu)² divided by the disc's flux. The flux of 1, mu, mu² is pi, 2/3 pi, pi/2.
+fn normalised_limb_darkening(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
     let flux = (1.0 - u1 / 3.0 - u2 / 6.0) * std::f64::consts::PI;
     [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
 }
@@ -30,27 +30,27 @@ fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, 
     };
     let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
-            let shown = air::shown(first.along, axis.sun_distance);
-            air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt(), shown)
+            let fraction = air::bending_fraction(first.along, axis.sun_distance);
+            air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt(), fraction)
         }
         _ => None,
     };
-    // Where the air is counted by its layers, the opaque outline ends at their top.
-    let raised = layers.as_ref().map_or(0.0, |l| l.top);
+    // Light through the air is computed by layers, so the opaque outline extends to their top.
+    let air_thickness = layers.as_ref().map_or(0.0, |l| l.top);
     let shape = |k: usize, c: &Occluder<'_>| {
-        let semi = c.semi + DVec2::splat(if k == 0 { raised } else { 0.0 });
+        let semi = c.semi + DVec2::splat(if k == 0 { air_thickness } else { 0.0 });
         narrow4(c.long_axis.extend(semi.x), semi.y)
     };
     let edges = layers.as_ref().map_or(&[][..], |l| &l.edges);
-    let passes = layers.as_ref().map_or(&[][..], |l| &l.passes);
+    let transmittances = layers.as_ref().map_or(&[][..], |l| &l.transmittances);
     EclipseUniforms {
         axis: narrow4(axis.along, 1.0 / axis.sun_distance),
-        across: [narrow4(axis.across[0], axis.cot), narrow4(axis.across[1], axis.cot / axis.sun_distance)],
-        limb: limb_factors(u1, u2).map(|f| narrow4(f, 0.0)),
+        across: [narrow4(axis.across[0], axis.cot_sun_radius), narrow4(axis.across[1], axis.cot_sun_radius / axis.sun_distance)],
+        limb: normalised_limb_darkening(u1, u2).map(|f| narrow4(f, 0.0)),
         places: occluders.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
         shapes: occluders.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
-        air_transmittance: passes.iter().map(|p| narrow4(*p, 0.0)).collect(),
+        air_transmittance: transmittances.iter().map(|p| narrow4(*p, 0.0)).collect(),
         spread: Vec::new(),
     }
 }

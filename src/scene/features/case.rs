@@ -1,10 +1,10 @@
-//! What the decisions about one body read, and what they come to.
+//! The inputs and the results of the decisions about one body.
 //!
-//! In: a frame and a placed body. Out: [`Case`], which every feature reads; [`Decided`], which features hand on from one to the next.
+//! In: a frame and a placed body. Out: [`Case`], which every feature reads; [`Decisions`], which each feature extends and hands on to the next.
 
 use crate::catalog::{Body, NaifId, Overlay, Photometry};
 use crate::mesh::Model;
-use crate::scene::atmosphere::air::Around;
+use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, ClipRect};
 use crate::scene::decision::DecisionLog;
@@ -14,7 +14,7 @@ use crate::scene::features::choice::FeatureSelection;
 use crate::scene::light::lights::{self, LightOn, Reflector};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point;
-use crate::scene::purpose::Bound;
+use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::resources::Context;
 use crate::scene::rings::view::View;
@@ -23,19 +23,19 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// What the decisions of all bodies of a frame share.
+/// Inputs that the decisions about all bodies of a frame share.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame<'a> {
     pub context: Context<'a>,
     pub camera: &'a Camera,
-    /// Below which a feature is left out.
-    pub bound: Bound,
+    /// The threshold below which a feature is left out.
+    pub threshold: Threshold,
     pub reflectors: &'a [Reflector<'a>],
-    /// The air that the camera stands in.
-    pub air: Option<&'a Around<'a>>,
+    /// The atmosphere around the camera, if it is in one.
+    pub air: Option<&'a SurroundingAir<'a>>,
 }
 
-/// One body of a frame.
+/// One body of a frame, with what its decisions read.
 pub(crate) struct Case<'c, 'a> {
     pub frame: &'c Frame<'c>,
     pub placed: &'c PlacedBody<'a>,
@@ -43,11 +43,11 @@ pub(crate) struct Case<'c, 'a> {
     pub diameter_px: f64,
     /// The pixels that its globe or mesh may touch.
     pub rect: Option<ClipRect>,
-    /// Where it is drawn by triangles.
+    /// Its shape model, if it is drawn as triangles.
     pub model: Option<&'c Arc<Model>>,
-    /// Where it has rings that sunlight falls on and that may be in the picture.
+    /// Its rings, if it has any that may be in the picture.
     pub ring_view: Option<View<'c>>,
-    /// Part of the light that the disc carries; the point carries the rest.
+    /// Part of the body's light that the disc carries; the point carries the rest.
     pub share: f64,
 }
 
@@ -73,8 +73,8 @@ impl<'c, 'a> Case<'c, 'a> {
         self.placed.body
     }
 
-    pub fn bound(&self) -> Bound {
-        self.frame.bound
+    pub fn threshold(&self) -> Threshold {
+        self.frame.threshold
     }
 
     pub fn effects(&self) -> &'c EffectOverrides {
@@ -91,7 +91,7 @@ impl<'c, 'a> Case<'c, 'a> {
         ((distance_km / radius_km - 1.0).max(0.0) * self.frame.camera.pixel_tangent()).to_degrees()
     }
 
-    /// The Sun, where the body is another.
+    /// The Sun, from the list of light sources.
     pub fn sun(&self) -> Option<&'c Body> {
         self.frame.reflectors.iter().map(|r| r.body).find(|b| b.id == NaifId::SUN)
     }
@@ -101,7 +101,7 @@ impl<'c, 'a> Case<'c, 'a> {
     }
 }
 
-/// What is to be known of a body's rings before anything is decided.
+/// The geometry of a body's rings, from which decisions about them are made.
 fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c PlacedBody<'_>) -> Option<View<'c>> {
     let lit = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
     lit.then(|| View {
@@ -112,33 +112,33 @@ fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c PlacedBody<'_>) -> Option<Vie
         sun_km: placed.sun_from_body_km.length(),
         alpha: placed.alpha,
         irradiance: lights::sunlight(placed.sun_from_body_km).irradiance.x,
-        bound: frame.bound,
+        threshold: frame.threshold,
         caches: frame.context.caches,
     })
 }
 
-/// What features have decided so far about one body: structure, uniforms, draws of their own, and reasons.
-pub(crate) struct Decided<'c> {
+/// What features have decided about one body so far: structure, uniforms, draws of their own, and reasons.
+pub(crate) struct Decisions<'c> {
     pub log: DecisionLog<'c>,
     pub chosen: FeatureSelection,
     /// Lights besides the Sun, strongest first.
     pub shine: Vec<LightOn>,
     pub eclipse: EclipseUniforms,
-    /// For the globe that the rings shade.
+    /// Ring uniforms of the globe's draw: shadow and ring-shine.
     pub ring: RingUniforms,
     pub overlays: Vec<&'c Overlay>,
     /// [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
     pub blend_mode: f32,
-    /// Direction of the Sun, body axes, and its angular radius, where a mesh shades itself.
+    /// Direction of the Sun in body axes and its angular radius, if a mesh casts shadows on itself.
     pub self_shadow: Option<(DVec3, f64)>,
     pub sky: Option<Draw>,
     pub clouds: Option<Draw>,
-    /// Both halves.
+    /// Draws of both halves of the rings: behind the globe and in front of it.
     pub rings: Vec<Draw>,
 }
 
-impl<'c> Decided<'c> {
-    pub fn nothing(log: DecisionLog<'c>) -> Self {
+impl<'c> Decisions<'c> {
+    pub fn new(log: DecisionLog<'c>) -> Self {
         Self {
             log,
             chosen: FeatureSelection::default(),
@@ -155,10 +155,10 @@ impl<'c> Decided<'c> {
     }
 }
 
-/// Decides on one feature after those before it, and hands all decisions on.
-pub(crate) type Feature = for<'c> fn(&Case<'c, '_>, Decided<'c>) -> Decided<'c>;
+/// Decides on one feature, given the decisions before it, and returns them all.
+pub(crate) type Feature = for<'c> fn(&Case<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
-/// What a list of features comes to, each knowing what was decided before it.
-pub(crate) fn decided<'c>(features: &[Feature], case: &Case<'c, '_>, so_far: Decided<'c>) -> Decided<'c> {
+/// Lets a list of features decide in order, each knowing the decisions before it.
+pub(crate) fn decide_in_order<'c>(features: &[Feature], case: &Case<'c, '_>, so_far: Decisions<'c>) -> Decisions<'c> {
     features.iter().fold(so_far, |so_far, feature| feature(case, so_far))
 }

@@ -1,6 +1,6 @@
-//! What one draw is to have, and the one place that turns that choice into [`DrawFeatures`].
+//! The features selected for one draw, and the only place that turns the selection into [`DrawFeatures`].
 //!
-//! Always: what a body does not have in the catalog is left out, so that no choice can ask for it.
+//! Always: features that the catalog does not give a body are left out, so that no selection can ask for them.
 
 use crate::catalog::{Body, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
@@ -9,18 +9,18 @@ use crate::scene::draw::features::{
 };
 use crate::scene::thresholds::MAX_LIGHTS;
 
-/// What a body could have drawn, by its catalog entry.
+/// The features that a body's catalog entry allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capabilities {
     pub ellipsoid: bool,
     pub maps: MapSet,
     pub emissive: bool,
     pub rings: bool,
-    /// Its ground keeps craters: solid, without air.
+    /// Its ground shows procedural craters: solid and without an atmosphere.
     pub detail: bool,
     /// Which custom surface colours its ground, 0 for none.
     pub custom_surface: u8,
-    /// The Moon, and the Sun behind it.
+    /// Whether the lunar limb profile applies: the Moon, and the Sun behind it.
     pub limb_heights: bool,
 }
 
@@ -53,7 +53,7 @@ pub fn flattening(body: &Body) -> f64 {
     1.0 - body.radii_km.min_element() / body.radii_km.max_element()
 }
 
-/// What one draw of a body is to have.
+/// The features selected for one draw of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSelection {
     pub ellipsoid: bool,
@@ -69,30 +69,31 @@ pub struct FeatureSelection {
     /// Lights besides the Sun, strongest first.
     pub shine: u8,
     pub eclipse: Eclipse,
-    /// Of the sunlight on its rings.
+    /// The eclipse of the sunlight on its rings.
     pub ring_eclipse: Eclipse,
     pub ring_shadow: RingShadow,
-    /// The rings light the globe.
+    /// Whether ring-shine lights the globe.
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
-    /// How the air is summed; `None` without it.
+    /// The tier of the atmosphere; `None` without it.
     pub air: AtmosphereModel,
-    /// The limb by the Moon's own heights.
+    /// Whether the limb follows the Moon's own heights.
     pub limb_heights: bool,
 }
 
 impl FeatureSelection {
-    /// Whether the rings light the globe. Moons give a thousandth of it (less beside rings that the Sun hardly lights): with both the keys of ringed bodies would be twice as many.
+    /// Whether ring-shine lights the globe. It excludes planet-shine, which would double the keys of ringed bodies: moons give a thousandth of its
+    /// light (still less than ring-shine where the Sun hardly lights the rings).
     fn lit_by_rings(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         self.ring_shine && available.rings && !available.emissive
     }
 
-    /// The structure of the draw. What the body does not have is left out, so no choice can ask for it.
+    /// The features of the globe's draw, without those that the body does not have.
     pub fn features(self, body: &Body, view: PixelView) -> DrawFeatures {
         let available = Capabilities::of(body);
-        let air = species::structure(body, self.air);
-        // Air lies on the true shape: half as many keys, and nobody misses a round one under it.
+        let air = species::features(body, self.air);
+        // Under an atmosphere the shape is always the ellipsoid, even where a sphere would do: that halves the keys.
         let ellipsoid = self.ellipsoid || air.tier != AtmosphereModel::None;
         let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.tier == AtmosphereModel::None).map(|(flags, model)| Flags {
             two_sided: flags.two_sided && model.two_sided,
@@ -115,7 +116,7 @@ impl FeatureSelection {
                 night: self.maps.night && available.maps.night,
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
-            // In an eclipse it is left out, which halves those keys.
+            // Detail is left out in an eclipse, which halves those keys.
             detail: self.detail
                 && available.detail
                 && mesh.is_none()
@@ -126,12 +127,12 @@ impl FeatureSelection {
             lights: match (available.emissive, self.lit_by_rings(body), self.shine) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
-                // The last of them may be dark: half as many keys.
+                // The number of lights is rounded up to the maximum, which halves those keys; the last one may be black.
                 (false, false, _) if air.tier != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
                 (false, false, shine) => (1 + shine).min(MAX_LIGHTS),
             },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
-            // Under air in an eclipse the ring's shadow is left out: features.rs says so.
+            // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_pairs` records it.
             ring_shadow: if available.rings && !available.emissive && (air.tier == AtmosphereModel::None || self.eclipse.occluders == 0) {
                 self.ring_shadow
             } else {
@@ -153,8 +154,8 @@ impl FeatureSelection {
 }
 
 impl FeatureSelection {
-    /// The structure of the cloud shell's draw; `None` where the body has no clouds or the view shows what lies under them.
-    pub fn cloud_needs(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
+    /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows what lies under them.
+    pub fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Final | PixelView::Cost);
         let ground = Self { mesh: None, ..self }.features(body, view);
         shown.then_some(DrawFeatures {
@@ -169,8 +170,8 @@ impl FeatureSelection {
         })
     }
 
-    /// The structure of the ring's draws; `None` where the body has none.
-    pub fn ring_needs(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
+    /// The features of the ring's draws; `None` if the body has no rings.
+    pub fn ring_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let available = Capabilities::of(body);
         let features = DrawFeatures {
             surface: Surface::Ring,
@@ -183,8 +184,8 @@ impl FeatureSelection {
         (available.rings && !available.emissive).then_some(features)
     }
 
-    /// The structure of the draw of the air beside the ground; `None` where there is none or the view does not show it.
-    pub fn sky_needs(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
+    /// The features of the draw of the air beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
+    pub fn sky_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = matches!(view, PixelView::Final | PixelView::Cost | PixelView::OpticalDepth);
         let ground = self.features(body, view);
         let sky = DrawFeatures {

@@ -1,4 +1,4 @@
-//! The uniforms that every draw of a body's globe, or of a shell around it, has.
+//! The uniforms shared by all draws of a body's globe and of the shells around it.
 
 use crate::catalog::{Map, NaifId, Photometry};
 use crate::scene::atmosphere::{air, clouds};
@@ -16,7 +16,7 @@ use glam::DVec3;
 /// Mean square slope of the sea's waves in a wind of 5 m/s (Cox and Munk 1954: 0.003 + 0.00512 per m/s).
 const WAVE_SLOPE_SQ: f64 = 0.0286;
 
-/// The uniforms of a draw of the globe, or of a shell around it by its own placement.
+/// The uniforms of a draw of the globe, or of a shell that has its own placement.
 pub(crate) fn uniforms(
     case: &Case<'_, '_>,
     placement: &camera::Placement,
@@ -24,11 +24,11 @@ pub(crate) fn uniforms(
     maps: MapSet,
     shine: &[LightOn],
 ) -> DrawUniforms {
-    amounts_at(case, placement, rect, maps, shine, case.share)
+    uniforms_of_share(case, placement, rect, maps, shine, case.share)
 }
 
-/// The same for a part of the body's light.
-pub(crate) fn amounts_at(
+/// Like [`uniforms`] for a given part of the body's light.
+pub(crate) fn uniforms_of_share(
     case: &Case<'_, '_>,
     placement: &camera::Placement,
     rect: ClipRect,
@@ -52,20 +52,20 @@ pub(crate) fn amounts_at(
         Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
         _ => 0.0,
     };
-    // The correction of the Sun's phase is in the albedo; another body's light falls, and is seen, at a phase of its own.
-    let of_phase = |l: &LightOn| {
+    // The albedo includes the phase correction for the Sun. Light from another body has a phase angle of its own.
+    let phase_ratio = |l: &LightOn| {
         let alpha = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
         photometry::phase_correction(body, alpha, p.distance_km / body.radii_km.x) / brightness.max(1e-6)
     };
     let in_body = |l: &LightOn| Light {
         direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
-        irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { of_phase(l) }),
+        irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
     };
     let lights =
         if emissive { Vec::new() } else { std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect() };
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
-        albedo: camera::narrow(reflectance * p.tone() * share),
+        albedo: camera::narrow(reflectance * p.radiance_scale() * share),
         lights,
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_u1: camera::narrow(u1),

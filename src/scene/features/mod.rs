@@ -1,6 +1,6 @@
-//! What one body's draws get and do not get, each by a number against a bound.
+//! Decides which features the draws of one body have, each by a value compared with a threshold.
 //!
-//! In: a frame and a placed body. Out: its draws, its point, and every decision with its reason. Each feature decides in its own room;
+//! In: a frame and a placed body. Out: its draws, its point, and every decision with its reason. The module of each effect decides on its features;
 //! [`FEATURES`] lists them in order. Always: a feature reads only what features before it decided.
 
 pub(crate) mod case;
@@ -22,16 +22,16 @@ use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
-use case::{Case, Decided, Feature, Frame, decided};
+use case::{Case, Decisions, Feature, Frame, decide_in_order};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-/// What became of one body.
-pub(crate) struct Seen {
+/// Everything decided about one body.
+pub(crate) struct DecidedBody {
     pub appearance: Appearance,
     pub diameter_px: f64,
     pub decisions: Vec<Decision>,
-    /// The globe first.
+    /// The draws of the body, the globe first.
     pub draws: Vec<Draw>,
     pub point: Option<Point>,
 }
@@ -49,17 +49,17 @@ const FEATURES: [Feature; 9] = [
     atmosphere::cloud_decision::decide,
 ];
 
-/// Those of a body whose air alone is in the picture.
-const FEATURES_OF_AIR_ALONE: [Feature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
+/// The features of a body of which only the atmosphere is in the picture.
+const AIR_ONLY_FEATURES: [Feature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
 
-/// Those that read maps.
-const FEATURES_WITH_MAPS: [Feature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
+/// The features that read maps.
+const MAP_FEATURES: [Feature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
 
-/// Leaves out pairs of features that would multiply the number of keys for a rare sight.
-fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+/// Leaves out rare combinations of features that would multiply the number of shader keys.
+fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut so_far.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
-        // Each ring's shadow under each tier, number of occluders and model would triple those keys.
+        // Combining ring shadow, atmosphere tier, number of occluders and eclipse model would triple these keys.
         so_far.log.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
         chosen.ring_shadow = RingShadow::None;
     }
@@ -74,15 +74,15 @@ fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     so_far
 }
 
-/// Decides on all features of one body. `hidden_inside`: the camera is at its centre.
-pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, hidden_inside: bool) -> Seen {
+/// Decides on all features of one body. `camera_at_centre`: the camera is at its centre.
+pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
     let case = Case::of(frame, placed);
     let mut log = case.log();
-    if hidden_inside {
-        return not_shown(&case, Decided::nothing(log), "the camera is at its centre");
+    if camera_at_centre {
+        return not_shown(&case, Decisions::new(log), "the camera is at its centre");
     }
     if case.rect.is_none() && case.ring_view.is_none() {
-        return air_alone(&case, Decided::nothing(log));
+        return decide_air_only(&case, Decisions::new(log));
     }
     let what = if case.rect.is_some() { "its outline meets" } else { "its rings meet" };
     log.note("visible", true, format!("{what} the frame"));
@@ -90,23 +90,23 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, hidden_inside: 
     let diameter_px = case.diameter_px;
     if case.share <= 0.0 {
         let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
-        return Seen { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
+        return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
     }
-    let decided = decided(&FEATURES, &case, Decided::nothing(log));
+    let decided = decide_in_order(&FEATURES, &case, Decisions::new(log));
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
     let globe = case.rect.map(|rect| globe(&case, &decided, rect));
-    let (draws, decisions) = assembled(&case, globe, decided);
-    Seen { appearance, diameter_px, decisions, draws, point }
+    let (draws, decisions) = assemble(&case, globe, decided);
+    DecidedBody { appearance, diameter_px, decisions, draws, point }
 }
 
-/// The map files that the body's draws read where all of them can be read.
+/// The map files that the body's draws read, if all of them are readable.
 pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
     let case = Case::of(frame, placed);
     let has_mesh = meshes::is_wanted(frame.context, frame.camera, placed);
     if case.share <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
         return None;
     }
-    let decided = decided(&FEATURES_WITH_MAPS, &case, Decided::nothing(case.log()));
+    let decided = decide_in_order(&MAP_FEATURES, &case, Decisions::new(case.log()));
     let features = decided.chosen.features(case.body(), case.pixel_view());
     let mut files = map_files(&case, &features, &decided);
     let over_ground = decided.clouds.and_then(|c| c.map_files.cloud);
@@ -114,48 +114,48 @@ pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
-fn not_shown(case: &Case<'_, '_>, mut decided: Decided<'_>, reason: &str) -> Seen {
+fn not_shown(case: &Case<'_, '_>, mut decided: Decisions<'_>, reason: &str) -> DecidedBody {
     decided.log.note("visible", false, reason.into());
     let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
-    Seen { appearance, diameter_px: case.diameter_px, decisions, draws: Vec::new(), point: None }
+    DecidedBody { appearance, diameter_px: case.diameter_px, decisions, draws: Vec::new(), point: None }
 }
 
-/// A body whose ground is outside the frame, and whose air may be in it.
-fn air_alone<'c>(case: &Case<'c, '_>, so_far: Decided<'c>) -> Seen {
-    let features: &[Feature] = if case.body().atmosphere.is_some() { &FEATURES_OF_AIR_ALONE } else { &[] };
-    let decided = decided(features, case, so_far);
+/// Decides on a body whose ground is outside the frame, but whose atmosphere may be in it.
+fn decide_air_only<'c>(case: &Case<'c, '_>, so_far: Decisions<'c>) -> DecidedBody {
+    let features: &[Feature] = if case.body().atmosphere.is_some() { &AIR_ONLY_FEATURES } else { &[] };
+    let decided = decide_in_order(features, case, so_far);
     if decided.sky.is_none() {
         let reason = if case.placed.outline == Outline::Behind { "behind the camera" } else { "outside the frame" };
         return not_shown(case, decided, reason);
     }
-    let (draws, decisions) = assembled(case, None, decided);
-    Seen { appearance: Appearance::Disc, diameter_px: case.diameter_px, decisions, draws, point: None }
+    let (draws, decisions) = assemble(case, None, decided);
+    DecidedBody { appearance: Appearance::Disc, diameter_px: case.diameter_px, decisions, draws, point: None }
 }
 
-/// Decides on the point that stands for a small disc or for a part of its light.
+/// Decides on the point that replaces a small disc, or that carries part of its light.
 fn point_of(case: &Case<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let (frame, p, share) = (case.frame, case.placed, case.share);
-    // Points are drawn over the air, so that all that it takes is taken here.
-    let through = frame.air.filter(|a| a.body.id != p.body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
-    let flux = point::flux(frame.camera, p) * (1.0 - share) * through;
-    // A point that can be seen at all goes dark in a shadow.
-    let shows = share < 1.0 && frame.bound.counts(flux.max_element());
-    let flux = if shows { flux * eclipse::before_sun::dimming(frame.context, p, case.diameter_px) } else { flux };
+    // Points are drawn after the air, so its transmittance is applied here.
+    let transmittance = frame.air.filter(|a| a.body.id != p.body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
+    let flux = point::flux(frame.camera, p) * (1.0 - share) * transmittance;
+    // Eclipses are evaluated only for a point that would be visible without them.
+    let is_visible = share < 1.0 && frame.threshold.is_exceeded_by(flux.max_element());
+    let flux = if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, p, case.diameter_px) } else { flux };
     let reason = format!("{:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px", case.diameter_px);
     let flux = if case.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     if !log.effect(Effect::Points, share < 1.0, reason) || share >= 1.0 {
         return None;
     }
     let most = flux.max_element();
-    if !frame.bound.counts(most) {
-        log.note("point-visible", false, frame.bound.description(most));
+    if !frame.threshold.is_exceeded_by(most) {
+        log.note("point-visible", false, frame.threshold.description(most));
         return None;
     }
     frame.camera.clip(p.placement.centre_km).map(|clip| point::sprite(p.body.id, clip, flux))
 }
 
-/// The files of the maps that a structure reads.
-fn map_files(case: &Case<'_, '_>, features: &DrawFeatures, decided: &Decided<'_>) -> MapFiles {
+/// The files of the maps that a set of features reads.
+fn map_files(case: &Case<'_, '_>, features: &DrawFeatures, decided: &Decisions<'_>) -> MapFiles {
     let body = case.body();
     let file = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     MapFiles {
@@ -169,13 +169,13 @@ fn map_files(case: &Case<'_, '_>, features: &DrawFeatures, decided: &Decided<'_>
 }
 
 /// The draw of the globe or of its mesh.
-fn globe(case: &Case<'_, '_>, decided: &Decided<'_>, rect: ClipRect) -> Draw {
+fn globe(case: &Case<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
     let (frame, p, body) = (case.frame, case.placed, case.body());
-    // Light from beyond the camera's air comes reddened.
+    // The camera's own air reddens light from beyond it.
     let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
     let features = decided.chosen.features(body, case.pixel_view());
     let uniforms = globe::uniforms(case, &p.placement, rect, decided.chosen.maps, &decided.shine);
-    let factor = p.tone() * case.share * tint;
+    let factor = p.radiance_scale() * case.share * tint;
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), albedo: uniforms.albedo * camera::narrow(tint), overlays, ..uniforms };
     if let Some(model) = case.model.filter(|_| features.shape == Shape::Mesh) {
@@ -185,13 +185,13 @@ fn globe(case: &Case<'_, '_>, decided: &Decided<'_>, rect: ClipRect) -> Draw {
 }
 
 /// All draws of a body, the globe first, and its decisions.
-fn assembled(case: &Case<'_, '_>, globe: Option<Draw>, mut decided: Decided<'_>) -> (Vec<Draw>, Vec<Decision>) {
+fn assemble(case: &Case<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
     if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.places.is_empty() {
         decided.eclipse.spread = air_spread::tables(case.body(), &decided.eclipse);
     }
     for draw in &mut draws {
-        // Features round the number of lights up.
+        // The features may have more lights than are lit; the rest are black.
         let dark =
             Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {

@@ -1,4 +1,4 @@
-//! Every structure that a frame can ask for.
+//! Every set of draw features that a frame can ask for.
 //!
 //! [`possible_features`] lists what [`FeatureSelection::features`] can return for any choice that the catalog's bodies allow, so the keys that are
 //! validated ahead of time and the keys that frames use come from the same two functions.
@@ -13,9 +13,9 @@ use crate::scene::features::choice::{Capabilities, FeatureSelection};
 use crate::scene::thresholds::MAX_LIGHTS;
 use std::collections::BTreeSet;
 
-/// No occluder, and every number of occluders under every model that the body's system allows.
+/// No occluder, and each number of occluders under each model that the body's system allows.
 fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
-    let (most, refracted) = occluders::possible(catalog.bodies(), body);
+    let (most, refracted) = occluders::max_occluders(catalog.bodies(), body);
     let mut all = vec![Eclipse::default()];
     for occluders in 1..=most {
         let models = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
@@ -25,7 +25,7 @@ fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
     all
 }
 
-/// Every set of the maps that a body has.
+/// Every subset of the maps that a body has.
 fn possible_maps(body: &Body) -> Vec<MapSet> {
     let of = Capabilities::of(body).maps;
     let has = |bits: u8, bit: u8| bits & (1 << bit) != 0;
@@ -39,15 +39,15 @@ fn possible_maps(body: &Body) -> Vec<MapSet> {
     (0..32).map(set).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// No mesh, and the body's: with and without colours, which its file may have.
+/// No mesh, and the body's mesh with and without vertex colours, which its file may have.
 fn possible_meshes(body: &Body) -> Vec<Option<Flags>> {
     let of = |m: &ShapeModel, vertex_colour| Some(Flags { two_sided: m.two_sided, alpha_texture: m.alpha, vertex_colour });
     let meshes = body.mesh.iter().flat_map(|m| [false, m.vertex_colours].map(|coloured| of(m, coloured)));
     std::iter::once(None).chain(meshes).collect()
 }
 
-/// A choice's globe with and without the ring's light, under each number of overlays, by each shape.
-fn ground_needs(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
+/// The features of the globe for one selection: with and without ring-shine, for each number of overlays and each shape.
+fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let of = move |overlays| {
@@ -63,7 +63,7 @@ fn ground_needs(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl 
     })
 }
 
-/// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
+/// Every set of draw features that a frame can ask for, for any body of the catalog under any effects and pixel view: sorted, without duplicates.
 pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
     let both = [false, true];
     let mut all = BTreeSet::new();
@@ -75,7 +75,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                 for maps in possible_maps(body) {
                     for shine in 0..MAX_LIGHTS {
                         for &eclipse in &eclipses {
-                            // The two shadows are parts of different draws, so that their values need not be crossed.
+                            // The two shadows belong to different draws, so their values are paired instead of combined.
                             let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
                             for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
                                 let air = AtmosphereModel::None;
@@ -90,9 +90,9 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     air,
                                     ..FeatureSelection::default()
                                 };
-                                all.extend(ground_needs(chosen, body, view));
-                                all.extend(chosen.cloud_needs(body, view));
-                                all.extend(chosen.ring_needs(body, view));
+                                all.extend(ground_features(chosen, body, view));
+                                all.extend(chosen.cloud_features(body, view));
+                                all.extend(chosen.ring_features(body, view));
                             }
                             for air in air::possible_tiers(body) {
                                 for ring_shadow in RingShadow::ALL {
@@ -105,9 +105,9 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                         ring_shadow,
                                         ..FeatureSelection::default()
                                     };
-                                    all.extend(ground_needs(chosen, body, view));
-                                    all.extend(chosen.cloud_needs(body, view));
-                                    all.extend(chosen.sky_needs(body, view));
+                                    all.extend(ground_features(chosen, body, view));
+                                    all.extend(chosen.cloud_features(body, view));
+                                    all.extend(chosen.sky_features(body, view));
                                 }
                             }
                         }

@@ -1,9 +1,9 @@
-//! How bright the picture is: the exposure that is asked for, or one that is made for what fills the frame.
+//! The exposure of a picture: set by the user, or chosen for what fills the frame.
 //!
-//! In: the request, the camera and the bodies where they are seen. Out: [`Exposure`] with its reason. The light meter (`meter`) weighs what is in the
-//! frame; what weighs most decides, sharply, so that no picture is a compromise between two that differ by twenty stops. Always: the Sun's
-//! glare whitens no more than about a tenth of the frame, the exposure opens no further than a photograph of the night sky, and it changes continuously with place,
-//! time, field of view and phase. Views that show numbers are exposed by their legend.
+//! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) weighs what is in the frame; the
+//! heaviest subject dominates, so that no picture is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare whitens at most
+//! about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes continuously with place, time, field of
+//! view and phase. Pixel views of quantities have a fixed exposure, given by their legend.
 
 use crate::catalog::NaifId;
 use crate::scene::atmosphere::air;
@@ -18,22 +18,22 @@ use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ExposureRequest;
 use crate::scene::resources::Context;
 
-/// How sharply what weighs more decides: the power of weights. Things that weigh as 1 to 3 decide as 1 to 9.
-const DECIDES: i32 = 2;
-/// How sharply the greater of two whites counts: at equality it is a quarter of a stop greater than either.
-const JOINS: i32 = 4;
-/// The Sun's glare in half of the frame is at most this part of white: before things that are brighter than it, and before a dark sky.
-const GLARE_OF_WHITE: [f64; 2] = [0.2, 0.02];
-/// Stops by which the brightest city lights must be beyond white to count in full.
-const LAMPS_OVER_STOPS: f64 = 2.0;
+/// Exponent on the weights of subjects: weights of 1 to 3 contribute as 1 to 9.
+const WEIGHT_EXPONENT: i32 = 2;
+/// Exponent of the smooth maximum of several white levels: of two equal ones it is a quarter of a stop above either.
+const SMOOTH_MAX_EXPONENT: i32 = 4;
+/// Upper limit of the median glare in the frame, as a part of white: in front of subjects brighter than the glare, and in front of a dark sky.
+const MAX_MEDIAN_GLARE: [f64; 2] = [0.2, 0.02];
+/// Stops by which the brightest city lights must exceed white for their full weight.
+const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 
-/// The exposure of a picture: the metered one, or what was asked for of it.
+/// The exposure of a picture: metered, or as requested.
 pub(crate) fn exposure(
     context: Context<'_>,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
-    air: Option<&air::Around<'_>>,
+    air: Option<&air::SurroundingAir<'_>>,
 ) -> Exposure {
     if let ExposureRequest::Stops(stops) = context.request.exposure {
         return Exposure::of(stops, "set by you");
@@ -47,12 +47,12 @@ fn metered(
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
-    air: Option<&air::Around<'_>>,
+    air: Option<&air::SurroundingAir<'_>>,
 ) -> Exposure {
     let (request, resources) = (context.request, context.resources);
     match request.pixel_view {
         PixelView::Final => {}
-        // White: a plane that faces the Sun at the target.
+        // White is a plane that faces the Sun at the target.
         PixelView::Sunlight => {
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
             let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
@@ -65,32 +65,33 @@ fn metered(
         _ => return Exposure::of(0.0, "the picture shows a number: 1 is white"),
     }
     let air = air.filter(|a| a.is_bright());
-    let by = |night_lights: f64| chosen(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
-    let without = by(0.0);
-    // City lights count as far as the exposure would overexpose them.
+    let exposure_with =
+        |night_lights: f64| from_reading(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
+    let without = exposure_with(0.0);
+    // City lights are weighted by how much the exposure would overexpose them.
     let brightest = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(|p| night_lights::brightest(p.body))
         .fold(0.0, f64::max);
-    let beyond = (brightest / without.white()).max(1e-30).log2() / LAMPS_OVER_STOPS;
-    if beyond > 0.0 { by(beyond.min(1.0)) } else { without }
+    let beyond = (brightest / without.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    if beyond > 0.0 { exposure_with(beyond.min(1.0)) } else { without }
 }
 
-/// The exposure that a reading makes.
-fn chosen(reading: Reading) -> Exposure {
+/// The exposure for a reading of the light meter.
+fn from_reading(reading: Reading) -> Exposure {
     let mut metered = reading.metered;
-    let power = |m: &Metered| m.weight.powi(DECIDES);
-    let whole: f64 = metered.iter().map(power).sum();
-    let log_white: f64 = metered.iter().map(|m| power(m) / whole * (m.radiance / m.target_level).ln()).sum();
+    let power = |m: &Metered| m.weight.powi(WEIGHT_EXPONENT);
+    let total_power: f64 = metered.iter().map(power).sum();
+    let log_white: f64 = metered.iter().map(|m| power(m) / total_power * (m.radiance / m.target_level).ln()).sum();
     let key = log_white.exp();
-    // Before what is brighter than the glare, it matters little; before a dark sky it is what makes the picture grey.
-    let drowns = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
-    let [lit, dark] = GLARE_OF_WHITE.map(f64::recip);
-    let limits = [key, reading.glare * (lit + (dark - lit) * drowns), darkest_white()];
-    let white = limits.iter().map(|w| w.powi(JOINS)).sum::<f64>().powf(1.0 / f64::from(JOINS));
+    // Glare matters little in front of brighter subjects; in front of a dark sky it would make the picture grey.
+    let dark_weight = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
+    let [lit, dark] = MAX_MEDIAN_GLARE.map(f64::recip);
+    let limits = [key, reading.glare * (lit + (dark - lit) * dark_weight), darkest_white()];
+    let white = limits.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
     metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason(&metered, |m| power(m) / whole, limits))
+    Exposure::of(-white.log2(), reason(&metered, |m| power(m) / total_power, limits))
 }
 
 /// Bodies in the frame whose city lights the exposure would overexpose.
@@ -105,7 +106,7 @@ pub(crate) fn night_lights_wanted(context: Context<'_>, camera: &Camera, placed:
     placed.iter().filter(|_| metered && drawn).filter(wanted).map(|p| p.body.id).collect()
 }
 
-/// One sentence: what was metered, how bright it is, what held the exposure.
+/// One sentence: the main subject, its luminance, and what limited the exposure.
 fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> String {
     let candelas = |radiance: f64| {
         let l = radiance * CANDELAS_PER_RADIANCE;
@@ -124,7 +125,7 @@ fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, dark
     text
 }
 
-/// A number of three digits or so.
+/// Formats a number with about three significant digits.
 struct Rounded(f64);
 
 impl std::fmt::Display for Rounded {

@@ -1,6 +1,6 @@
-//! Light that a whole body sends to the viewer in full sunlight: its globe and its rings.
+//! The irradiance that a whole body, globe and rings, causes at the viewer in full sunlight.
 //!
-//! Left out: light that other bodies reflect on it. Errors: globes 0.2 magnitudes, Saturn with rings 0.15 (tests/scene/magnitudes.rs).
+//! Left out: light that other bodies reflect onto it. Errors: 0.2 magnitudes for globes, 0.15 for Saturn with rings (tests/scene/magnitudes.rs).
 
 use crate::catalog::Body;
 use crate::scene::light::photometry;
@@ -9,15 +9,15 @@ use crate::scene::rings::ring_table::RingTables;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Of globe and rings, in full sunlight. `sun_km` and `viewer_km`: from the body's centre, body axes.
+/// Irradiance from globe and rings in full sunlight. `sun_km` and `viewer_km`: positions relative to the body's centre, body axes.
 pub(crate) fn irradiance(tables: &RingTables, body: &Body, alpha: f64, sun_km: DVec3, viewer_km: DVec3) -> f64 {
-    let (away_km, viewer) = (viewer_km.length(), viewer_km.normalize());
+    let (viewer_distance_km, viewer) = (viewer_km.length(), viewer_km.normalize());
     let outline_squared_km2 = photometry::projected_radius_squared_km2(body.radii_km, viewer);
-    let sun_away_km = sun_km.length().max(1.0);
-    let globe = photometry::irradiance_at_viewer(body, alpha, sun_away_km, away_km, outline_squared_km2);
+    let sun_distance_km = sun_km.length().max(1.0);
+    let globe = photometry::irradiance_at_viewer(body, alpha, sun_distance_km, viewer_distance_km, outline_squared_km2);
     if body.rings.is_empty() || sun_km == DVec3::ZERO {
         return globe;
     }
     let rings = RingLight::of(tables, body, sun_km.normalize(), viewer);
-    globe * rings.globe_left + rings.added * (body.radii_km.x / away_km * KM_PER_AU / sun_away_km).powi(2)
+    globe * rings.globe_fraction + rings.ring_albedo * (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2)
 }

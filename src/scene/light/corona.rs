@@ -1,18 +1,18 @@
-//! The Sun's corona: how bright it is at a distance from the Sun's centre, how flat, and when it is drawn.
+//! The Sun's corona: its radiance by distance from the Sun's centre, its flattening, and when it is drawn.
 //!
-//! In: the Sun where it is seen, what hides it, what is white, the date. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the reason; for
-//! exposure and tests the law alone. It lies around the Sun: what is nearer hides it, the air before it dims it, and there is none on the Sun's disc. K and F
-//! corona together, by Baumbach's law in every direction's mean; isophotes are flattened by Ludendorff's index, which swings with the cycle of sunspots. Left out:
-//! streamers and the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere, and what a camera within
-//! the corona sees: the law is that of an observer far outside. From 15 to 25 degrees from the Sun the zodiacal light
-//! takes over (scene::sky::zodiacal).
+//! In: the apparent place of the Sun, the white level, the date. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the reason; for exposure
+//! and tests the radiance law alone. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the air in front dims it. K and F
+//! corona are combined: averaged over position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the
+//! sunspot cycle. Left out: streamers, the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere,
+//! and the view of a camera inside the corona: the law is that of an observer far outside. From 15 to 25 degrees from the Sun the corona fades into the
+//! zodiacal light (scene::sky::zodiacal).
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
 use crate::scene::light::glow::{self, VEILING_GLARE};
 use crate::scene::light::photometry::sun_disc_radiance;
 use crate::scene::placed::PlacedBody;
-use crate::scene::purpose::Bound;
+use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::sky::zodiacal;
@@ -21,31 +21,31 @@ use crate::time::Instant;
 use crate::units::KM_PER_AU;
 use glam::{DVec3, Vec3, Vec4};
 
-/// Radiance of the disc's centre over the disc's mean in the visual band: one over 1 - u1/3 - u2/6 with the catalog's limb darkening is 1.1 to 1.3;
-/// Baumbach's figures count in units of the disc's centre.
+/// Ratio of the radiance of the disc's centre to the disc's mean in the visual band: 1 / (1 - u1/3 - u2/6) with the catalog's limb darkening is 1.1 to 1.3.
+/// Baumbach's figures are in units of the disc's centre.
 const CENTRE_OVER_MEAN: f64 = 1.2;
 
-/// Baumbach 1937, Astron. Nachr. 263, 121: factors and powers of the distance, of a millionth of the radiance of the disc's centre.
-const TERMS: [(f64, f64); 3] = [(0.0532, 2.5), (1.425, 7.0), (2.565, 17.0)];
+/// Baumbach 1937, Astron. Nachr. 263, 121: coefficients, in millionths of the radiance of the disc's centre, and exponents of 1 / distance.
+const BAUMBACH_TERMS: [(f64, f64); 3] = [(0.0532, 2.5), (1.425, 7.0), (2.565, 17.0)];
 
-/// A Sun narrower than this many pixels has no corona that could be told from it.
+/// Smallest diameter of the Sun, in pixels, at which its corona can be told from it.
 const MIN_SUN_PX: f64 = 1.0;
 
-/// Minima of the smoothed sunspot number, years (SILSO's dates of the beginnings of the cycles 11 to 25, to a month).
-const MINIMA: [f64; 15] =
+/// Dates of sunspot minima, years (SILSO's beginnings of the cycles 11 to 25, to a month).
+const SUNSPOT_MINIMA: [f64; 15] =
     [1867.2, 1879.0, 1890.2, 1902.1, 1913.6, 1923.6, 1933.7, 1944.1, 1954.3, 1964.8, 1976.2, 1986.7, 1996.6, 2008.9, 2019.9];
-/// Before and after the table: the mean length of a cycle. Within 50 years of its ends the phase may be off by half a cycle.
-const CYCLE_YEARS: f64 = 11.0;
-/// Part of a cycle from minimum to maximum: 4.2 years of the mean 11. An estimate; single cycles lie between 0.25 and 0.5.
-const RISE: f64 = 0.38;
-/// Ludendorff's index at a minimum and at a maximum: the middles of 0.3 to 0.4 and 0.0 to 0.1 (Pishkalo 2023, Kinem. Phys. Celest. Bodies 39, 164: 69 eclipses of
-/// 1851 to 2020). A single eclipse scatters about the line between by 0.06, an estimate from the correlation given there.
-const INDEX: (f64, f64) = (0.35, 0.05);
+/// Mean length of a cycle, used before and after the table. Within 50 years of its ends the phase may be off by half a cycle.
+const MEAN_CYCLE_YEARS: f64 = 11.0;
+/// Fraction of a cycle from minimum to maximum: 4.2 of 11 years on average. An estimate; single cycles lie between 0.25 and 0.5.
+const RISE_FRACTION: f64 = 0.38;
+/// Ludendorff's index at a minimum and at a maximum: the middles of 0.3 to 0.4 and 0.0 to 0.1 (Pishkalo 2023, Kinem. Phys. Celest. Bodies 39, 164: 69
+/// eclipses of 1851 to 2020). Single eclipses scatter about the line between them by 0.06, an estimate from the correlation given there.
+const LUDENDORFF_INDEX: (f64, f64) = (0.35, 0.05);
 
 /// Uniforms of the corona, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corona {
-    /// Left, top, right, bottom: what holds all light over [`VISIBLE_LIGHT`](crate::scene::thresholds::VISIBLE_LIGHT) of white.
+    /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`](crate::scene::thresholds::VISIBLE_LIGHT) of white.
     pub rect_in_clip: Vec4,
     /// How many of the scene's draws lie behind it.
     pub draws_behind: usize,
@@ -59,40 +59,40 @@ pub struct Corona {
     pub outer_cosine: f32,
     pub per_cosine: f32,
     pub colour: Vec3,
-    /// Radiance that is taken away everywhere, so that nothing is left at the rectangle's edge; 0 for linear light.
+    /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
     pub least: f32,
 }
 
-/// The terms at the limb, in units of a white plane's radiance that faces the Sun at 1 au.
+/// Baumbach's terms at the limb, in units of the radiance of a white plane that faces the Sun at 1 au.
 fn terms() -> [(f64, f64); 3] {
-    TERMS.map(|(factor, power)| (1e-6 * factor * CENTRE_OVER_MEAN * sun_disc_radiance(), power))
+    BAUMBACH_TERMS.map(|(factor, power)| (1e-6 * factor * CENTRE_OVER_MEAN * sun_disc_radiance(), power))
 }
 
-/// Mean radiance over the position angles at `rho` solar radii from the Sun's centre, in units of a white plane's that faces the Sun at 1 au; 0 on the disc.
+/// Radiance at `rho` solar radii from the Sun's centre, averaged over position angle, in units of a white plane that faces the Sun at 1 au; 0 on the disc.
 pub fn radiance(rho: f64) -> f64 {
     if rho < 1.0 { 0.0 } else { terms().iter().map(|(factor, power)| factor * rho.powf(-power)).sum() }
 }
 
-/// How active the Sun is, by the phase of its cycle: 0 at a minimum of sunspots, 1 at a maximum.
+/// Solar activity by the phase of the sunspot cycle: 0 at a minimum, 1 at a maximum.
 pub fn activity(time: Instant) -> f64 {
     let year = 2000.0 + (time.jd_tt() - 2_451_545.0) / 365.25;
-    let (first, last) = (MINIMA[0], MINIMA[MINIMA.len() - 1]);
+    let (first, last) = (SUNSPOT_MINIMA[0], SUNSPOT_MINIMA[SUNSPOT_MINIMA.len() - 1]);
     let phase = if (first..last).contains(&year) {
-        let k = MINIMA.partition_point(|m| *m <= year).clamp(1, MINIMA.len() - 1);
-        (year - MINIMA[k - 1]) / (MINIMA[k] - MINIMA[k - 1])
+        let k = SUNSPOT_MINIMA.partition_point(|m| *m <= year).clamp(1, SUNSPOT_MINIMA.len() - 1);
+        (year - SUNSPOT_MINIMA[k - 1]) / (SUNSPOT_MINIMA[k] - SUNSPOT_MINIMA[k - 1])
     } else {
         let past = if year < first { first } else { last };
-        ((year - past) / CYCLE_YEARS).rem_euclid(1.0)
+        ((year - past) / MEAN_CYCLE_YEARS).rem_euclid(1.0)
     };
-    if phase < RISE { phase / RISE } else { (1.0 - phase) / (1.0 - RISE) }
+    if phase < RISE_FRACTION { phase / RISE_FRACTION } else { (1.0 - phase) / (1.0 - RISE_FRACTION) }
 }
 
-/// Ludendorff's index a + b: by how much the isophote of two solar radii is wider along the equator than along the poles.
+/// Ludendorff's index a + b: the flattening of the isophote of two solar radii.
 pub fn flattening(time: Instant) -> f64 {
-    INDEX.0 + (INDEX.1 - INDEX.0) * activity(time)
+    LUDENDORFF_INDEX.0 + (LUDENDORFF_INDEX.1 - LUDENDORFF_INDEX.0) * activity(time)
 }
 
-/// Solar radii from the centre within which the corona is brighter than a radiance.
+/// Distance from the centre, in solar radii, within which the corona is brighter than `least`.
 fn reach(least: f64) -> f64 {
     let (mut near, mut far) = (1.0_f64, 1e5_f64);
     for _ in 0..50 {
@@ -102,7 +102,7 @@ fn reach(least: f64) -> f64 {
     far
 }
 
-/// Where it lies in the picture: all directions within so many sines of the Sun's.
+/// The rectangle in the picture that contains all directions within an angle of the Sun's, given by its sine.
 fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     if sine >= 1.0 {
         return ClipRect::VIEWPORT;
@@ -111,28 +111,28 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glow::reach(camera, in_camera, 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// The corona of a frame with its reason, where the catalog has a Sun before the camera. `tint`: colour that the air gives to light from beyond.
+/// The corona of a frame with its reason; `None` without a Sun in the picture. `tint`: colour that the air gives to light from beyond.
 pub(crate) fn corona(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
-    bound: Bound,
+    threshold: Threshold,
     tint: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Corona, bool, String)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
     let towards = sun.placement.centre_km / sun.distance_km;
     let sine = sun.body.radii_km.x / sun.distance_km;
-    // The pole is the third row of the rotation; from over a pole any direction will do, for there the corona is round to the eye, which the law does not know.
+    // The pole is the third row of the rotation. From above a pole any direction will do, because the corona looks round there.
     let pole = sun.placement.body_from_icrf.row(2);
     let up = (pole - towards * pole.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let tilt = pole.dot(towards).abs();
     let axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
-    // Its contours run from a half to twice the mean.
-    let least = bound.least_shown(VISIBLE_LIGHT);
+    // Flattening changes the radiance by a factor of 0.5 to 2 from the mean.
+    let least = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let mut reach = reach(0.5 * least) * sine;
-    // From so near that no zodiacal light is drawn it goes on.
+    // So near to the Sun no zodiacal light is drawn, and the corona has no outer end.
     let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
         [-2.0, -3.0]
     } else {
@@ -147,27 +147,30 @@ pub(crate) fn corona(
     let sun_px = 2.0 * sine / camera.pixel_tangent();
     let has_glare = request.effects.override_of(Effect::Glow) != Some(false);
     let irradiance = (KM_PER_AU / sun.distance_km).powi(2);
-    let glare =
-        if has_glare { VEILING_GLARE * irradiance * glow::part_seen(placed, sun) / sine.max(camera.pixel_tangent()).powi(2) } else { 0.0 };
-    // Under glare it is told from it by the same part as from white.
-    let on = sun_px >= MIN_SUN_PX && bound.counts(limb - VISIBLE_CHANGE * glare);
+    let glare = if has_glare {
+        VEILING_GLARE * irradiance * glow::visible_fraction(placed, sun) / sine.max(camera.pixel_tangent()).powi(2)
+    } else {
+        0.0
+    };
+    // Against glare the corona must stand out by the same relative change as against white.
+    let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
         format!("the Sun is {sun_px:.2} px across against {MIN_SUN_PX}")
     } else {
         let index = flattening(request.time);
         let drowned = if glare > 0.0 { format!(", under glare {:.1e} times as bright", glare / limb) } else { String::new() };
-        format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", bound.description(limb))
+        format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", threshold.description(limb))
     };
-    let narrowed = |v: DVec3| narrow(axes(v));
+    let in_sun_axes = |v: DVec3| narrow(axes(v));
     let corona = Corona {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
         draws_behind: 0,
-        middle: narrowed(camera.forward),
-        across: narrowed(camera.right * camera.tan_half_fov.x),
-        up: narrowed(camera.up * camera.tan_half_fov.y),
+        middle: in_sun_axes(camera.forward),
+        across: in_sun_axes(camera.right * camera.tan_half_fov.x),
+        up: in_sun_axes(camera.up * camera.tan_half_fov.y),
         radii_per_sine: narrow_scalar(1.0 / sine),
         half_px: narrow_scalar(0.5 * camera.pixel_tangent() * ahead * ahead / sine),
-        // Seen from over a pole an equatorial belt is a ring.
+        // An equatorial belt seen from above a pole is a ring.
         flattening: narrow_scalar(flattening(request.time) * (1.0 - tilt * tilt)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),
         outer_cosine: narrow_scalar(outer_cosine),
@@ -212,7 +215,7 @@ mod tests {
         let all: Vec<f64> = months.map(|y| flattening(at(y))).collect();
         assert!(all.iter().all(|f| (0.05..=0.35).contains(f)));
         assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 0.012), "a month changes it by no more than a steep rise does");
-        for m in MINIMA {
+        for m in SUNSPOT_MINIMA {
             assert!(flattening(at(m)) > 0.345, "{m}");
         }
         // Eclipses at maxima were round (1980, 2001, 2024), at minima long (1954, 1994 to 1998 before and after, 2019).

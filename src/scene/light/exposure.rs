@@ -1,28 +1,28 @@
-//! How bright a picture is: the factor from radiance to brightness, and the levels that exposures are made for.
+//! The exposure of a picture: the factor from radiance to display values, and the levels that automatic exposure aims at.
 
 use crate::scene::camera::narrow_scalar;
 
-/// How radiance becomes brightness.
+/// The exposure of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exposure {
-    /// 2^stops is the factor on radiance.
+    /// Base-2 logarithm of the factor on radiance.
     pub stops: f64,
-    /// What the light meter says, where it was asked; else the same.
+    /// The light meter's result, if it was read; else equal to `stops`.
     pub metered_stops: f64,
-    /// What set it.
+    /// Why the exposure is this, for the user.
     pub reason: String,
 }
 
 impl Exposure {
-    /// Of stops over 1, and what set them.
+    /// An exposure of 2^stops, and the reason for it.
     pub fn of(stops: f64, reason: impl Into<String>) -> Self {
         Self { stops, metered_stops: stops, reason: reason.into() }
     }
-    /// 2^stops.
+    /// The factor on radiance.
     pub fn factor(&self) -> f64 {
         self.stops.exp2()
     }
-    /// The factor for the tone map.
+    /// The factor on radiance, as the tone map takes it.
     pub fn factor_f32(&self) -> f32 {
         narrow_scalar(self.factor())
     }
@@ -32,21 +32,21 @@ impl Exposure {
     }
 }
 
-/// Exposure of the picture of costs: 16384 instructions are white.
+/// Exposure of the pixel view of costs: 16384 instructions are white.
 pub const COST_STOPS: f64 = -14.0;
-/// Radiance of a fully lit disc in its brightest channel, as a part of white, at automatic exposure: bright features of twice the mean
-/// still differ, and a coloured body keeps its colour.
+/// Level at which automatic exposure shows a fully lit disc (brightest channel), as a part of white: features twice as bright as the mean are not clipped,
+/// and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
-/// The same for the Sun, whose disc is what white is: its centre meets white and the darkened limb stays below.
+/// The same for the Sun: its centre reaches white, and the darkened limb stays below.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
-/// Luminance of a white plane that faces the Sun at 1 au, cd/m2: radiance 1. The illuminance is that of V = -26.76 with 2.54e-6 lux for V = 0, 128
-/// klx, over pi. An estimate to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and 134 klx.
+/// Luminance of radiance 1, that of a white plane facing the Sun at 1 au, in cd/m2: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0, 128 klx, over
+/// pi. An estimate to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and 134 klx.
 pub const CANDELAS_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
-/// Over 2^EV at ISO 100, cd/m2: what a camera's sensor shows as white (ISO 12232's saturation-based speed, a lens that lets 0.65 through:
-/// 78 / (100 x 0.65)). Sunlit ground, EV 15, is then exposed by 0 stops.
+/// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
+/// of transmittance 0.65: 78 / (100 x 0.65)). Sunlit ground, EV 15, is then exposed by 0 stops.
 const WHITE_AT_EV_0: f64 = 1.2;
-/// The exposure opens no further: a photograph of the night sky at f/2.8, 8 s, ISO 1600 is one of EV -4. White is then 0.075 cd/m2; a star of 6 mag,
-/// the faintest that the eye sees, is a fifteenth of it in a picture of 45 degrees and 1024 pixels.
+/// Lower limit of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2; a star of 6 mag, the
+/// faintest that the eye sees, is a fifteenth of it in a picture of 45 degrees and 1024 pixels.
 pub const DARKEST_EV: f64 = -4.0;
 
 /// The radiance that the longest exposure shows as white.

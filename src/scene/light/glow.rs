@@ -1,51 +1,51 @@
 //! The Sun's glow: the glare that the eye's or a camera's optics spread around its disc while it is in the frame.
 //!
-//! In: where the Sun stands, what hides it, what is white. Out: [`Glow`], the uniforms of shaders/entry/glow.wesl, and the reason. The law is that of
-//! Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, where it holds from 1 to 30 degrees): about a tenth of
-//! the light goes astray. It stands for the glare of the whole optics; a clean lens spreads less, by a factor that depends on the lens. Nearer than
-//! the Sun's limb (or a pixel, where that is wider) the glare is flat. It is drawn as far as it can change a display level: beyond that it adds less than
-//! [`VISIBLE_LIGHT`] of white. Its light is not taken from the disc, which shines a hundred times as
-//! bright. Left out: streaks and ghosts, which belong to one lens, and glare of bodies other than the Sun.
+//! In: the Sun's apparent place, the bodies in front of it, the white level. Out: [`Glow`], the uniforms of shaders/entry/glow.wesl, and the reason. The
+//! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees): about a tenth of the light is
+//! scattered. It represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or
+//! a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level: beyond that it adds less than [`VISIBLE_LIGHT`]
+//! of white. The disc keeps its full radiance, which is a hundred times that of the glare. Left out: streaks and ghosts, which are specific to a lens, and
+//! glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
 use crate::scene::placed::PlacedBody;
-use crate::scene::purpose::Bound;
+use crate::scene::purpose::Threshold;
 use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// L theta^2 / E with theta in radians, where a white plane facing E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
+/// L theta^2 / E with theta in radians, in units where a white plane under irradiance E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
 pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
-/// The power with which the glare grows while the Sun comes into the frame.
-const ENTERS: i32 = 6;
+/// Exponent with which the glare grows while the Sun enters the frame.
+const ENTRY_EXPONENT: i32 = 6;
 
 /// Uniforms of the glow, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glow {
-    /// Left, top, right, bottom: what holds all light over [`VISIBLE_LIGHT`] of white.
+    /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`] of white.
     pub rect_in_clip: Vec4,
     pub sun_direction: Vec3,
     pub least_sq: f32,
     pub strength: Vec3,
     pub tan_half_fov: Vec2,
-    /// Radiance that is taken away everywhere, so that nothing is left at the rectangle's edge; 0 for linear light.
+    /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
     pub least: f32,
 }
 
-/// The part of the Sun's disc that no body hides from the camera.
-pub(crate) fn part_seen(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> f64 {
-    let left = crate::scene::visibility::hidden::part_left(placed, sun);
-    // Exact ends: the weights' sum is rounded.
+/// The fraction of the Sun's light that no body hides from the camera.
+pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> f64 {
+    let left = crate::scene::visibility::hidden::visible_fraction(placed, sun);
+    // Exactly 1 for an uncovered Sun: the luminance weights' sum is rounded.
     if left == DVec3::ONE { 1.0 } else { luminance(left.to_array()) }
 }
 
-/// How far a disc has come into the frame, from 0 where it touches to 1 where it is in by its radius or by half of the frame; by a power of it, so that the
-/// glare of the Sun, nineteen stops over the dark sky, does not come at once. The outline's rectangle will not do: it is wide for a body at a right angle to
-/// the view.
-fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
+/// How far a disc has entered the frame, from 0 where its edge touches to 1 where it is inside by its radius or by half of the frame; raised to a power, so
+/// that the glare of the Sun, nineteen stops over the dark sky, does not appear at once. The outline's bounding rectangle is no substitute: it is wide for
+/// a body at a right angle to the view.
+fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     if camera.one_of_several {
         return 1.0;
     }
@@ -55,32 +55,32 @@ fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     }
     let within = |across: f64, half: f64| {
         let reach = radius * (1.0 + half * half);
-        ((half + reach - (across / ahead).abs()) / reach.min(half)).clamp(0.0, 1.0).powi(ENTERS)
+        ((half + reach - (across / ahead).abs()) / reach.min(half)).clamp(0.0, 1.0).powi(ENTRY_EXPONENT)
     };
     within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
 }
 
-/// The glare around the Sun: its radiance at an angle theta is `strength` / theta squared, flat within `least_sq`.
+/// The glare around the Sun: its radiance at an angle theta is `strength` / theta squared, constant where theta squared is below `least_sq`.
 pub(crate) struct VeilingGlare {
     /// Unit vector, ICRF.
     pub towards: DVec3,
     pub strength: f64,
     pub least_sq: f64,
-    /// Part of the Sun's disc that no body hides, less while it comes into the frame.
+    /// Fraction of the Sun's light that no body hides, reduced while the Sun enters the frame.
     pub seen: f64,
 }
 
 impl VeilingGlare {
-    /// Of a Sun that is in the frame, if partly: as much of its light goes astray as enters there.
+    /// The glare of a Sun that is at least partly in the frame.
     pub fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let towards = sun.placement.centre_km / sun.distance_km;
         let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
-        let entering = part_in_frame(camera, towards, radius);
+        let entering = entry_fraction(camera, towards, radius);
         if entering <= 0.0 {
             return None;
         }
-        let seen = entering * part_seen(placed, sun);
+        let seen = entering * visible_fraction(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
         let least = radius.max(camera.pixel_tangent());
         Some(Self { towards, strength: VEILING_GLARE * irradiance * seen, least_sq: least * least, seen })
@@ -109,20 +109,20 @@ pub(crate) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     ClipRect { left, top, right, bottom }
 }
 
-/// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `through`: what the air leaves of its light.
+/// The glow of a frame with its reason; `None` without a Sun in the frame. `transmittance`: of the air, towards a direction.
 pub(crate) fn glow(
     camera: &Camera,
     placed: &[PlacedBody<'_>],
-    bound: Bound,
-    through: impl Fn(DVec3) -> DVec3,
+    threshold: Threshold,
+    transmittance: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Glow, bool, String)> {
     let VeilingGlare { towards, strength, least_sq, seen } = VeilingGlare::of(camera, placed)?;
-    let strength = through(towards) * strength;
-    let beside = strength.max_element() / least_sq;
-    let on = bound.counts(beside);
-    let reason = if seen > 0.0 { format!("glare at the limb: {}", bound.description(beside)) } else { "other bodies hide it".into() };
+    let strength = transmittance(towards) * strength;
+    let at_limb = strength.max_element() / least_sq;
+    let on = threshold.is_exceeded_by(at_limb);
+    let reason = if seen > 0.0 { format!("glare at the limb: {}", threshold.description(at_limb)) } else { "other bodies hide it".into() };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    let least = bound.least_shown(VISIBLE_LIGHT);
+    let least = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = reach(camera, in_camera, (strength.max_element() / least.max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
@@ -152,7 +152,7 @@ mod tests {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
         let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
         for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
-            assert_eq!(part_in_frame(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
+            assert_eq!(entry_fraction(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
         }
     }
 

@@ -1,6 +1,7 @@
-//! City lights of a body's night as the light meter sees them: how bright its ground is where the Sun is down.
+//! City lights as the light meter sees them: the radiance of the ground where the Sun is down.
 //!
-//! In: a night map's linear texels and its gain. Out: [`NightLights`], radiance by place. Always: not negative, smooth between places. No picture is drawn by it.
+//! In: a night map's linear texels and its gain. Out: [`NightLights`], radiance by place. Always: not negative, and continuous. Pictures are not drawn from
+//! it; shaders read the map itself.
 
 use crate::catalog::Body;
 use crate::scene::camera::narrow_scalar;
@@ -14,31 +15,32 @@ pub struct NightLights {
     width: usize,
     height: usize,
     radiance: Vec<f32>,
-    /// Of the map's latitude.
+    /// Factor on z that turns a unit-sphere direction into the map's latitude.
     stretch: f64,
 }
 
-/// Radiance of the brightest city lights that a body can have.
+/// Radiance of a white texel of the body's night map; 0 without one.
 pub fn brightest(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
-/// 0 by day, 1 once the Sun is 6 degrees down: shaders/lib/night_lights.wesl.
+/// Fraction of city lights that are on: 0 by day, 1 once the Sun is 6 degrees down; as in shaders/lib/night_lights.wesl.
 pub(crate) fn lit(cos_incidence: f64) -> f64 {
     let x = (cos_incidence / CIVIL_TWILIGHT_SINE + 1.0).clamp(0.0, 1.0);
     1.0 - x * x * (3.0 - 2.0 * x)
 }
 
 impl NightLights {
-    /// Of an equirectangular map: rows from north, each texel's brightest channel, linear, 0 to 1. `None` for texels that do not fill the rows.
+    /// From the texels of an equirectangular map: rows from north, each texel's brightest channel, linear, 0 to 1. `None` if the number of texels is
+    /// wrong.
     pub fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
         let white = brightest(body);
         let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
-        let whole = width > 0 && height > 0 && radiance.len() == width * height;
-        whole.then(|| Self { width, height, radiance, stretch: body.map_latitude_stretch() })
+        let is_complete = width > 0 && height > 0 && radiance.len() == width * height;
+        is_complete.then(|| Self { width, height, radiance, stretch: body.map_latitude_stretch() })
     }
 
-    /// At a place of the unit-sphere frame.
+    /// Radiance at a point of the unit-sphere frame, bilinearly interpolated.
     pub fn at(&self, point: DVec3) -> f64 {
         let direction = (point * DVec3::new(1.0, 1.0, self.stretch)).normalize();
         let u = 0.5 + direction.y.atan2(direction.x) / TAU;

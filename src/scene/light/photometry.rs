@@ -1,7 +1,7 @@
-//! How bright a body is as a whole: geometric albedo and phase function of each photometric model, published phase laws, magnitudes.
+//! Disc-integrated photometry: geometric albedo and phase function of each photometric model, published phase laws, magnitudes.
 //!
-//! Radiance is counted so that a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi). Irradiance 1 is the
-//! Sun's at 1 au. In these units a body of geometric albedo p at full phase has the mean radiance p times its irradiance.
+//! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
+//! at full phase then has the mean radiance p times its irradiance.
 
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::scene::light::phase_laws;
@@ -13,11 +13,10 @@ use std::f64::consts::PI;
 /// Visual magnitude of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47, table 3: Johnson V).
 pub const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
-/// Disc-integrated geometric albedo of the model when its multiplier is 1; for an emissive body the mean over the disc of its
-/// limb darkening.
+/// Geometric albedo of the model with unit multiplier; for an emissive body the mean of its limb darkening over the disc.
 ///
-/// At zero phase the sphere shows mu0 = mu with weight 2 mu dmu: Lambert 2/3; Lommel-Seeliger, written 2 mu0/(mu + mu0), 1;
-/// McEwen's blend between them by its weight; Oren-Nayar 2a/3 + b/2 with its a and b.
+/// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu: Lambert 2/3; Lommel-Seeliger, normalised as 2 mu0/(mu + mu0), 1; McEwen's
+/// lunar-Lambert their weighted mean; Oren-Nayar 2a/3 + b/2 with its coefficients a and b.
 pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
     match *model {
         Photometry::Emissive { u1, u2 } => [0, 1, 2].map(|k| 1.0 - u1[k] / 3.0 - u2[k] / 6.0),
@@ -33,26 +32,26 @@ pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
 
 /// The coefficients of Oren and Nayar 1994 (SIGGRAPH, eq. 30), from the roughness in degrees.
 fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
-    let s2 = roughness_deg.to_radians().powi(2);
-    (1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09))
+    let sigma_sq = roughness_deg.to_radians().powi(2);
+    (1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33), 0.45 * sigma_sq / (sigma_sq + 0.09))
 }
 
-/// What a facet of the model's unit multiplier reflects of a unit irradiance: the radiance that shaders/lib/photometry give. Cosines of incidence,
-/// emission and phase angle; nothing from behind either horizon.
+/// Radiance of a facet with unit multiplier under unit irradiance, as in shaders/lib/photometry, from the cosines of incidence, emission and phase angle; 0
+/// where the Sun or the viewer is below the facet's horizon.
 pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
     let (mu0, mu) = (cos_incidence, cos_emission);
     if mu0 <= 0.0 || mu <= 0.0 {
         return if matches!(model, Photometry::Emissive { .. }) { 1.0 } else { 0.0 };
     }
-    let seeliger = 2.0 * mu0 / (mu0 + mu);
+    let lommel_seeliger = 2.0 * mu0 / (mu0 + mu);
     match *model {
         Photometry::Emissive { .. } => 1.0,
         Photometry::Lambert => mu0,
-        Photometry::LommelSeeliger => seeliger,
-        Photometry::LunarLambert { lunar_weight } => lunar_weight * seeliger + (1.0 - lunar_weight) * mu0,
+        Photometry::LommelSeeliger => lommel_seeliger,
+        Photometry::LunarLambert { lunar_weight } => lunar_weight * lommel_seeliger + (1.0 - lunar_weight) * mu0,
         Photometry::OrenNayar { roughness_deg } => {
             let (a, b) = oren_nayar_a_b(roughness_deg);
-            // sin(greater) tan(lesser) times the cosine of the azimuth between, by the phase angle.
+            // sin(greater angle) tan(lesser angle) times the cosine of the azimuth difference, written with the phase angle.
             mu0 * (a + b * (cos_phase - mu0 * mu).max(0.0) / mu0.max(mu))
         }
     }
@@ -80,7 +79,7 @@ fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     let (a, b) = oren_nayar_a_b(roughness_deg);
     let to_sun = DVec3::new(alpha.cos(), alpha.sin(), 0.0);
     let (nlon, nlat) = (96, 48);
-    // Lit and seen: luminance longitude from alpha - 90 to 90 degrees, the viewer at longitude 0.
+    // The lit and visible part has luminance longitudes from alpha - 90 to 90 degrees; the viewer is at longitude 0.
     let (from, to) = (alpha - PI / 2.0, PI / 2.0);
     let mut sum = 0.0;
     for i in 0..nlon {
@@ -89,19 +88,19 @@ fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
             let lat = PI * ((f64::from(j) + 0.5) / f64::from(nlat) - 0.5);
             let n = DVec3::new(lon.cos() * lat.cos(), lon.sin() * lat.cos(), lat.sin());
             let (mu0, mu) = (n.dot(to_sun), n.x);
-            let (sun_across, view_across) = (to_sun - n * mu0, DVec3::X - n * mu);
-            let cos_dphi = sun_across.normalize_or_zero().dot(view_across.normalize_or_zero());
-            let (sin0, sin1) = (sun_across.length(), view_across.length());
+            let (sun_tangential, viewer_tangential) = (to_sun - n * mu0, DVec3::X - n * mu);
+            let cos_dphi = sun_tangential.normalize_or_zero().dot(viewer_tangential.normalize_or_zero());
+            let (sin_incidence, sin_emission) = (sun_tangential.length(), viewer_tangential.length());
             // sin(greater angle) tan(lesser angle)
-            let steep = sin0 * sin1 / mu0.max(mu).max(1e-12);
-            sum += mu0 * (a + b * cos_dphi.max(0.0) * steep) * mu * lat.cos();
+            let sin_tan = sin_incidence * sin_emission / mu0.max(mu).max(1e-12);
+            sum += mu0 * (a + b * cos_dphi.max(0.0) * sin_tan) * mu * lat.cos();
         }
     }
     let integral = sum * (to - from) / f64::from(nlon) * PI / f64::from(nlat);
     integral / PI / (2.0 * a / 3.0 + b / 2.0)
 }
 
-/// Disc-integrated brightness of the model at phase angle `alpha` (radians, 0..=pi) over that at zero phase.
+/// Phase function of the model: brightness at phase angle `alpha` (radians, 0..=pi) relative to zero phase.
 pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     let value = match *model {
         Photometry::Emissive { .. } => 1.0,
@@ -116,8 +115,7 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     value.max(0.0)
 }
 
-/// Brightness of the body at a phase angle over that at zero phase: the published law where there is one, else the model's.
-/// Beyond the law's range it goes on with the model's slope.
+/// Phase function of the body: the published law if there is one, else the model's. Beyond the law's range the model's relative slope continues it.
 pub fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit = law.range_deg.to_radians();
@@ -128,10 +126,10 @@ pub fn phase(body: &Body, alpha: f64) -> f64 {
     }
 }
 
-/// Factor on the drawn radiance that brings the model's disc to the published phase law.
+/// Factor on the drawn radiance that makes the disc's total brightness follow the published phase law.
 ///
-/// It belongs to the disc as a whole, so it holds from afar only: in full beyond 20 radii, not at all within 4 (where a viewer sees
-/// a landscape and the phase angle differs from place to place), smoothly between in the logarithm of the distance.
+/// The factor describes the disc as a whole, so it applies in full only beyond 20 radii, and not at all within 4, where a viewer sees a landscape whose
+/// phase angle varies from place to place; in between it blends smoothly in the logarithm of the distance.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let model = model_phase(&body.photometry, alpha);
     if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
@@ -141,25 +139,25 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     (phase(body, alpha) / model).powf(weight)
 }
 
-/// Factor on the reflectance map or colour that makes the disc's geometric albedo the catalog's.
-pub fn normalisation(body: &Body) -> DVec3 {
+/// Factor on the reflectance map or colour that gives the disc the catalog's geometric albedo.
+pub fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }
 
-/// Mean radiance of the Sun's disc: what irradiates 1 at 1 au.
+/// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
 pub fn sun_disc_radiance() -> f64 {
     (KM_PER_AU / SUN_RADIUS_KM).powi(2)
 }
 
-/// Area of the body's outline seen from afar in the direction `n` (unit, body axes), over that of a disc of radius 1 km.
+/// Projected area of the ellipsoid in the direction `n` (unit vector, body axes), divided by pi.
 pub fn projected_radius_squared_km2(radii_km: DVec3, n: DVec3) -> f64 {
     let (a, b, c) = (radii_km.x, radii_km.y, radii_km.z);
     ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
 }
 
-/// What reaches a viewer, as irradiance in units of the Sun's at 1 au.
+/// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au.
 ///
-/// `sun_km`: distance of the body from the Sun; `viewer_km`: from the viewer; `radius_squared_km2`: of the disc that its outline equals.
+/// `sun_km`: distance of the body from the Sun; `viewer_km`: from the viewer; `radius_squared_km2`: of the disc with the area of its outline.
 pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_km: f64, viewer_km: f64, radius_squared_km2: f64) -> f64 {
     let solid_angle = radius_squared_km2 / (viewer_km * viewer_km);
     if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
@@ -238,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sun_irradiates_one_at_one_au() {
+    fn the_suns_irradiance_at_one_au_is_one() {
         let radius = DVec3::splat(SUN_RADIUS_KM);
         let solid_angle = projected_radius_squared_km2(radius, DVec3::Y) / KM_PER_AU.powi(2);
         assert!((sun_disc_radiance() * solid_angle - 1.0).abs() < 1e-12);

@@ -1,6 +1,6 @@
 //! The camera file: position, look, up and field of view as JSON.
 //!
-//! In: the text of a file. Out: [`CameraFile`], whose names are resolved against the catalog. Unknown fields are refused by name.
+//! In: the text of a file. Out: [`CameraFile`], whose names are resolved against the catalog. Unknown fields are rejected by name.
 
 use crate::catalog::Catalog;
 use crate::scene::error::SceneError;
@@ -9,7 +9,7 @@ use crate::wording::{echo, json_error_text, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
 
-/// A JSON object, never a list of its values in order, which serde would take too.
+/// A JSON object. (serde would also accept a list of its values in order.)
 #[derive(Clone, Debug)]
 struct Object<T>(T);
 
@@ -29,7 +29,7 @@ impl<'de, T: Deserialize<'de> + Named> Deserialize<'de> for Object<T> {
     }
 }
 
-/// What a message calls an object of the camera file.
+/// The description of an object of the camera file in error messages.
 trait Named {
     const NAME: &'static str;
 }
@@ -43,7 +43,7 @@ impl Named for LookFile {
     const NAME: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
 }
 
-/// The camera file, as JSON. Unknown fields are refused by name.
+/// The camera file, as JSON. Unknown fields are rejected by name.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFile {
@@ -134,7 +134,7 @@ impl CameraFile {
         Ok(whole.0)
     }
 
-    /// Puts position, look, up and field of view of the file into a request. The target becomes the body looked at.
+    /// Copies position, look, up and field of view into a request. The body looked at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
         let place = |name: &str| catalog.place(name);
         let p = &self.position.0;

@@ -1,4 +1,4 @@
-//! Pictures that several perspective frames make together: a stereo pair, a dome, the whole sphere, and the warp onto a projector's screen.
+//! Composition: pictures made of several perspective frames: a stereo pair, a dome, the whole sphere, and the warp onto a projector's screen.
 //!
 //! In: names and numbers from the command line. Out: a [`Composition`], part of a view request. Always: a default one is a plain perspective picture.
 //! Not here: the frames themselves (`scene::composite`).
@@ -7,7 +7,7 @@ use super::warp_mesh::WarpMesh;
 use crate::scene::error::SceneError;
 use std::sync::Arc;
 
-/// How directions become places in the picture.
+/// The projection: how directions map to positions in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Projection {
     /// A plane, as in a camera.
@@ -20,10 +20,10 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Every choice.
+    /// All values.
     pub const ALL: [Self; 3] = [Self::Perspective, Self::Fisheye, Self::Equirectangular];
 
-    /// As options have it.
+    /// The name in options.
     pub fn name(self) -> &'static str {
         match self {
             Self::Perspective => "perspective",
@@ -32,7 +32,7 @@ impl Projection {
         }
     }
 
-    /// The choice of a name.
+    /// The value with a name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name().eq_ignore_ascii_case(name))
     }
@@ -50,10 +50,10 @@ pub enum StereoLayout {
 }
 
 impl StereoLayout {
-    /// Every choice.
+    /// All values.
     pub const ALL: [Self; 3] = [Self::Anaglyph, Self::SideBySide, Self::Interlaced];
 
-    /// As options have it.
+    /// The name in options.
     pub fn name(self) -> &'static str {
         match self {
             Self::Anaglyph => "anaglyph",
@@ -62,7 +62,7 @@ impl StereoLayout {
         }
     }
 
-    /// The choice of a name.
+    /// The value with a name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name().eq_ignore_ascii_case(name))
     }
@@ -73,16 +73,16 @@ impl StereoLayout {
 pub struct Stereo {
     /// How both pictures share the frame.
     pub layout: StereoLayout,
-    /// Between the eyes, kilometres. `None`: a thirtieth of the width that the picture shows at the target's distance; standing on ground, 65 mm.
+    /// Distance between the eyes, kilometres. `None`: a thirtieth of the width that the picture shows at the target's distance; on the ground 65 mm.
     pub eye_separation_km: Option<f64>,
 }
 
 /// How a picture is put together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Composition {
-    /// How directions become places.
+    /// How directions map to positions in the picture.
     pub projection: Projection,
-    /// Of a fisheye: the middle is the zenith (the view's up), and the target is towards the bottom, where a dome has its front.
+    /// For a fisheye: the zenith (the view's up) is in the middle, and the target towards the bottom, where the front of a dome is.
     pub zenith_centred: bool,
     /// Degrees by which the picture's middle is lowered towards its bottom: the tilt of a dome.
     pub tilt_deg: f64,
@@ -93,12 +93,12 @@ pub struct Composition {
 }
 
 impl Composition {
-    /// Whether one perspective frame is the picture.
+    /// Whether the picture is one perspective frame.
     pub fn is_plain(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Refuses what does not go together.
+    /// Rejects invalid combinations.
     pub(crate) fn check(&self) -> Result<(), SceneError> {
         let bad = |what: &str| Err(SceneError::Request(what.into()));
         let perspective = self.projection == Projection::Perspective;
@@ -117,7 +117,7 @@ impl Composition {
         Ok(())
     }
 
-    /// For a picture's metadata and its provenance.
+    /// The text for metadata and provenance.
     pub fn to_text(&self) -> String {
         let mut text = self.projection.name().to_owned();
         if self.zenith_centred {

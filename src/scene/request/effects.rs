@@ -1,6 +1,6 @@
-//! The features that a viewer can switch, and what was asked of them.
+//! The effects that a user can switch, and which were switched.
 //!
-//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown text is an error here, so that later stages match on
+//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown name is an error here, so that later stages match on
 //! enums alone.
 
 use crate::scene::draw::features::{AtmosphereModel, EclipseModel};
@@ -8,34 +8,34 @@ use crate::scene::error::SceneError;
 use crate::wording::{echo, echo_within, suggestion_or_list};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A feature that can be switched.
+/// An effect that can be switched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Effect {
     /// The oblate or triaxial figure; without it a sphere.
     Ellipsoid,
     /// Triangles in place of the ellipsoid.
     Mesh,
-    /// The shadow that a mesh throws on itself.
+    /// The shadow that a mesh casts on itself.
     SelfShadow,
-    /// The map of colours.
+    /// The albedo map.
     Albedo,
     /// Images over the ground.
     Overlays,
-    /// Relief by the map of slopes.
+    /// Relief by the normal map.
     Normal,
-    /// Relief and albedo finer than the maps, invented.
+    /// Procedural relief and albedo finer than the maps.
     Detail,
-    /// The WESL function of the user that colours the ground.
+    /// The user's WESL function that colours the ground.
     CustomSurface,
     /// The Sun's mirror image on water.
     Specular,
     /// City lights of the night side.
     Night,
-    /// The deck of clouds.
+    /// The cloud shell.
     Clouds,
     /// The clouds' shadow on the ground.
     CloudShadow,
-    /// Sunlight that other bodies block.
+    /// Shadows of other bodies.
     Eclipse,
     /// The rings themselves.
     Rings,
@@ -47,15 +47,15 @@ pub enum Effect {
     BodyShadow,
     /// Scattering and absorption by air.
     Atmosphere,
-    /// The Sun's image that the air at the limb bends to the camera.
+    /// The Sun's image refracted by the atmosphere at the limb.
     RefractedLimb,
-    /// Light from other bodies.
+    /// Light reflected by other bodies.
     PlanetShine,
-    /// Bodies too small for a disc.
+    /// Points for bodies too small for a disc.
     Points,
     /// The glare around the Sun.
     Glow,
-    /// The Sun's outermost air.
+    /// The solar corona.
     Corona,
 }
 
@@ -87,7 +87,7 @@ impl Effect {
         Self::Corona,
     ];
 
-    /// As options and links have it.
+    /// The name in options and links.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ellipsoid => "ellipsoid",
@@ -118,7 +118,7 @@ impl Effect {
 }
 
 impl Effect {
-    /// Names of the variants by which it can be computed, where the viewer may choose one: `+eclipse=linear`.
+    /// Names of the models among which the user may choose, as in `+eclipse=linear`.
     pub fn variants(self) -> &'static [&'static str] {
         const MODELS: [&str; EclipseModel::CHOICES.len()] = [
             EclipseModel::Linear.name(),
@@ -141,20 +141,20 @@ impl Effect {
     }
 }
 
-/// What the viewer switched on or off by hand.
+/// The effects that the user switched on or off.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EffectOverrides {
     on: BTreeSet<Effect>,
     off: BTreeSet<Effect>,
     eclipse_model: Option<EclipseModel>,
     air_tier: Option<AtmosphereModel>,
-    /// For single bodies, by their names in lower case; what is asked here comes before what is asked of all.
+    /// Overrides for single bodies, by their names in lower case; they take precedence over those for all bodies.
     of: BTreeMap<String, EffectOverrides>,
 }
 
 impl EffectOverrides {
-    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` is for one body alone. An effect named twice keeps the last sign; a way stays until another is named or the
-    /// effect is switched off. A way does not switch an effect on where its bound says no.
+    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` is for one body only. An effect named twice keeps the last sign; a model stays until
+    /// another is named or the effect is switched off. A model does not switch an effect on that is below its threshold.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut overrides = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
@@ -202,7 +202,7 @@ impl EffectOverrides {
         }
     }
 
-    /// What holds for one body, where anything is asked of it alone.
+    /// The overrides that apply to one body; `None` if it has none of its own.
     pub fn for_body(&self, name: &str) -> Option<Self> {
         let own = self.of.get(&name.to_lowercase())?;
         let mut both = Self { of: BTreeMap::new(), ..self.clone() };
@@ -219,22 +219,22 @@ impl EffectOverrides {
         Some(both)
     }
 
-    /// What is asked of one body alone, to be changed.
+    /// The overrides of one body only, to be changed.
     pub fn of_body(&mut self, name: &str) -> &mut Self {
         self.of.entry(name.to_lowercase()).or_default()
     }
 
-    /// Drops the bodies of which nothing is asked alone.
+    /// Removes bodies without overrides of their own.
     pub fn prune(&mut self) {
         self.of.retain(|_, own| *own != Self::default());
     }
 
-    /// Bodies of which something is asked alone.
+    /// Bodies with overrides of their own.
     pub fn bodies(&self) -> impl Iterator<Item = &str> {
         self.of.keys().map(String::as_str)
     }
 
-    /// Leaves the effect to the scene again.
+    /// Removes the override, so that the scene decides.
     pub fn clear_override(&mut self, effect: Effect) {
         self.on.remove(&effect);
         self.off.remove(&effect);
@@ -249,7 +249,7 @@ impl EffectOverrides {
         }
     }
 
-    /// What [`Self::parse`] reads back.
+    /// The text that [`Self::parse`] reads back.
     pub fn to_text(&self) -> String {
         let switched = |e: &Effect| {
             let variant = self.variant(*e).map(|w| format!("+{}={w}", e.name()));
@@ -289,17 +289,17 @@ impl EffectOverrides {
         Ok(())
     }
 
-    /// The eclipse model that the viewer chose.
+    /// The eclipse model that the user chose.
     pub fn eclipse_model(&self) -> Option<EclipseModel> {
         self.eclipse_model
     }
 
-    /// How finely the viewer wants the air summed.
+    /// The atmosphere model that the user chose.
     pub fn air_tier(&self) -> Option<AtmosphereModel> {
         self.air_tier
     }
 
-    /// Name of the variant that the viewer chose.
+    /// Name of the model that the user chose.
     pub fn variant(&self, effect: Effect) -> Option<&'static str> {
         match effect {
             Effect::Eclipse => self.eclipse_model.map(EclipseModel::name),
@@ -308,7 +308,7 @@ impl EffectOverrides {
         }
     }
 
-    /// `Some(on)` where the viewer asked.
+    /// `Some(on)` if the user switched the effect.
     pub fn override_of(&self, effect: Effect) -> Option<bool> {
         if self.on.contains(&effect) {
             Some(true)

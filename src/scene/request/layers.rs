@@ -1,12 +1,12 @@
-//! Layers: what is drawn beyond and over the bodies, each switched by its name.
+//! Layers: everything drawn beyond and over the bodies, each switched by its name.
 
 use crate::scene::error::SceneError;
 use crate::wording::{echo, suggestion_or_list};
 
-/// Of each layer: its field, its name, and whether it is usually drawn.
+/// Declares each layer: its field, its name, and whether it is on by default.
 macro_rules! layers {
     ($($(#[$about:meta])* $field:ident: $name:literal $usual:literal,)*) => {
-        /// What is drawn beyond and over the bodies, or as a lens would.
+        /// Which layers are drawn beyond and over the bodies, and lens effects.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct Layers {
             $($(#[$about])* pub $field: bool,)*
@@ -19,9 +19,9 @@ macro_rules! layers {
         }
 
         impl Layers {
-            /// Nothing but bodies.
+            /// Only bodies.
             pub const NONE: Self = Self { $($field: false),* };
-            /// All of them.
+            /// All layers.
             pub const ALL: Self = Self { $($field: true),* };
             /// Every layer's name.
             pub const NAMES: [&str; [$($name),*].len()] = [$($name),*];
@@ -38,9 +38,9 @@ macro_rules! layers {
 }
 
 layers! {
-    /// The lines on which bodies move about their parents.
+    /// Orbits of bodies about their parents.
     orbits: "orbits" false,
-    /// Where they have been, as seen from the target.
+    /// Past positions of bodies, relative to the target.
     traces: "traces" false,
     /// Names and markers of bodies.
     labels: "labels" false,
@@ -48,31 +48,31 @@ layers! {
     data: "data" true,
     /// Names of surface features.
     features: "features" false,
-    /// Body, date, standpoint and field of view.
+    /// Caption: body, date, viewpoint and field of view.
     caption: "caption" false,
-    /// A round length at the target's distance, or an angle.
+    /// Scale bar: a round length at the target's distance, or an angle.
     scale_bar: "scale-bar" false,
-    /// Where the target's north is.
+    /// Compass: the direction of the target's north pole.
     compass: "compass" false,
-    /// A line of light around the selected body.
+    /// Outline of the selected body.
     outline: "outline" false,
-    /// Light beyond white spreads, as in a lens.
+    /// Bloom: light beyond white spreads as in a lens.
     bloom: "bloom" false,
-    /// As far as the exposure shows them.
+    /// Stars that the exposure shows.
     stars: "stars" true,
-    /// The same: the Milky Way, or the panorama in its place.
+    /// The Milky Way or the panorama in its place, if the exposure shows it.
     milky_way: "milky-way" true,
-    /// The same.
+    /// Zodiacal light, if the exposure shows it.
     zodiacal_light: "zodiacal-light" true,
-    /// Points of light, and marks where they are too faint.
+    /// Minor planets as points of light, with markers for those too faint.
     minor_planets: "minor-planets" false,
-    /// Heads and tails.
+    /// Comets with heads and tails.
     comets: "comets" false,
-    /// Proper names of the stars that show.
+    /// Proper names of the visible stars.
     star_names: "star-names" false,
-    /// Figures and names.
+    /// Figures and names of constellations.
     constellations: "constellations" false,
-    /// Of the constellations.
+    /// Borders of the constellations.
     boundaries: "boundaries" false,
     /// Right ascension and declination, ICRF.
     grid_equatorial: "grid-equatorial" false,
@@ -80,22 +80,22 @@ layers! {
     grid_ecliptic: "grid-ecliptic" false,
     /// Galactic longitude and latitude.
     grid_galactic: "grid-galactic" false,
-    /// Azimuth and altitude of who stands on ground.
+    /// Azimuth and altitude, if the camera stands on the ground.
     grid_horizon: "grid-horizon" false,
     /// Longitude and planetographic latitude on the target.
     grid_body: "grid-body" false,
-    /// Where the Sun's centre rises and sets on the target.
+    /// The terminator of the target: where the Sun's centre is on the horizon.
     terminator: "terminator" false,
-    /// Umbra and penumbra of what stands before the target's Sun, and where they go on its ground.
+    /// Outlines of umbra and penumbra of the target's occluders on its ground, and their paths.
     eclipse_path: "eclipse-path" false,
-    /// The same in space, and the target's own.
+    /// Shadow cones in space: those of the occluders and the target's own.
     eclipse_cones: "eclipse-cones" false,
     /// Fields of view of the catalog's instruments, around the target.
     instruments: "instruments" false,
 }
 
 impl Layers {
-    /// Those that are not as usual: `+orbits,-stars`.
+    /// The layers that differ from the default, such as `+orbits,-stars`.
     pub fn to_text(mut self) -> String {
         let mut usual = Self::default();
         let switched = Self::NAMES.into_iter().filter_map(|name| {

@@ -1,4 +1,4 @@
-//! What the viewer asks to see: where the camera stands, where it looks, how wide, how bright.
+//! The request for a view: camera position and direction, field of view, exposure, layers and effects.
 //!
 //! In: plain values from the command line, the window or a camera file. Out: a [`ViewRequest`] that names places by code. Nothing
 //! here looks anything up in the ephemeris; names are resolved against the catalog by [`CameraFile::resolve`](camera_file::CameraFile::resolve).

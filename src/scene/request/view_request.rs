@@ -1,4 +1,4 @@
-//! One view: where the camera stands, where it looks, how wide, how bright, and what is drawn.
+//! A view request: position and direction of the camera, field of view, exposure, and what is drawn.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::draw::features::PixelView;
@@ -18,47 +18,47 @@ pub enum Axes {
     /// International Celestial Reference Frame.
     #[default]
     Icrf,
-    /// Turning with the body that the position names.
+    /// Body-fixed axes of the body that the position names.
     BodyFixed,
 }
 
-/// Where the camera stands.
+/// The position of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Position {
     /// Over the target on the side of `towards` (`None`: the Earth's side; for the Earth itself the Sun's side), at a distance
     /// from its centre in equatorial radii (`None`: so that the disc fills 3/4 of the frame's height).
     Over {
-        /// Whose side of the target; `None`: the Earth's, for the Earth the Sun's.
+        /// The body above whose sub-point the camera is; `None`: the Earth, for the Earth the Sun.
         towards: Option<NaifId>,
-        /// From the target's centre in its equatorial radii; `None`: fitted.
+        /// Distance from the target's centre in its equatorial radii; `None`: fitted.
         distance_radii: Option<f64>,
     },
     /// At a body's centre or a barycentre, moving with it: directions carry its stellar aberration. The body itself is not drawn.
     Centre(NaifId),
     /// Above a point of a body's reference ellipsoid: planetographic latitude, east longitude, height along the normal.
     Ground {
-        /// Whose ground it is.
+        /// The body stood on.
         body: NaifId,
         /// Planetographic, -90 to 90.
         latitude_deg: f64,
         /// East, -360 to 360.
         longitude_deg: f64,
-        /// Above 0.
+        /// Height above the ellipsoid, positive.
         height_km: f64,
     },
     /// At an offset from a body's centre.
     Offset {
-        /// Whose centre the offset counts from.
+        /// The body from whose centre the offset is measured.
         body: NaifId,
-        /// From the centre to the camera.
+        /// Vector from the centre to the camera.
         offset_km: DVec3,
-        /// In which it is given.
+        /// The axes in which it is given.
         axes: Axes,
     },
 }
 
 impl Position {
-    /// What is up where nothing else is asked for: whoever stands on ground sees its horizon level.
+    /// The default up direction: on the ground the zenith, so that the horizon is level, else north.
     pub fn usual_up(&self) -> Up {
         match self {
             Self::Ground { .. } => Up::Zenith,
@@ -67,21 +67,21 @@ impl Position {
     }
 }
 
-/// Where the camera looks.
+/// The direction of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Look {
     /// At the target.
     Target,
     /// Along a direction; body-fixed axes are those of the body that the position names.
     Along {
-        /// Of any length.
+        /// A vector of any length.
         direction: DVec3,
-        /// In which it is given.
+        /// The axes in which it is given.
         axes: Axes,
     },
 }
 
-/// What is up in the picture. A direction along the line of sight is replaced by the next best axis.
+/// The up direction of the picture. A direction along the line of sight is replaced by the next best axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Up {
     /// The north pole of the target (of the body stood on, where there is no target).
@@ -95,40 +95,40 @@ pub enum Up {
     Ecliptic,
     /// A direction.
     Along {
-        /// Of any length.
+        /// A vector of any length.
         direction: DVec3,
-        /// In which it is given.
+        /// The axes in which it is given.
         axes: Axes,
     },
 }
 
-/// Nearer than this nobody sees a difference: half a level of 255 at mid grey is 0.02 stops.
+/// Difference of exposure that is invisible: half a level of 255 at mid grey is 0.02 stops.
 pub const SETTLED_STOPS: f64 = 0.02;
 
 /// How bright the picture is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ExposureRequest {
-    /// By what fills the frame.
+    /// Metered from the frame.
     #[default]
     Auto,
     /// Stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles.
     Stops(f64),
-    /// On the way from these stops to those of `Auto`, so far as a part of 0 to 1 says.
+    /// Interpolated from given stops to those of `Auto`.
     Gliding {
-        /// Where it begins.
+        /// The stops at the start.
         from_stops: f64,
-        /// 0 to 1.
+        /// Fraction of the way, 0 to 1.
         part: f64,
     },
 }
 
 impl ExposureRequest {
-    /// The stops of a picture whose light meter says `metered_stops`.
+    /// The stops of a picture with a metered exposure of `metered_stops`.
     pub fn stops_of(self, metered_stops: f64) -> f64 {
         match self {
             Self::Auto => metered_stops,
             Self::Stops(stops) => stops,
-            // What nobody sees is the end of the way: the picture at rest is the metered one, wherever the way began.
+            // An invisible difference ends the transition, so that a picture at rest has the metered exposure wherever it started.
             Self::Gliding { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
             Self::Gliding { from_stops, part } => from_stops + (metered_stops - from_stops) * part.clamp(0.0, 1.0),
         }
@@ -138,18 +138,18 @@ impl ExposureRequest {
 /// How light beyond white is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneMap {
-    /// True to 0.8 of white, then a shoulder, as film has.
+    /// Linear up to 0.8 of white, then a shoulder as of film.
     #[default]
     Filmic,
-    /// True up to white, where it is cut.
+    /// Linear up to white, then clipped.
     Clipped,
 }
 
 impl ToneMap {
-    /// Every choice.
+    /// All values.
     pub const ALL: [Self; 2] = [Self::Filmic, Self::Clipped];
 
-    /// As options and links have it.
+    /// The name in options and links.
     pub fn name(self) -> &'static str {
         match self {
             Self::Filmic => "filmic",
@@ -157,7 +157,7 @@ impl ToneMap {
         }
     }
 
-    /// The choice of a name, former names too.
+    /// The tone map of a name, including former names.
     pub fn by_name(name: &str) -> Option<Self> {
         // `film` and `plain` are the names of earlier versions.
         let former = [("film", Self::Filmic), ("plain", Self::Clipped)];
@@ -182,7 +182,7 @@ impl Quality {
     /// From the quickest to the most accurate.
     pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
 
-    /// As options and links have it.
+    /// The name in options and links.
     pub fn name(self) -> &'static str {
         match self {
             Self::Draft => "draft",
@@ -204,11 +204,11 @@ pub struct ViewRequest {
     pub time: Instant,
     /// The body that the camera looks at.
     pub target: Option<NaifId>,
-    /// Where the camera stands.
+    /// The position of the camera.
     pub position: Position,
-    /// Where it looks.
+    /// The direction of view.
     pub look: Look,
-    /// What is up in the picture.
+    /// The up direction of the picture.
     pub up: Up,
     /// How the picture is put together.
     pub composition: Composition,
@@ -222,27 +222,27 @@ pub struct ViewRequest {
     pub exposure: ExposureRequest,
     /// How light beyond white is shown.
     pub tone_map: ToneMap,
-    /// Effects that are on or off whatever their bounds say.
+    /// Effects that the user switched on or off, regardless of their thresholds.
     pub effects: EffectOverrides,
-    /// What is drawn beyond and over the bodies.
+    /// Layers drawn beyond and over the bodies.
     pub layers: Layers,
-    /// Stops by which stars, Milky Way and zodiacal light are brighter than they are.
+    /// Stops by which stars, Milky Way and zodiacal light are brightened.
     pub stars_boost: f64,
-    /// What the viewer has picked out; `None`: the target.
+    /// The selected body; `None`: the target.
     pub selected: Option<NaifId>,
     /// Speed against accuracy.
     pub quality: Quality,
-    /// What the pixels show.
+    /// The quantity that the pixels show.
     pub pixel_view: PixelView,
-    /// What the picture is for: below which bound a feature is left out.
+    /// What the picture is for, which sets the threshold below which features are left out.
     pub purpose: Purpose,
 }
 
-/// Field of view when neither it nor a distance is asked for: a long lens, so that nearly a hemisphere shows.
+/// Default field of view without a distance: a long lens, so that nearly a hemisphere is visible.
 pub const FOV_DEFAULT_DEG: f64 = 20.0;
-/// Field of view when a place to stand is given: at 3 radii the disc then fills 85 % of the frame's height.
+/// Default field of view with a given position: at 3 radii the disc then fills 85 % of the frame's height.
 pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
-/// Part of the frame's height that a fitted disc fills.
+/// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC: f64 = 0.75;
 
 impl ViewRequest {
@@ -270,7 +270,7 @@ impl ViewRequest {
         }
     }
 
-    /// Refuses effects asked of bodies that the catalog does not have.
+    /// Rejects effects for bodies that the catalog does not have.
     pub fn check_bodies(&self, catalog: &Catalog) -> Result<(), SceneError> {
         for name in self.effects.bodies() {
             catalog.named(name).map_err(|e| SceneError::Request(format!("effects: {e}")))?;
@@ -278,7 +278,7 @@ impl ViewRequest {
         Ok(())
     }
 
-    /// Refuses what no camera can do, naming the value.
+    /// Rejects invalid values, naming them.
     pub fn check(&self) -> Result<(), SceneError> {
         let bad = |what: String| Err(SceneError::Request(what));
         if !(1..=16384).contains(&self.width) || !(1..=16384).contains(&self.height) {

@@ -1,22 +1,22 @@
-//! Warp meshes: where on a projector's screen each place of a picture belongs, in the text format of Paul Bourke.
+//! Warp meshes: the mapping from a picture to a projector's screen, in the text format of Paul Bourke.
 //!
-//! In: the text. Out: a [`WarpMesh`], or the first wrong line. The format (<http://paulbourke.net/dataformats/meshwarp/>, 2006): a line with the type,
-//! 2 rectangular or 1 polar; a line with the numbers of columns and rows; then, row by row, one node a line: `x y u v i`. x runs from minus to plus the
+//! In: the text. Out: a [`WarpMesh`], or the first wrong line. The format (<http://paulbourke.net/dataformats/meshwarp/>, 2006): a line with the type, 2
+//! rectangular or 1 polar; a line with the numbers of columns and rows; then, row by row, one node per line: `x y u v i`. x runs from minus to plus the
 //! screen's aspect ratio and y from -1 (bottom) to 1 (top); u and v are 0 to 1 from the picture's lower left corner; i is the brightness, 0 to 1, and
-//! below 0 where nothing is drawn. Always holds: every cell that is drawn is convex and all have one orientation, so that no place of the screen is
-//! lit twice by a fold; a polar mesh is closed from its last column to its first. Not done: the binary form.
+//! negative where nothing is drawn. Always: every cell that is drawn is convex and all have the same orientation, so that no part of the screen is lit
+//! twice by a fold; a polar mesh is closed from its last column to its first. Not supported: the binary form.
 
 use glam::DVec2;
 
-/// Nodes of a mesh at the most.
+/// Maximum number of nodes of a mesh.
 const MAX_NODES: usize = 1 << 20;
 
 /// A node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpNode {
-    /// Screen, x in heights from the middle (-aspect to aspect), y -1 to 1 upwards.
+    /// Position on the screen: x in half heights from the middle (-aspect to aspect), y -1 to 1 upwards.
     pub screen: DVec2,
-    /// Picture, 0 to 1 from its lower left corner.
+    /// Position in the picture, 0 to 1 from its lower left corner.
     pub picture: DVec2,
     /// Factor on light.
     pub brightness: f64,
@@ -34,11 +34,11 @@ pub struct WarpMesh {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {what}")]
 pub struct WarpError {
-    /// As it was named to the reader.
+    /// The file's name as given to [`WarpMesh::parse`].
     pub file: String,
-    /// First line is 1.
+    /// Line number, starting at 1.
     pub line: usize,
-    /// What it says, and what is allowed.
+    /// What is wrong, and what is allowed.
     pub what: String,
 }
 
@@ -48,7 +48,7 @@ fn twice_area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 }
 
 impl WarpMesh {
-    /// Reads a mesh; `file` is named in what is said of a wrong line.
+    /// Reads a mesh; `file` is named in error messages.
     ///
     /// # Errors
     /// The first line that is wrong.
@@ -92,7 +92,7 @@ impl WarpMesh {
             if cell.iter().any(|k| nodes[*k].brightness < 0.0) {
                 continue;
             }
-            // The corners of a convex cell all turn one way; a polar mesh's middle is one point, and its cells there are triangles.
+            // All corners of a convex cell turn the same way. The middle of a polar mesh is one point, and its cells there are triangles.
             let areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
             let (left, right) = (areas.iter().any(|t| *t > 0.0), areas.iter().any(|t| *t < 0.0));
             let folded = left == right || turns.is_some_and(|t| t != left);
@@ -113,17 +113,17 @@ impl WarpMesh {
         Ok(Self { columns, nodes, triangles })
     }
 
-    /// Row by row.
+    /// The nodes, row by row.
     pub fn nodes(&self) -> &[WarpNode] {
         &self.nodes
     }
 
-    /// Three nodes each, counter-clockwise on the screen.
+    /// Indices of the nodes of triangles, counter-clockwise on the screen.
     pub fn triangles(&self) -> &[u32] {
         &self.triangles
     }
 
-    /// By how much the picture moves, in parts of its sides, per unit of screen x and of screen y, at each node: the mean over the triangles around it.
+    /// Derivatives of the picture's coordinates by screen x and y at each node: the mean over the triangles around it.
     pub fn gradients(&self) -> Vec<[DVec2; 2]> {
         let mut sums = vec![([DVec2::ZERO; 2], 0.0); self.nodes.len()];
         for corners in self.triangles.chunks_exact(3) {
@@ -144,7 +144,7 @@ impl WarpMesh {
         sums.into_iter().map(|(s, n)| s.map(|v| if n > 0.0 { v / n } else { DVec2::ZERO })).collect()
     }
 
-    /// Picture heights that the picture moves per unit of the screen where it moves slowest, but for a tenth of the nodes. `aspect`: the picture's width in heights.
+    /// The tenth percentile of the smaller derivative over the nodes, in picture heights per screen unit. `aspect`: the picture's width in heights.
     pub fn slowest_motion(&self, aspect: f64) -> f64 {
         let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
         let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
@@ -152,7 +152,7 @@ impl WarpMesh {
         all.get(all.len() / 10).copied().unwrap_or(0.5).max(1e-3)
     }
 
-    /// For provenance: FNV-1a over all numbers.
+    /// A digest for provenance: FNV-1a over all numbers.
     pub fn digest(&self) -> String {
         let numbers = self.nodes.iter().flat_map(|n| [n.screen.x, n.screen.y, n.picture.x, n.picture.y, n.brightness]);
         let bytes = (self.columns as u64).to_le_bytes().into_iter().chain(numbers.flat_map(f64::to_le_bytes));

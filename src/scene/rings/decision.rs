@@ -1,4 +1,4 @@
-//! Whether a body's rings are drawn, shade it and light it, and by which models.
+//! Whether a body's rings are drawn, cast a shadow on it and light it, and by which models.
 
 use crate::catalog::Ring;
 use crate::scene::camera;
@@ -6,7 +6,7 @@ use crate::scene::draw::features::RingShadow;
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
 use crate::scene::draw::{Draw, MapFiles, Part};
 use crate::scene::eclipse;
-use crate::scene::features::case::{Case, Decided};
+use crate::scene::features::case::{Case, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::view::View;
@@ -14,13 +14,13 @@ use crate::scene::tiers;
 use glam::DVec3;
 
 /// Decides on the rings, their shadow and light on the globe, and the globe's shadow on them.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let Some(view) = &case.ring_view else { return so_far };
-    let asked = case.effects().override_of(Effect::Rings) == Some(true);
-    let seen = view.counted(asked);
-    let drawn = so_far.log.effect(Effect::Rings, seen.bound.on, seen.bound.reason);
-    // What shades the globe need not be seen itself.
-    let all = view.counted(true).rings;
+    let is_forced = case.effects().override_of(Effect::Rings) == Some(true);
+    let seen = view.visible_rings(is_forced);
+    let drawn = so_far.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
+    // Rings may cast a shadow on the globe even if they are not visible themselves.
+    let all = view.visible_rings(true).rings;
     so_far.ring = for_globe(case, view, &all, &mut so_far);
     if !drawn || seen.rings.is_empty() {
         so_far.log.note(Effect::BodyShadow.name(), false, "no ring is drawn".into());
@@ -30,19 +30,19 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     so_far
 }
 
-/// Decides what the rings do to the globe.
-fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut Decided<'_>) -> RingUniforms {
+/// Decides on the rings' shadow and light on the globe.
+fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut Decisions<'_>) -> RingUniforms {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
-    let (bound, model) = view.ring_shadow(all, sun_radius_km);
-    if so_far.log.effect(Effect::RingShadow, bound.on, bound.reason) {
+    let (check, model) = view.ring_shadow(all, sun_radius_km);
+    if so_far.log.effect(Effect::RingShadow, check.on, check.reason) {
         so_far.chosen.ring_shadow = model;
         so_far.log.tier(Effect::RingShadow.name(), tiers::of_ring_shadow(model));
     }
-    let wanted = case.effects().override_of(Effect::RingShine);
-    let (bound, shine) = view.ring_shine(all, sun_radius_km, wanted);
-    let dark = so_far.chosen.ring_shadow == RingShadow::None;
-    let mut for_globe = if dark { RingUniforms::default() } else { view.shadow_uniforms(all, case.sun(), model) };
-    if so_far.log.effect(Effect::RingShine, bound.on, bound.reason)
+    let user_choice = case.effects().override_of(Effect::RingShine);
+    let (check, shine) = view.ring_shine(all, sun_radius_km, user_choice);
+    let no_shadow = so_far.chosen.ring_shadow == RingShadow::None;
+    let mut for_globe = if no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all, case.sun(), model) };
+    if so_far.log.effect(Effect::RingShine, check.on, check.reason)
         && let Some(shine) = shine
     {
         for_globe.shine_axes = view.shine_axes(&shine, case.placed.phase_brightness());
@@ -52,17 +52,17 @@ fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut D
     for_globe
 }
 
-/// The draws of the rings: the half behind the globe's centre, then the half before it.
-fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decided<'_>) -> Vec<Draw> {
+/// The draws of the rings: the half behind the globe's centre, then the half in front of it.
+fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decisions<'_>) -> Vec<Draw> {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
-    let (bound, model) = view.body_shadow(seen, sun_radius_km);
-    if so_far.log.effect(Effect::BodyShadow, bound.on, bound.reason) {
+    let (check, model) = view.body_shadow(seen, sun_radius_km);
+    if so_far.log.effect(Effect::BodyShadow, check.on, check.reason) {
         so_far.chosen.body_shadow = model;
         so_far.log.tier(Effect::BodyShadow.name(), tiers::of_body_shadow(model));
     }
     let outer_km = seen.iter().map(|r| r.outer_km).fold(0.0, f64::max);
-    let eclipse = eclipse::decision::on_rings(case, so_far, outer_km);
-    let (Some(rect), Some(features)) = (view.rect(outer_km), so_far.chosen.ring_needs(view.body, case.pixel_view())) else {
+    let eclipse = eclipse::decision::decide_for_rings(case, so_far, outer_km);
+    let (Some(rect), Some(features)) = (view.rect(outer_km), so_far.chosen.ring_features(view.body, case.pixel_view())) else {
         return Vec::new();
     };
     let sunlight = lights::sunlight(view.sun * view.sun_km);

@@ -1,4 +1,4 @@
-//! Rings: when they are drawn, how they and their planet shade and light each other, and the tables that their shaders read.
+//! Rings: when they are drawn, how rings and planet cast shadows and light on each other, and the tables that their shaders read.
 
 pub(crate) mod decision;
 pub(crate) mod phase;
@@ -8,5 +8,5 @@ pub mod ring_table;
 mod single_scatter;
 pub(crate) mod view;
 
-pub use phase::{MIN_COSINE, bodies_with_peak, forward};
+pub use phase::{MIN_COSINE, forward, particle_phase};
 pub use ring_table::{RingSeen, slopes_of_sunlight};

@@ -1,20 +1,21 @@
-//! Phase functions of a ring's particles: 1 in the mean over all directions.
+//! Phase functions of a ring's particles, normalised to a mean of 1 over all directions.
 
 use std::sync::OnceLock;
 
-/// Exponent of the power law (pi - phase angle)^n of particles that shade themselves and each other: Dones, Cuzzi and Showalter 1993
-/// (Icarus 105, 184) for the A ring.
+/// Exponent of the power law (pi - phase angle)^n of large particles with mutual shadowing: Dones, Cuzzi and Showalter 1993 (Icarus 105, 184) for the A
+/// ring.
 pub(crate) const PHASE_EXPONENT: f64 = 3.09;
-/// Height and angular width (tangent of half the phase angle) of the opposition's peak: 0.3 mag within half a degree, as the B ring rises in the
-/// phase curves of Franklin and Cook 1965 (Astron. J. 70, 704).
+/// Amplitude and angular width (tangent of half the phase angle) of the opposition surge: 0.3 mag within half a degree, as the B ring rises in the phase
+/// curves of Franklin and Cook 1965 (Astron. J. 70, 704).
 pub(crate) const OPPOSITION: [f64; 2] = [0.32, 0.0045];
-/// Phase function of dust: asymmetry of a Henyey-Greenstein lobe and the part of the light in it. Three lobes after the form that Hedman and Stark 2015
-/// (Astrophys. J. 811, 67) fit to Saturn's G ring between 3 and 170 degrees of scattering; the numbers are from memory of its table, not read again there. All dust has it: E's smaller
-/// grains spread more, so that within some 3 degrees of the Sun E comes out too bright, by an estimated factor of up to 5.
+/// Phase function of dust: asymmetry and weight of each Henyey-Greenstein lobe. Three lobes after the form that Hedman and Stark 2015 (Astrophys. J. 811,
+/// 67) fit to Saturn's G ring between 3 and 170 degrees of scattering angle; the numbers are from memory of its table and were not checked against it. All
+/// dust uses it, although the E ring's smaller grains scatter more widely, so that within some 3 degrees of the Sun E is too bright, by an estimated factor
+/// of up to 5.
 pub(crate) const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];
 pub use crate::scene::constants::MIN_COSINE;
 
-/// The factor that makes the power law's mean over all directions 1.
+/// The factor that normalises the power law to a mean of 1 over all directions.
 pub(crate) fn phase_factor() -> f64 {
     static FACTOR: OnceLock<f64> = OnceLock::new();
     *FACTOR.get_or_init(|| {
@@ -24,24 +25,25 @@ pub(crate) fn phase_factor() -> f64 {
     })
 }
 
+/// Phase function of large particles without the opposition surge.
 fn bodies(alpha: f64) -> f64 {
     phase_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT)
 }
 
-/// Phase function of dust: 1 in the mean over all directions, rising steeply against the Sun.
+/// Phase function of dust, with a steep forward-scattering peak.
 pub fn forward(alpha: f64) -> f64 {
-    // 1 + g² + 2 g cos(alpha), without the difference of near numbers against the Sun.
-    let against = (0.5 * alpha).cos().powi(2);
-    DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * against).powf(1.5)).sum()
+    // 1 + g² + 2 g cos(alpha), written without cancellation near forward scattering.
+    let forward_angle_sq = (0.5 * alpha).cos().powi(2);
+    DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
 }
 
-/// Phase function of a ring's particles: 1 in the mean over all directions, without the opposition's peak.
+/// Phase function of a mixture of large particles and dust, without the opposition surge.
 pub(crate) fn phase_function(alpha: f64, dust: f64) -> f64 {
     bodies(alpha) * (1.0 - dust) + forward(alpha) * dust
 }
 
-/// That of bodies with the opposition's peak, by the cosine of the phase angle: what the ring's fragments compute.
-pub fn bodies_with_peak(cos_alpha: f64) -> f64 {
+/// Phase function of large particles with the opposition surge, by the cosine of the phase angle, as in the ring's fragments.
+pub fn particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;
     bodies(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))

@@ -1,35 +1,37 @@
-//! What a body's rings do to its brightness as a whole: the light that they reflect to a viewer, and the part of the globe's light that passes them.
+//! The effect of rings on a body's total brightness: the light that they reflect to a viewer, and the fraction of the globe's light that they let through.
 //!
-//! In: a ringed body, the directions to Sun and viewer in its axes. Out: [`RingLight`]. The law is that of shaders/lib/ring/photometry.wesl for a point Sun and a far
-//! viewer: single scattering by a flat layer, cut by the globe and by its shadow. Measured against Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10,
-//! Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5): tests/scene/magnitudes.rs. Left out: light between globe and rings, the Sun's size.
+//! In: a ringed body, the directions to Sun and viewer in its axes. Out: [`RingLight`]. The law is that of shaders/lib/ring/photometry.wesl for a point Sun
+//! and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. Compared with Mallama and Hilton 2018 (Astron.
+//! Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5): tests/scene/magnitudes.rs. Left out: light between globe and rings,
+//! the Sun's size.
 
 use crate::catalog::Body;
-use crate::scene::rings::phase::{MIN_COSINE, bodies_with_peak, forward};
+use crate::scene::rings::phase::{MIN_COSINE, forward, particle_phase};
 use crate::scene::rings::ring_shine::scattered;
 use crate::scene::rings::ring_table::{RingTables, Step};
 use crate::units::luminance;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Radii and azimuths at which it is asked what the globe hides: the sum moves by less than 2e-3 of a magnitude with four times as many.
+/// Radii and azimuths at which the globe's occultation is tested: with four times as many the sum changes by less than 2e-3 of a magnitude.
 const RADII: usize = 24;
 const AZIMUTHS: usize = 72;
-/// Points across the globe's disc.
+/// Grid points across the globe's disc, per side.
 const DISC: usize = 24;
 
-/// The light of rings beside that of their globe.
+/// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingLight {
-    /// Sum of I/F over the rings' visible area, over pi equatorial radii squared: what a geometric albedo times a phase function is to the globe.
-    pub added: f64,
-    /// Part of the globe's light that is neither in the rings' shadow nor behind them.
-    pub globe_left: f64,
+    /// I/F integrated over the rings' visible area, divided by pi equatorial radii squared: corresponds to the globe's geometric albedo times its phase
+    /// function.
+    pub ring_albedo: f64,
+    /// Fraction of the globe's light that is neither in the rings' shadow nor hidden by them.
+    pub globe_fraction: f64,
 }
 
 impl RingLight {
-    /// A body without rings.
-    pub const NONE: Self = Self { added: 0.0, globe_left: 1.0 };
+    /// The value for a body without rings.
+    pub const NONE: Self = Self { ring_albedo: 0.0, globe_fraction: 1.0 };
 
     /// `sun` and `viewer`: unit vectors from the body's centre, body axes.
     pub fn of(tables: &RingTables, body: &Body, sun: DVec3, viewer: DVec3) -> Self {
@@ -43,18 +45,19 @@ impl RingLight {
         let same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
         let (from, width) = (first.from, (last.to - first.from) / RADII as f64);
-        let open: Vec<f64> = (0..RADII).map(|k| globe.open_part(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
-        let open_at = |r: f64| open[(((r - from) / width) as usize).min(RADII - 1)];
+        let visible_fractions: Vec<f64> =
+            (0..RADII).map(|k| globe.visible_fraction(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
+        let visible_at = |r: f64| visible_fractions[(((r - from) / width) as usize).min(RADII - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
-        let (of_bodies, of_dust) = (bodies_with_peak(cos_phase), forward(cos_phase.acos()));
+        let (of_bodies, of_dust) = (particle_phase(cos_phase), forward(cos_phase.acos()));
         let reflected = |s: &Step| {
             let scattered = scattered(s.tau, 1.0 / mu, 1.0 / mu0, same_side);
             let area = PI * (s.to - s.from) * (s.to + s.from) * viewer.z.abs();
             let phase = of_bodies * (1.0 - s.dust) + of_dust * s.dust;
-            0.25 * phase * luminance(s.albedo) * scattered * area * open_at(0.5 * (s.from + s.to))
+            0.25 * phase * luminance(s.albedo) * scattered * area * visible_at(0.5 * (s.from + s.to))
         };
-        let added = if sun.z == 0.0 { 0.0 } else { layer.iter().map(reflected).sum::<f64>() / PI };
-        Self { added, globe_left: globe.left(&layer, sun, viewer) }
+        let ring_albedo = if sun.z == 0.0 { 0.0 } else { layer.iter().map(reflected).sum::<f64>() / PI };
+        Self { ring_albedo, globe_fraction: globe.transmitted_fraction(&layer, sun, viewer) }
     }
 }
 
@@ -64,27 +67,27 @@ struct Globe {
 }
 
 impl Globe {
-    /// Whether a ray from a point outside of the globe meets it.
-    fn stops(&self, point: DVec3, towards: DVec3) -> bool {
+    /// Whether the globe blocks a ray from a point outside.
+    fn blocks(&self, point: DVec3, towards: DVec3) -> bool {
         let (p, v) = (point / self.axes, towards / self.axes);
         let (a, b, c) = (v.length_squared(), p.dot(v), p.length_squared() - 1.0);
         b < 0.0 && b * b > a * c
     }
 
-    /// The part of a circle in the ring's plane that the Sun and the viewer both see.
-    fn open_part(&self, radius: f64, sun: DVec3, viewer: DVec3) -> f64 {
+    /// Fraction of a circle in the ring's plane that both the Sun and the viewer see.
+    fn visible_fraction(&self, radius: f64, sun: DVec3, viewer: DVec3) -> f64 {
         let seen = |k: &usize| {
             let (sin, cos) = ((*k as f64 + 0.5) * TAU / AZIMUTHS as f64).sin_cos();
             let point = DVec3::new(cos, sin, 0.0) * radius;
-            !self.stops(point, sun) && !self.stops(point, viewer)
+            !self.blocks(point, sun) && !self.blocks(point, viewer)
         };
         (0..AZIMUTHS).filter(seen).count() as f64 / AZIMUTHS as f64
     }
 
-    /// Part of a Lambert globe's light that passes the rings on both ways.
-    fn left(&self, layer: &[Step], sun: DVec3, viewer: DVec3) -> f64 {
+    /// Fraction of a Lambert globe's light that the rings transmit on both ways.
+    fn transmitted_fraction(&self, layer: &[Step], sun: DVec3, viewer: DVec3) -> f64 {
         let (across, up) = viewer.any_orthonormal_pair();
-        let (mut all, mut left) = (0.0, 0.0);
+        let (mut all, mut transmitted) = (0.0, 0.0);
         for k in 0..DISC * DISC {
             let [x, y] = [k % DISC, k / DISC].map(|i| 2.0 * (i as f64 + 0.5) / DISC as f64 - 1.0);
             let far = (across * x + up * y) / self.axes;
@@ -98,14 +101,14 @@ impl Globe {
             let point = hit * self.axes;
             let light = normal.dot(sun).max(0.0);
             all += light;
-            left += light * transmitted(layer, point, sun) * transmitted(layer, point, viewer);
+            transmitted += light * transmittance(layer, point, sun) * transmittance(layer, point, viewer);
         }
-        if all > 0.0 { left / all } else { 1.0 }
+        if all > 0.0 { transmitted / all } else { 1.0 }
     }
 }
 
-/// What the rings let through of a ray from a point of the globe.
-fn transmitted(layer: &[Step], point: DVec3, towards: DVec3) -> f64 {
+/// Transmittance of the rings to a ray from a point of the globe.
+fn transmittance(layer: &[Step], point: DVec3, towards: DVec3) -> f64 {
     if point.z * towards.z >= 0.0 {
         return 1.0;
     }
@@ -129,7 +132,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let edge_on = RingLight::of(&RingTables::default(), saturn, direction(10.0, 0.0), direction(0.0, 3.0));
-        assert!(edge_on.added < 1e-3 && edge_on.globe_left > 0.5, "{edge_on:?}");
+        assert!(edge_on.ring_albedo < 1e-3 && edge_on.globe_fraction > 0.5, "{edge_on:?}");
         let moon = catalog.body(NaifId(301)).expect("the Moon");
         assert_eq!(RingLight::of(&RingTables::default(), moon, DVec3::X, DVec3::X), RingLight::NONE);
     }
@@ -138,12 +141,13 @@ mod tests {
     fn opener_rings_add_more_light() {
         let catalog = Catalog::embedded();
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
-        let added: Vec<f64> = (0..=9)
+        let ring_albedo: Vec<f64> = (0..=9)
             .map(|k| {
-                RingLight::of(&RingTables::default(), saturn, direction(3.0 * f64::from(k), 0.0), direction(3.0 * f64::from(k), 2.0)).added
+                RingLight::of(&RingTables::default(), saturn, direction(3.0 * f64::from(k), 0.0), direction(3.0 * f64::from(k), 2.0))
+                    .ring_albedo
             })
             .collect();
-        assert!(added.windows(2).all(|w| w[1] > w[0]), "{added:?}");
-        assert!(added[9] > 0.2, "{added:?}");
+        assert!(ring_albedo.windows(2).all(|w| w[1] > w[0]), "{ring_albedo:?}");
+        assert!(ring_albedo[9] > 0.2, "{ring_albedo:?}");
     }
 }

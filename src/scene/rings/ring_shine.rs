@@ -1,12 +1,12 @@
-//! Light that rings send onto their own planet: its night side, and the ground in their shadow, are lit by it.
+//! Ring-shine: light that rings scatter onto their own planet, on its night side and in the rings' shadow.
 //!
-//! In: the rings, the planet's oblateness, the Sun's height over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
-//! over height above the plane and hour angle from the Sun. Planet and rings are bodies of rotation about one axis, so that no more is needed.
-//! Always holds: no value is negative; a place that the outermost ring has set for gets nothing; both sides are alike where the Sun is in the plane.
-//! Left out: light that goes between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of a radius).
+//! In: the rings, the planet's oblateness, the Sun's height over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance over
+//! height above the plane and hour angle from the Sun; two variables are enough because planet and rings are axially symmetric. Always: no value is
+//! negative; a place where the outermost ring is below the horizon gets no light; both sides are equal with the Sun in the plane. Left out: light reflected
+//! between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of a radius).
 //!
-//! The light is single scattering as in shaders/lib/ring/photometry.wesl, summed over the part of the ring above the ground's horizon and outside the
-//! globe's shadow, whose edges bound the integrals, so that no quadrature runs across a jump.
+//! The light is single scattering as in shaders/lib/ring/photometry.wesl, integrated over the part of the ring above the ground's horizon and outside the
+//! globe's shadow. Their edges are limits of the integrals, so that the quadrature never crosses a discontinuity.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
@@ -14,7 +14,7 @@ use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::{RING_SLOPES, RING_SLOPES_PER_OCTAVE};
 pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
-use crate::scene::rings::phase::{MIN_COSINE, bodies_with_peak};
+use crate::scene::rings::phase::{MIN_COSINE, particle_phase};
 use crate::scene::rings::ring_table::{self, Step, steps};
 pub use crate::scene::rings::single_scatter::{halves, scattered};
 use glam::{DVec2, DVec3};
@@ -22,20 +22,20 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Heights of one side and hour angles.
+/// Table size: hour angles, and heights on one side.
 pub use crate::scene::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS as ROWS};
-/// Annuli of about even weight that stand for the rings, and places on the longest arc of each.
+/// Number of annuli of about equal weight that approximate the rings.
 const ANNULI: usize = 32;
-/// Points of Gauss and Legendre on an arc.
+/// Gauss-Legendre points on an arc.
 const ARC: usize = 12;
-/// Slopes 2^(k/8) at which an annulus' light is tabled, as in the rings' own table.
+/// Slopes 2^(k/8) at which an annulus' light is tabulated, as in the rings' own table.
 const SLOPES: usize = RING_SLOPES as usize;
 const PER_OCTAVE: f64 = RING_SLOPES_PER_OCTAVE as f64;
-/// Height that stands for that of the equator, where light over height has its limit.
+/// Height used at the equator, for the limit of light divided by height.
 const EQUATOR: f64 = 1e-6;
 
 impl RingShine {
-    /// Irradiance of level ground per unit of sunlight, the brightest channel, as shaders/lib/ring/shine.wesl reads it. `point`: unit-sphere frame;
+    /// Irradiance of level ground per unit of sunlight, brightest channel, interpolated as in shaders/lib/ring/shine.wesl. `point`: unit-sphere frame;
     /// `sun`: unit vector, body axes.
     pub fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
         let height = point.z.abs();
@@ -61,7 +61,7 @@ impl RingShine {
     }
 }
 
-/// What a table is made from. Lengths are equatorial radii.
+/// The geometry that determines a table. Lengths are equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub struct RingShineGeometry<'a> {
     pub rings: &'a [&'a Ring],
@@ -74,10 +74,10 @@ pub struct RingShineGeometry<'a> {
     pub sun_tangent: f64,
 }
 
-/// A stretch of rings taken as one radius.
+/// An interval of rings approximated by one radius.
 struct Annulus {
     radius: f64,
-    /// By slope, each side: the integral over the stretch of what it scatters, per channel.
+    /// For each side and slope: scattered light integrated over the interval, per channel.
     light: [Vec<DVec3>; 2],
 }
 
@@ -89,19 +89,19 @@ impl Annulus {
     }
 }
 
-/// What a stretch weighs: what it stops of steep light, times its colour.
+/// Weight of an interval: the steep light that it stops, times its albedo.
 fn weight(step: &Step) -> f64 {
     (step.to - step.from) * -(-4.0 * step.tau).exp_m1() * step.albedo.iter().sum::<f64>()
 }
 
-/// Cuts stretches of one optical depth so finely that annuli of even weight can be put together.
-fn annuli(lit: &RingShineGeometry<'_>) -> Vec<Annulus> {
-    let steps = steps(lit.rings.iter().copied(), lit.radius_km);
-    let whole: f64 = steps.iter().map(weight).sum();
-    if whole.is_nan() || whole <= 0.0 {
+/// Divides intervals of constant optical depth, and groups the parts into annuli of about equal weight.
+fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
+    let steps = steps(geometry.rings.iter().copied(), geometry.radius_km);
+    let total: f64 = steps.iter().map(weight).sum();
+    if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
-    let share = whole / ANNULI as f64;
+    let share = total / ANNULI as f64;
     let mut groups: Vec<Vec<Step>> = vec![Vec::new()];
     let mut filled = 0.0;
     for step in steps.into_iter().filter(|s| s.tau > 0.0) {
@@ -120,7 +120,7 @@ fn annuli(lit: &RingShineGeometry<'_>) -> Vec<Annulus> {
             }
         }
     }
-    let halves = halves(lit.sine.abs(), lit.sun_tangent);
+    let halves = halves(geometry.sine.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<Step>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
@@ -141,19 +141,19 @@ fn annuli(lit: &RingShineGeometry<'_>) -> Vec<Annulus> {
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
 }
 
-/// Binary digits after the first of the heights of the Sun that have a table of their own.
+/// Binary digits after the leading one of the heights of the Sun that have a table of their own.
 const MILESTONE_DIGITS: u32 = 5;
 
-/// A magnitude to so many binary digits after the first.
-fn rounded(v: f64, digits: u32) -> f64 {
+/// An absolute value rounded to `digits` binary digits after the leading one.
+fn round_to_digits(v: f64, digits: u32) -> f64 {
     let spare = 52 - digits;
     f64::from_bits((v.abs().to_bits() + (1 << (spare - 1))) >> spare << spare)
 }
 
-/// Heights of the Sun over ringed bodies whose tables are kept.
+/// Number of cached tables.
 const KEPT: usize = 16;
 
-/// Tables of the rings' light, kept from frame to frame.
+/// Tables of ring-shine, cached from frame to frame.
 #[derive(Debug)]
 pub struct RingShines {
     shines: Memo<Numbers, Option<Arc<RingShine>>>,
@@ -167,7 +167,7 @@ impl Default for RingShines {
 }
 
 impl RingShineGeometry<'_> {
-    /// Irradiance over height at a height and hour angle. `side`: 0 where the Sun's centre is.
+    /// Irradiance divided by height, at a height and hour angle. `side`: 0 on the side of the Sun's centre.
     fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
         let level = (1.0 - height * height).max(0.0).sqrt();
         let normal = DVec3::new(level, 0.0, height / self.polar).normalize();
@@ -175,16 +175,16 @@ impl RingShineGeometry<'_> {
         let (sin_hour, cos_hour) = hour.sin_cos();
         let sine = self.sine.abs();
         let cosine = (1.0 - sine * sine).sqrt();
-        // Seen from the place's meridian.
+        // Direction to the Sun relative to the place's meridian.
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
-        // The Sun's direction where the globe is a unit sphere: level part.
+        // Horizontal component of the Sun's direction in the unit-sphere frame.
         let squeezed = cosine / cosine.hypot(sine / self.polar);
         let horizon = 1.0 / level.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon) {
             let r = annulus.radius;
             let widest = (horizon / r).acos();
-            // Half the arc of the ring in the globe's shadow, about the anti-solar point, whose hour angle is pi.
+            // Half angle of the ring's arc in the globe's shadow, centred on the anti-solar point, whose hour angle is pi.
             let cut = (r * r - 1.0).max(0.0).sqrt() / (r * squeezed).max(1e-12);
             let shadow = if cut < 1.0 { cut.acos() } else { 0.0 };
             let (from, to) = (hour - widest, hour + widest);
@@ -195,22 +195,22 @@ impl RingShineGeometry<'_> {
                 for (x, w) in gauss {
                     let angle = a + (b - a) * x - hour;
                     let (sin, cos) = angle.sin_cos();
-                    let away = DVec3::new(r * cos, r * sin, 0.0) - place;
-                    let distance_sq = away.length_squared();
+                    let to_ring = DVec3::new(r * cos, r * sin, 0.0) - place;
+                    let distance_sq = to_ring.length_squared();
                     let distance = distance_sq.sqrt();
-                    let cos_incidence = normal.dot(away).max(0.0) / distance;
+                    let cos_incidence = normal.dot(to_ring).max(0.0) / distance;
                     let cos_emission = (place.z / distance).max(MIN_COSINE);
-                    let phase = bodies_with_peak(-sun.dot(away) / distance);
-                    // The ring's area seen, over height: polar / distance is the emission's cosine over it.
-                    let seen = (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
-                    sum += annulus.at(side, 1.0 / cos_emission) * (0.25 / PI * phase * seen);
+                    let phase = particle_phase(-sun.dot(to_ring) / distance);
+                    // The ring's projected area divided by height: polar / distance is the cosine of emission divided by height.
+                    let projected_area = (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
+                    sum += annulus.at(side, 1.0 / cos_emission) * (0.25 / PI * phase * projected_area);
                 }
             }
         }
         sum
     }
 
-    /// `None` where no ring scatters anything.
+    /// Computes the table. `None` if no ring scatters light.
     fn table(&self) -> Option<RingShine> {
         let annuli = annuli(self);
         let last = annuli.iter().map(|a| a.radius).fold(0.0, f64::max);
@@ -235,39 +235,40 @@ impl RingShineGeometry<'_> {
         Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), reach, brightest })
     }
 
-    /// The table: the Sun's height counts to eleven binary digits (5e-4 of the light), so that a view at rest keeps one.
+    /// The cached table. The Sun's height is rounded to eleven binary digits (5e-4 of the light), so that a view at rest keeps one table.
     pub fn shine(&self, kept: &RingShines) -> Option<Arc<RingShine>> {
-        let lit = Self { sine: rounded(self.sine, 11), sun_tangent: rounded(self.sun_tangent, 11), ..*self };
-        kept.shines.get(lit.numbers().collect(), || lit.between(kept).map(Arc::new))
+        let geometry = Self { sine: round_to_digits(self.sine, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };
+        kept.shines.get(geometry.cache_key().collect(), || geometry.interpolate(kept).map(Arc::new))
     }
 
-    /// Mixed of two tables at heights of the Sun of [`MILESTONE_DIGITS`] binary digits, which a year of frames asks few of: a table takes as long as
-    /// two frames.
-    fn between(&self, kept: &RingShines) -> Option<RingShine> {
-        let milestone = |sine: f64| {
-            // A Sun that stands clear of the plane is as good as a point.
-            let lit = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
-            kept.milestones.get(lit.numbers().collect(), || lit.table().map(Arc::new))
+    /// Interpolates two tables at heights of the Sun of [`MILESTONE_DIGITS`] binary digits, of which a year of frames needs few, because a table takes
+    /// as long as two frames.
+    fn interpolate(&self, kept: &RingShines) -> Option<RingShine> {
+        let milestone_table = |sine: f64| {
+            // A Sun clear of the plane is treated as a point.
+            let geometry = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
+            kept.milestones.get(geometry.cache_key().collect(), || geometry.table().map(Arc::new))
         };
         let spare = 52 - MILESTONE_DIGITS;
         let below = f64::from_bits(self.sine.to_bits() >> spare << spare);
         let above = f64::from_bits(below.to_bits() + (1 << spare));
-        let (low, high) = (milestone(below)?, milestone(above)?);
+        let (low, high) = (milestone_table(below)?, milestone_table(above)?);
         let share = narrow_scalar((self.sine - below) / (above - below));
         let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
         let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(share);
         Some(RingShine { texels, reach: low.reach, brightest })
     }
 
-    /// All that a table depends on.
-    fn numbers(&self) -> impl Iterator<Item = f64> {
+    /// The values that a table depends on, as a cache key.
+    fn cache_key(&self) -> impl Iterator<Item = f64> {
         let own = [self.sine, self.sun_tangent, self.radius_km, self.polar];
-        own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::numbers(r)))
+        own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::cache_key(r)))
     }
 
-    /// More than any place can get, per unit of sunlight: each ring as bright as it can be, all of it over the nearest place of the equator.
-    pub fn at_most(&self) -> f64 {
-        let brightest = bodies_with_peak(1.0);
+    /// Upper limit of the irradiance of any place, per unit of sunlight: each ring at its maximum brightness, all of it above the nearest point of the
+    /// equator.
+    pub fn upper_limit(&self) -> f64 {
+        let brightest = particle_phase(1.0);
         let of = |ring: &&Ring| {
             let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);
             let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
@@ -286,7 +287,7 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.8, 0.6, 0.4], dust: 0.0 }
     }
 
-    fn lit<'a>(rings: &'a [&'a Ring], sine: f64) -> RingShineGeometry<'a> {
+    fn geometry<'a>(rings: &'a [&'a Ring], sine: f64) -> RingShineGeometry<'a> {
         RingShineGeometry { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
     }
 
@@ -294,7 +295,7 @@ mod tests {
     #[test]
     fn what_is_read_of_a_table_is_its_light() {
         let ring = ring(1.3, 2.2, 1.0);
-        let shine = lit(&[&ring], 0.3).shine(&RingShines::default()).expect("light");
+        let shine = geometry(&[&ring], 0.3).shine(&RingShines::default()).expect("light");
         let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
         let of = |k: u32| {
             let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
@@ -319,9 +320,12 @@ mod tests {
     #[test]
     fn without_rings_there_is_no_light_and_thin_ones_give_in_proportion() {
         let nothing = ring(1.5, 2.0, 0.0);
-        assert!(lit(&[], 0.3).shine(&RingShines::default()).is_none() && lit(&[&nothing], 0.3).shine(&RingShines::default()).is_none());
-        assert_eq!(lit(&[&nothing], 0.3).at_most(), 0.0);
-        let of = |tau: f64| lit(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
+        assert!(
+            geometry(&[], 0.3).shine(&RingShines::default()).is_none()
+                && geometry(&[&nothing], 0.3).shine(&RingShines::default()).is_none()
+        );
+        assert_eq!(geometry(&[&nothing], 0.3).upper_limit(), 0.0);
+        let of = |tau: f64| geometry(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
         assert!((of(2e-6) / of(1e-6) - 2.0).abs() < 1e-4);
         assert!(of(2.0) < 1.9 * of(1.0), "thick rings hide themselves");
     }
@@ -332,17 +336,17 @@ mod tests {
         let rings = [&ring];
         for sine in [2e-4, 3e-3, 0.047, 0.13, 0.29, 0.447] {
             // Halfway between two milestones.
-            let below = rounded(sine, MILESTONE_DIGITS);
-            let lit = RingShineGeometry {
+            let below = round_to_digits(sine, MILESTONE_DIGITS);
+            let geometry = RingShineGeometry {
                 sine: f64::from_bits(below.to_bits() + (1 << (51 - MILESTONE_DIGITS))),
                 sun_tangent: 5e-4,
-                ..lit(&rings, sine)
+                ..geometry(&rings, sine)
             };
-            let (own, mixed) = (lit.table().expect("a table"), lit.between(&RingShines::default()).expect("a table"));
+            let (own, mixed) = (geometry.table().expect("a table"), geometry.interpolate(&RingShines::default()).expect("a table"));
             let worst = |other: &RingShine| own.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             let most = own.texels.iter().copied().fold(0.0, f32::max);
             assert!(worst(&mixed) < 1e-3 * most, "sine {sine}: {} of {most}", worst(&mixed));
-            let alone = RingShineGeometry { sine: below, ..lit }.table().expect("a table");
+            let alone = RingShineGeometry { sine: below, ..geometry }.table().expect("a table");
             assert!(worst(&alone) > 3.0 * worst(&mixed), "one milestone alone, sine {sine}: {} of {most}", worst(&alone));
         }
     }
@@ -351,7 +355,7 @@ mod tests {
     fn both_sides_are_alike_where_the_sun_is_in_the_plane() {
         let rings = [&ring(1.2, 2.2, 0.7)];
         let both = |sine: f64| {
-            let table = lit(&rings, sine).table().expect("a table");
+            let table = geometry(&rings, sine).table().expect("a table");
             let (one, other) = table.texels.split_at(ROWS * COLUMNS * 4);
             one.iter().zip(other).map(|(a, b)| f64::from((a - b).abs()) / table.brightest).fold(0.0, f64::max)
         };
@@ -363,11 +367,11 @@ mod tests {
     fn more_than_the_bound_nowhere() {
         for (inner, outer, tau, sine) in [(1.1, 1.2, 5.0, 0.4), (1.2, 2.3, 0.5, 0.1), (1.9, 1.91, 0.05, 0.9), (1.3, 1.4, 1e-5, 0.5)] {
             let rings = [&ring(inner, outer, tau)];
-            let lit = lit(&rings, sine);
-            let table = lit.table().expect("a table");
+            let geometry = geometry(&rings, sine);
+            let table = geometry.table().expect("a table");
             assert!(table.texels.iter().all(|v| v.is_finite() && *v >= 0.0));
             let found = table.brightest;
-            assert!(found > 0.0 && found < lit.at_most(), "{found} and {}", lit.at_most());
+            assert!(found > 0.0 && found < geometry.upper_limit(), "{found} and {}", geometry.upper_limit());
         }
     }
 }

@@ -1,7 +1,7 @@
-//! The tables that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
+//! The tables that ring shaders read: integrals over radius of the light that the layer takes or scatters, one row per slope of a path.
 //!
-//! In: rings in the order of the catalog (a later one lies over an earlier one), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels;
-//! their meaning and the error of reading between rows stand in shaders/lib/ring. Always holds: radii rise, integrals never fall.
+//! In: rings in catalog order (a later one covers earlier ones), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels; their
+//! meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
@@ -11,25 +11,25 @@ use crate::scene::draw::tables::RingTable;
 use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
 
-/// Slopes of paths that a ring's table can have rows for: x = 2^(k/8), k = 0..=96.
+/// Maximum number of rows of a ring's table, for slopes x = 2^(k/8), k = 0..=96.
 pub use crate::scene::constants::RING_SLOPES as SLOPES;
-/// Radii beyond which a table is refused: the widest texture that every GPU takes, halved.
+/// Maximum number of radii in a table: half of the widest texture that every GPU supports.
 pub const MAX_NODES: usize = 4096;
 
-/// A stretch of radius of one optical depth.
+/// An interval of radius with constant optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Step {
     pub from: f64,
     pub to: f64,
     pub tau: f64,
     pub albedo: [f64; 3],
-    /// Part of its light that dust scatters.
+    /// Fraction of its light that dust scatters.
     pub dust: f64,
 }
 
 impl Step {
-    /// The part of the light that it takes from a path of a slope (one over the cosine between the path and the plane's normal).
-    fn taken(&self, slope: f64) -> f64 {
+    /// Fraction of light removed from a path of a slope (1 / cosine of the angle between path and normal).
+    fn removed_fraction(&self, slope: f64) -> f64 {
         -(-self.tau * slope).exp_m1()
     }
 
@@ -38,30 +38,30 @@ impl Step {
     }
 }
 
-/// Cuts overlapping rings into stretches, each with the last ring that holds it.
+/// Cuts overlapping rings into intervals, each with the properties of the last ring that contains it.
 pub(crate) fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<Step> {
     let mut edges: Vec<f64> = rings.clone().flat_map(|r| [r.inner_km, r.outer_km]).collect();
     edges.sort_by(f64::total_cmp);
     edges.dedup();
     let between = |pair: &[f64]| {
         let middle = (pair[0] + pair[1]) / 2.0;
-        let over = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
-        let (tau, albedo, dust) = over.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust));
+        let top_ring = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
+        let (tau, albedo, dust) = top_ring.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust));
         Step { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo, dust }
     };
     edges.windows(2).map(between).collect()
 }
 
-/// All that a table depends on of a ring.
-pub(crate) fn numbers(ring: &Ring) -> [f64; 7] {
+/// The properties of a ring that a table depends on, as a cache key.
+pub(crate) fn cache_key(ring: &Ring) -> [f64; 7] {
     let [red, green, blue] = ring.albedo;
     [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust, red, green, blue]
 }
 
-/// Bodies and choices of their rings whose tables are kept.
+/// Number of cached tables.
 const KEPT: usize = 16;
 
-/// Tables of rings, kept from frame to frame.
+/// Tables of rings, cached from frame to frame.
 #[derive(Debug)]
 pub(crate) struct RingTables {
     steps: Memo<Numbers, Arc<Vec<Step>>>,
@@ -76,37 +76,37 @@ impl Default for RingTables {
 }
 
 impl RingTables {
-    /// [`steps`] of all rings of a body: finding which ring holds each stretch takes a millisecond for Saturn's.
+    /// [`steps`] of all rings of a body, cached: computing them takes a millisecond for Saturn's.
     pub fn steps<'a>(&self, rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Arc<Vec<Step>> {
-        let key = std::iter::once(unit_km).chain(rings.clone().flat_map(numbers)).collect();
+        let key = std::iter::once(unit_km).chain(rings.clone().flat_map(cache_key)).collect();
         self.steps.get(key, || Arc::new(steps(rings, unit_km)))
     }
 
-    /// [`RingTable::of`] some rings of a body.
+    /// [`RingTable::of`] some rings of a body, cached.
     pub fn profile(&self, rings: &[&Ring], unit_km: f64, seen: &RingSeen) -> Option<Arc<RingTable>> {
         let light = seen.sunlight.iter().flatten().flatten().copied();
         let asked = std::iter::once(unit_km).chain(seen.slopes.map(f64::from)).chain(light);
-        let key = asked.chain(rings.iter().flat_map(|r| numbers(r))).collect();
+        let key = asked.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let steps = || self.steps(rings.iter().copied(), unit_km);
         self.profiles.get(key, || RingTable::of_steps(&steps(), seen).map(Arc::new))
     }
 
-    /// [`RingTable::of_shadow`] of some rings of a body.
+    /// [`RingTable::of_shadow`] of some rings of a body, cached.
     pub fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
-        let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| numbers(r))).collect();
+        let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let steps = || self.steps(rings.iter().copied(), unit_km);
         self.shadows.get(key, || RingTable::of_shadow_steps(&steps(), slopes).map(Arc::new))
     }
 }
 
-/// Slopes of sunlight (one over the sine of its angle to the ring's plane) that a shadow's table has rows for. `sine`: of the Sun's centre; `tangent`: of its
-/// angular radius; `disc`: the Sun is no point.
+/// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: of the height of the Sun's centre; `tangent`:
+/// of its angular radius; `disc`: whether the Sun's disc is resolved.
 ///
-/// One does where it changes so little across the disc that what a stretch takes changes by less than 0.155 `tangent` / `sine` from one half of the disc to the other: up to
-/// 0.4 % of the light. Of a lower Sun each strip of the disc has its own, after that of the centre.
+/// One slope is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
+/// half of the disc to the other: up to 0.4 % of the light. For a lower Sun each strip of the disc has its own slope, after that of the centre.
 pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
     let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
-    if !disc || sine.abs() > SUNS_HEIGHT_OF_ONE_SLOPE * tangent {
+    if !disc || sine.abs() > MIN_HEIGHT_FOR_ONE_SLOPE * tangent {
         return vec![slope(sine)];
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
@@ -117,24 +117,24 @@ pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
     std::iter::once(slope(sine)).chain((1..=SUN_PARTS).map(of_strip)).collect()
 }
 
-/// Heights of the Sun over the plane, in radii of its disc, from which on one slope does.
-const SUNS_HEIGHT_OF_ONE_SLOPE: f64 = 40.0;
-/// Bins that a texel of the table's first row holds.
+/// Height of the Sun over the plane, in solar radii, from which one slope is enough.
+const MIN_HEIGHT_FOR_ONE_SLOPE: f64 = 40.0;
+/// Bins per texel of the table's first row.
 const BINS_PER_TEXEL: usize = 4;
-/// Part of a bin by which it begins earlier than it says: more than the fragment's f32 is off in finding it.
+/// Fraction of a bin by which it is extended inwards: more than the fragment's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
 
-/// Where the stretches of a table lie: shaders/lib/ring/stretches.wesl reads it.
+/// An index that maps a radius to its interval; shaders/lib/ring/stretches.wesl reads it.
 struct Bins {
     texels: Vec<f32>,
     formula: [f64; 3],
 }
 
 impl Bins {
-    /// Of stretches from the innermost outwards, for a table with a column for each and one more.
+    /// The index of intervals sorted from the innermost outwards, for a table with a column for each and one more.
     fn of(steps: &[Step]) -> Self {
         let outer = steps.last().map_or(1.0, |s| s.to);
-        // A ring that reaches the centre would have infinitely many.
+        // Limits the number of bins of a ring that reaches the centre.
         let inner = steps.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
         let count = BINS_PER_TEXEL * (steps.len() + 1);
         let per_inverse = count as f64 / (1.0 / inner - 1.0 / outer);
@@ -148,38 +148,39 @@ impl Bins {
     }
 }
 
-/// Where stretches end; none is past the last one.
+/// Outer radii of the intervals; that of the last one is infinite.
 fn ends(steps: &[Step]) -> impl Iterator<Item = f32> {
     let last = steps.len().saturating_sub(1);
     steps.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
 }
 
-/// Innermost and outermost radius of what a table can hold: some stretches, and no more edges than [`MAX_NODES`].
-fn tabulated(steps: &[Step]) -> Option<[f64; 2]> {
+/// Innermost and outermost radius of the intervals; `None` if there are none or too many for a table.
+fn radial_range(steps: &[Step]) -> Option<[f64; 2]> {
     let reach = [steps.first()?.from, steps.last()?.to];
     (steps.len() < MAX_NODES).then_some(reach)
 }
 
-/// The light on a ring and the view rays that meet it: what all pixels share.
+/// The light on a ring and the range of view rays that cross it, which all pixels share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingSeen {
-    /// Parts of the Sun's disc over the viewer's side of the plane and over the other, each with its mean sine: [`halves`](super::ring_shine::halves). None for a view of colours.
+    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean sine: [`halves`](super::ring_shine::halves).
+    /// `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
-    /// The first and the last slope of the table's rows.
+    /// Indices of the first and the last slope of the table's rows.
     slopes: [u32; 2],
 }
 
 impl RingSeen {
-    /// `steepest` and `flattest`: of the view rays, one over the cosine of the angle to the plane's normal.
+    /// `steepest` and `flattest`: smallest and largest slope of the view rays.
     pub fn new(sunlight: Option<[[f64; 2]; 2]>, steepest: f64, flattest: f64) -> Self {
         let place = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
         let first = (place(steepest).floor() as u32).min(SLOPES - 2);
         Self { sunlight, slopes: [first, (place(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
     }
 
-    /// What a stretch sends along a path of a slope, but for its colour and a quarter of its phase function.
+    /// Light that an interval scatters along a path of a slope, without albedo and a quarter of the phase function.
     fn light(&self, step: &Step, slope: f64) -> f64 {
-        let Some(sunlight) = self.sunlight else { return step.taken(slope) };
+        let Some(sunlight) = self.sunlight else { return step.removed_fraction(slope) };
         let from = |(half, [part, sine]): (usize, [f64; 2])| {
             if part > 0.0 { part * scattered(step.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
         };
@@ -188,13 +189,13 @@ impl RingSeen {
 }
 
 impl RingTable {
-    /// What a ring's own fragments read. `None` without a ring, or with more edges than [`MAX_NODES`]. `unit_km`: the body's equatorial radius.
+    /// The table for the fragments of a ring. `None` without a ring, or with more than [`MAX_NODES`] edges. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, seen: &RingSeen) -> Option<Self> {
         Self::of_steps(&steps(rings, unit_km), seen)
     }
 
     fn of_steps(steps: &[Step], seen: &RingSeen) -> Option<Self> {
-        let reach = tabulated(steps)?;
+        let reach = radial_range(steps)?;
         let nodes = steps.len() + 1;
         let [first, last] = seen.slopes;
         let height = 2 + 2 * (last - first + 1);
@@ -210,7 +211,7 @@ impl RingTable {
         texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 1.0]);
         for k in first..=last {
             let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
-            // Dust apart from bodies: it scatters by another law, and its sums keep digits that would drown in those of the dense rings.
+            // Dust is summed separately: it has another phase function, and its sums would lose precision in those of the dense rings.
             let (mut bodies, mut dust) = ([0.0; 4], [0.0; 4]);
             let mut of_dust = Vec::with_capacity(4 * nodes);
             for step in steps {
@@ -222,7 +223,7 @@ impl RingTable {
                     bodies[channel] += light * albedo * (1.0 - step.dust);
                     dust[channel] += light * albedo * step.dust;
                 }
-                bodies[3] += width * step.taken(slope);
+                bodies[3] += width * step.removed_fraction(slope);
             }
             texels.extend(bodies.map(narrow_scalar));
             of_dust.extend(dust.map(narrow_scalar));
@@ -231,22 +232,23 @@ impl RingTable {
         Some(Self { width: nodes as u32, height, texels, reach, bins: bins.formula, slopes: seen.slopes })
     }
 
-    /// What the fragments of a globe in the rings' shadow read, for sunlight of some slopes ([`slopes_of_sunlight`]). `None` as of [`RingTable::of`].
+    /// The table for the fragments of a globe in the rings' shadow, for the slopes of sunlight of [`slopes_of_sunlight`]. `None` as in
+    /// [`RingTable::of`].
     pub fn of_shadow<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, slopes: &[f64]) -> Option<Self> {
         Self::of_shadow_steps(&steps(rings, unit_km), slopes)
     }
 
     fn of_shadow_steps(steps: &[Step], slopes: &[f64]) -> Option<Self> {
-        let reach = tabulated(steps)?;
+        let reach = radial_range(steps)?;
         let nodes = steps.len() + 1;
         let bins = Bins::of(steps);
         let mut texels = bins.texels;
         for slope in slopes {
             let mut sum = 0.0;
             for (step, end) in steps.iter().zip(ends(steps)) {
-                let taken = step.taken(*slope);
-                texels.extend([narrow_scalar(step.from), end, narrow_scalar(taken), narrow_scalar(sum)]);
-                sum += (step.to - step.from) * taken;
+                let removed_fraction = step.removed_fraction(*slope);
+                texels.extend([narrow_scalar(step.from), end, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
+                sum += (step.to - step.from) * removed_fraction;
             }
             texels.extend([narrow_scalar(reach[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
         }

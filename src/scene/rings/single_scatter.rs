@@ -1,11 +1,11 @@
-//! Light that a flat layer of particles scatters once, under a Sun whose disc its plane may cut.
+//! Single scattering by a flat layer of particles, under a Sun whose disc the layer's plane may cut.
 //!
-//! In: optical depth, slopes of paths (one over the cosine between path and normal), the Sun's height. Out: light, without colour and phase function. The formulas are those of
-//! shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
+//! In: optical depth, slopes of paths (1 / cosine of the angle between path and normal), the Sun's height. Out: light without albedo and phase function.
+//! The formulas are those of shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
 
 use std::f64::consts::PI;
 
-/// Part of the Sun's disc over one side of the plane, and the mean sine of that part; then those of the other side.
+/// Fraction of the Sun's disc on one side of the plane and its mean sine, then those of the other side.
 pub fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
@@ -18,13 +18,13 @@ pub fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
 }
 
-/// Light of particles per unit of phase function over four, towards a path of slope `x`, lit along one of slope `y` from the same side or from beyond.
+/// Light scattered towards a path of slope `x`, per unit of phase function / 4, under sunlight of slope `y` from the same side or from the other.
 pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
     if same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }
-    // exp(-tau x) - exp(-tau y) over y - x, the same with x and y exchanged; its limit at y = x is tau exp(-tau x).
+    // (exp(-tau x) - exp(-tau y)) / (y - x) is symmetric in x and y; its limit at y = x is tau exp(-tau x).
     let (less, apart) = (x.min(y), (y - x).abs());
-    let over = if tau * apart < 1e-6 { tau } else { -(-tau * apart).exp_m1() / apart };
-    x * (-tau * less).exp() * over
+    let quotient = if tau * apart < 1e-6 { tau } else { -(-tau * apart).exp_m1() / apart };
+    x * (-tau * less).exp() * quotient
 }

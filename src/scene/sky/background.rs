@@ -1,16 +1,16 @@
 //! Diffuse light from beyond all bodies: the Milky Way, or a panorama of the user's, and zodiacal light.
 //!
-//! In: the camera, the Sun as seen, what is white, the panorama's frame and scale. Out: [`SkyBackground`], the uniforms of shaders/entry/sky_background.wesl, and the
-//! reasons. Always: it lies behind everything; air in front dims it when it is drawn; what no level of the display can show is left out, both parts apart, and
-//! then costs nothing. Rotations are f64; only axes of the view are narrowed. Left out: aberration of diffuse light (0.3 arcmin), the colour that air gives it,
-//! and the parallax of the Milky Way.
+//! In: the camera, the apparent Sun, the threshold, the panorama's frame and scale. Out: [`SkyBackground`], the uniforms of
+//! shaders/entry/sky_background.wesl, and the reasons. Always: it is behind everything; air in front dims it when it is drawn; each of the two parts is
+//! left out, at no cost, if no level of the display can show it. Rotations are f64; only axes of the view are narrowed. Left out: aberration of diffuse
+//! light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow4};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::placed::PlacedBody;
-use crate::scene::purpose::Bound;
+use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::sky::frames::ecliptic_pole;
 use crate::scene::sky::map::SkyMap;
@@ -41,7 +41,7 @@ pub struct SkyBackground {
     pub corona: f32,
 }
 
-/// Rays on a side of the grid on which the frame's brightest zodiacal light is looked for.
+/// Rays per side of the grid on which the frame's brightest zodiacal light is searched.
 const PROBES: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
@@ -55,12 +55,12 @@ fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit: f64) -> f64 {
     (0..PROBES * PROBES).map(at).fold(0.0, f64::max) * unit
 }
 
-/// The background of a frame with the decisions about its parts; nothing where the picture shows a number.
+/// The background of a frame with the decisions about its parts; none in pixel views other than the final image.
 pub(crate) fn background(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
-    bound: Bound,
+    threshold: Threshold,
     map: &SkyMap,
     is_unreadable: bool,
     has_corona: bool,
@@ -70,11 +70,11 @@ pub(crate) fn background(
     }
     let boost = request.stars_boost.exp2();
     let decided = |feature, on: bool, reason: String| Decision { feature, on, reason, tier: None };
-    // As stars do, it shows from half a level of the display on, on black.
-    let shows = |radiance: f64| radiance > bound.least_shown(VISIBLE_LIGHT);
-    let against = |radiance: f64| match bound.is_linear() {
-        true => bound.description(radiance),
-        false => format!("{:.1e} of white against {VISIBLE_LIGHT:.1e}", bound.of_white(radiance)),
+    // Like stars, it is drawn from half a display level on black.
+    let shows = |radiance: f64| radiance > threshold.cutoff_radiance(VISIBLE_LIGHT);
+    let against = |radiance: f64| match threshold.is_linear() {
+        true => threshold.description(radiance),
+        false => format!("{:.1e} of white against {VISIBLE_LIGHT:.1e}", threshold.relative_to_white(radiance)),
     };
     let brightest = map.brightest * map.unit_radiance * boost;
     let milky_way = match () {
@@ -114,7 +114,7 @@ pub(crate) fn background(
         near: narrow_scalar(zodiacal::NEAR),
         inner_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.0.to_radians().cos()),
         outer_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.1.to_radians().cos()),
-        // What is lifted over the corona would end beside it.
+        // Boosted zodiacal light would end visibly at the corona.
         corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
     };
     ((draws_map || draws_dust).then_some(background), vec![milky_way, zodiacal_light])

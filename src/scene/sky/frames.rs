@@ -1,6 +1,6 @@
-//! The frames in which the sky is charted: equator, ecliptic and Galaxy, each as a rotation from ICRF.
+//! Celestial coordinate frames: equatorial, ecliptic and galactic, each as a rotation from ICRF.
 //!
-//! All are of J2000: precession since then is no part of them.
+//! All are fixed at J2000, without precession.
 
 use crate::scene::viewpoint::OBLIQUITY_J2000;
 use crate::wording::suggestion_or_list;
@@ -18,12 +18,12 @@ pub enum SkyFrame {
     Ecliptic,
 }
 
-/// A name that is no frame's: what may have been meant.
+/// An unknown frame name, with a suggestion.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct UnknownSkyFrame(String);
 
-/// Unit vector of right ascension and declination, or any longitude and latitude, degrees.
+/// Unit vector of a right ascension and declination, or of any longitude and latitude, degrees.
 pub fn direction(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
     let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude_deg.to_radians().sin_cos(), latitude_deg.to_radians().sin_cos());
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
@@ -45,10 +45,10 @@ impl SkyFrame {
         }
     }
 
-    /// The frame of a name, in small or capital letters.
+    /// The frame of a name, ignoring case.
     ///
     /// # Errors
-    /// The nearest name, or all that there are.
+    /// An unknown name: the nearest known one, or a list of all.
     pub fn by_name(name: &str) -> Result<Self, UnknownSkyFrame> {
         let known = Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name));
         known.ok_or_else(|| UnknownSkyFrame(suggestion_or_list(name, &Self::ALL.map(Self::name))))

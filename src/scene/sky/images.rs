@@ -1,8 +1,9 @@
-//! Images of the user's on the sky: tangent planes behind all bodies.
+//! The user's images of the sky, drawn as tangent planes behind all bodies.
 //!
-//! In: the catalog's layers with an image of the sky, the camera, the viewer's velocity. Out: [`SkyImageDraw`], the uniforms of shaders/entry/sky_image.wesl, and the reasons. Always: an
-//! image is a drawing and no light: white is white at any exposure. Its point of tangency and the axes there move with the stars' aberration; what that differs by over the image is left out:
-//! 0.35 arcsec a degree. All in f64; only the view's axes in the image are narrowed.
+//! In: the catalog's layers with an image of the sky, the camera, the viewer's velocity. Out: [`SkyImageDraw`], the uniforms of
+//! shaders/entry/sky_image.wesl, and the reasons. Always: an image is display-referred: its white is white at any exposure. Its tangent point and axes
+//! follow stellar aberration; the variation of aberration over the image is left out: 0.35 arcsec per degree. All in f64; only the view's axes in the image
+//! are narrowed.
 
 use crate::catalog::{DataLayer, ImagePlace};
 use crate::ephemeris::apparent::aberrated;
@@ -11,15 +12,15 @@ use crate::scene::decision::Decision;
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
-/// An image of fewer pixels of the picture is left out.
+/// Smallest size of an image in the picture, pixels.
 const LEAST_PX: f64 = 0.5;
-/// Step along the tangent plane by which its axes are found after aberration, radians.
+/// Finite-difference step along the tangent plane for its axes under aberration, radians.
 const STEP: f64 = 1e-4;
 
 /// Uniforms of an image on the sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyImageDraw {
-    /// As whoever holds textures knows it.
+    /// The name under which textures are looked up.
     pub image: String,
     pub middle: Vec3,
     pub across: Vec3,
@@ -29,14 +30,14 @@ pub struct SkyImageDraw {
     pub opacity: f32,
 }
 
-/// From a direction (ICRF) to the place in an image as a quotient: (u, v) = h.xy / h.z; u to the right, v down, 0 to 1. `None`: the image is of a body.
+/// The homography from a direction (ICRF) to image coordinates: (u, v) = h.xy / h.z; u to the right, v down, 0 to 1. `None`: the image is not of the sky.
 fn image_from_icrf(place: &ImagePlace, size: DVec2, velocity_km_s: DVec3) -> Option<DMat3> {
     let ImagePlace::Tangent { centre_deg, centre_px, deg_per_px } = place else { return None };
     let [(sin_a, cos_a), (sin_d, cos_d)] = centre_deg.map(|v| v.to_radians().sin_cos());
     let out = DVec3::new(cos_d * cos_a, cos_d * sin_a, sin_d);
     let east = DVec3::new(-sin_a, cos_a, 0.0);
     let north = out.cross(east);
-    // As it is seen: the plane's axes are those of the apparent places one step away.
+    // The plane's axes under aberration, from the apparent places one step away.
     let seen_out = aberrated(out, velocity_km_s);
     let seen = |axis: DVec3| {
         let step = aberrated((out + STEP * axis).normalize(), velocity_km_s);
@@ -45,7 +46,7 @@ fn image_from_icrf(place: &ImagePlace, size: DVec2, velocity_km_s: DVec3) -> Opt
     let icrf_from_plane = DMat3::from_cols(seen(east), seen(north), seen_out);
     let [[a, b], [c, d]] = *deg_per_px;
     let px_per_radian = DMat2::from_cols(DVec2::new(a, c), DVec2::new(b, d)).inverse() * 1_f64.to_degrees();
-    // Pixels are counted from 1 in the first one's middle; rows run up, the image's down.
+    // FITS counts pixels from 1 at the first one's centre; its rows run upwards, the image's downwards.
     let unit = |px: DVec2| DVec2::new(px.x / size.x, -px.y / size.y);
     let (x, y) = (unit(px_per_radian.x_axis), unit(px_per_radian.y_axis));
     let first = DVec2::new((centre_px[0] - 0.5) / size.x, 1.0 - (centre_px[1] - 0.5) / size.y);
@@ -53,13 +54,13 @@ fn image_from_icrf(place: &ImagePlace, size: DVec2, velocity_km_s: DVec3) -> Opt
     Some(image_from_plane * icrf_from_plane.inverse())
 }
 
-/// The images that the frame shows, those of earlier layers behind.
+/// The images in the frame; those of earlier layers are behind.
 pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: DVec3) -> (Vec<SkyImageDraw>, Vec<Decision>) {
     let (mut draws, mut decisions) = (Vec::new(), Vec::new());
     for (layer, image) in layers.iter().filter_map(|l| Some((l, l.image.as_ref()?))) {
         let size = DVec2::new(f64::from(image.width), f64::from(image.height));
         let Some(from_icrf) = image_from_icrf(&image.place, size, velocity_km_s) else { continue };
-        // The middle of the image, and how many pixels of the picture it spans there.
+        // The centre of the image, and its size in pixels of the picture there.
         let middle = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
         let beside = |step: DVec2| {
             let at = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);

@@ -1,4 +1,4 @@
-//! What the vertex stage of shaders/entry/minor_planets.wesl is given of each body: columns that stay from frame to frame, and the time since its perihelion.
+//! Vertex data of shaders/entry/minor_planets.wesl: columns that stay from frame to frame, and each body's time since its perihelion.
 //!
 //! In: the orbits of small bodies. Out: [`MinorPlanetColumns`]. Always: times are reduced to half a turn in f64 before they are narrowed.
 
@@ -8,35 +8,36 @@ use crate::scene::light::photometry::irradiance_of_magnitude;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// What does not change from frame to frame, one row a body.
+/// The columns that do not change from frame to frame, one row per body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MinorPlanetColumns {
-    /// Vector to the perihelion, au, ICRF, and 1 - e: four numbers a body.
+    /// Vector to the perihelion, au, ICRF, and 1 - e: four numbers per body.
     pub perihelion: Arc<Vec<f32>>,
-    /// Direction of the motion there, as long as sqrt(1 + e) perihelion distances, and the irradiance at full phase 1 au from Sun and viewer: four numbers a body.
+    /// Direction of motion at the perihelion with the length sqrt(1 + e) perihelion distances, and the irradiance at full phase, 1 au from Sun and
+    /// viewer: four numbers per body.
     pub along: Arc<Vec<f32>>,
     /// G of the H,G law.
     pub slope: Arc<Vec<f32>>,
-    /// In f64: days past J2000 of a passage, days a unit of time of the shader, and half the period in such units.
-    clocks: Arc<Vec<Clock>>,
+    /// Timing of each orbit, in f64.
+    timings: Arc<Vec<OrbitTiming>>,
 }
 
-/// The time of a body on its orbit.
+/// Timing of an orbit: days past J2000 of a perihelion passage, days per unit of the shader's time, and half the period in such units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Clock {
+struct OrbitTiming {
     passage_days: f64,
     days_per_unit: f64,
     half_turn: f64,
 }
 
-impl Clock {
+impl OrbitTiming {
     fn of(orbit: &HeliocentricOrbit) -> Self {
         let (q, alpha) = (orbit.perihelion_au, 1.0 - orbit.eccentricity);
         let half_turn = if alpha > 0.0 { PI * alpha.powf(-1.5) } else { f64::INFINITY };
         Self { passage_days: orbit.passage_days, days_per_unit: q.powf(1.5) / GAUSS_CONSTANT, half_turn }
     }
 
-    /// Time since the nearest passage, in units of the shader.
+    /// Time since the nearest passage, in the shader's unit.
     fn time(&self, days: f64) -> f64 {
         let t = (days - self.passage_days) / self.days_per_unit;
         if self.half_turn.is_finite() { t - 2.0 * self.half_turn * (0.5 * t / self.half_turn).round() } else { t }
@@ -60,12 +61,12 @@ impl MinorPlanetColumns {
             columns[2].push(narrow_scalar(slope));
         }
         let [perihelion, along, slope] = columns.map(Arc::new);
-        Self { perihelion, along, slope, clocks: Arc::new(bodies.iter().map(|b| Clock::of(&b.orbit)).collect()) }
+        Self { perihelion, along, slope, timings: Arc::new(bodies.iter().map(|b| OrbitTiming::of(&b.orbit)).collect()) }
     }
 
-    /// Time of each body since its perihelion as the shader takes it.
+    /// Time of each body since its perihelion, in the shader's unit.
     pub fn times(&self, days: f64) -> Vec<f32> {
-        self.clocks.iter().map(|clock| narrow_scalar(clock.time(days))).collect()
+        self.timings.iter().map(|timing| narrow_scalar(timing.time(days))).collect()
     }
 }
 
@@ -86,17 +87,17 @@ mod tests {
             passage_days: 8375.25,
         };
         for (q, e) in [(2.5, 0.08), (0.587, 0.967), (0.3, 0.9992), (1.0, 0.0)] {
-            let clock = Clock::of(&orbit(q, e));
+            let timing = OrbitTiming::of(&orbit(q, e));
             let period_days = TAU / GAUSS_CONSTANT * (q / (1.0 - e)).powf(1.5);
             for days in [-700_000.0, -3.5, 8375.25, 9000.0, 812_345.6] {
-                let t = clock.time(days);
-                assert!(t.abs() <= clock.half_turn * (1.0 + 1e-12), "{q} {e} {days}: {t}");
-                let turns = ((days - 8375.25) - t * clock.days_per_unit) / period_days;
+                let t = timing.time(days);
+                assert!(t.abs() <= timing.half_turn * (1.0 + 1e-12), "{q} {e} {days}: {t}");
+                let turns = ((days - 8375.25) - t * timing.days_per_unit) / period_days;
                 assert!((turns - turns.round()).abs() < 1e-9, "{turns}");
             }
         }
         // An open path has no turns.
-        let open = Clock::of(&orbit(1.0, 1.2));
+        let open = OrbitTiming::of(&orbit(1.0, 1.2));
         assert!((open.time(8375.25 + 1e5) * open.days_per_unit - 1e5).abs() < 1e-6);
     }
 }

@@ -1,9 +1,10 @@
-//! Minor planets as points of light: what the vertex stage of shaders/entry/minor_planets.wesl is given.
+//! Minor planets as points of light: the inputs of the vertex stage of shaders/entry/minor_planets.wesl.
 //!
-//! In: the orbits of the catalog's small bodies, the camera, what is white. Out: [`MinorPlanets`]: columns that stay from frame to frame, the time of each since its perihelion, and
-//! uniforms. Always: times are reduced in f64 before they are narrowed, and the camera is given from the Sun in two parts, so that a body's place is good to 1e-6 of its
-//! semi-major axis up to e = 0.97 (tests/scene/minor_planets.rs has what is beyond). Brightness follows the H,G law. What the exposure does not show is a mark of
-//! [`MARK_LEVEL`], so the layer is off until it is asked for. Left out: perturbations since the elements' epoch.
+//! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that stay from frame to frame, each body's
+//! time since its perihelion, and uniforms. Always: times are reduced in f64 before they are narrowed, and the heliocentric camera position is split into
+//! two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (tests/scene/minor_planets.rs has larger e).
+//! Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is off by default. Left out: perturbations
+//! since the elements' epoch.
 
 use super::minor_planet_columns::MinorPlanetColumns;
 use crate::catalog::small_bodies::GAUSS_CONSTANT;
@@ -19,10 +20,10 @@ use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Brightest pixel of a mark, of white.
+/// Central pixel of a marker, as a part of white.
 pub const MARK_LEVEL: f64 = 0.25;
-/// Bodies from which on marks grow fainter, by the fourth root of their number: a hundred thousand would be one white ring.
-const MANY: f64 = 1000.0;
+/// Number of bodies above which markers become fainter, by the fourth root of the number: a hundred thousand would form a white ring.
+const FADE_COUNT: f64 = 1000.0;
 /// Colour index of a common minor planet, between those of the C and the S type (0.70 and 0.86; Tedesco, Tholen and Zellner 1982, Astron. J. 87, 1585).
 const B_V: f32 = 0.78;
 
@@ -31,32 +32,32 @@ const B_V: f32 = 0.78;
 pub struct MinorPlanets {
     pub columns: Arc<MinorPlanetColumns>,
     pub times: Arc<Vec<f32>>,
-    /// The camera's axes, right and up over the tangents of half the field of view.
+    /// The camera's axes; right and up are divided by the tangents of half the field of view.
     pub axes: [Vec3; 3],
-    /// The camera from the Sun, au: the sum of both.
+    /// Heliocentric position of the camera, au, as a sum of two vectors.
     pub camera_parts: [Vec3; 2],
-    /// The viewer's velocity over that of light.
+    /// The viewer's velocity in units of the speed of light.
     pub velocity: Vec3,
     pub colour: Vec3,
-    /// Flux of a point of unit irradiance in the middle of the frame.
+    /// Flux per irradiance of a point in the middle of the frame.
     pub flux_per_irradiance: f32,
-    /// The brightest pixel of a point of flux 1, over white.
+    /// Central pixel of a point of flux 1, relative to white.
     pub peak_over_white: f32,
     pub mark_flux: f32,
 }
 
-/// Light's days an au times Gauss' constant: what an au delays, in units of time at 1 au.
+/// Light time per au in units of time at 1 au: days per au times Gauss' constant.
 pub const LIGHT_TIME: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY * GAUSS_CONSTANT;
-/// Depth 1 of the picture, au.
+/// View depth that maps to reversed depth 1, au.
 pub const NEAR_AU: f64 = NEAR_DEPTH_KM / KM_PER_AU;
 
-/// A vector as a sum of two in f32.
+/// Splits a vector into a sum of two f32 vectors.
 fn two_parts(v: DVec3) -> [Vec3; 2] {
     let high = narrow(v);
     [high, narrow(v - high.as_dvec3())]
 }
 
-/// The minor planets of a frame, and why they are there or not; `None` where the picture shows a number. `sun_km`: barycentric.
+/// The minor planets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_km`: barycentric.
 pub(crate) fn minor_planets(
     request: &ViewRequest,
     columns: impl FnOnce() -> Arc<MinorPlanetColumns>,
@@ -73,7 +74,7 @@ pub(crate) fn minor_planets(
     }
     let Some(sun_km) = sun_km else { return (None, decided(false, "no source knows where the Sun is at this time".into())) };
     let (camera, columns) = (&viewer.camera, columns());
-    let mark_level = MARK_LEVEL * (MANY / columns.slope.len() as f64).powf(0.25).min(1.0);
+    let mark_level = MARK_LEVEL * (FADE_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
     let days = request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
     let colour = star_colour(Some(B_V));
     let all = MinorPlanets {

@@ -1,4 +1,4 @@
-//! What lies beyond all bodies: stars, the Milky Way, zodiacal light; and what is too small to be a body of the catalog: minor planets and comets.
+//! The sky: stars, the Milky Way and zodiacal light beyond all bodies; and minor planets and comets, which are too small to be bodies of the catalog.
 
 pub mod background;
 pub mod comets;

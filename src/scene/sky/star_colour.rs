@@ -1,14 +1,14 @@
 //! The colour of a star by its colour index B-V.
 //!
-//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star counts as a black body of the temperature that Ballesteros 2012
-//! (EPL 97, 34008, eq. 14) gives its index, seen by the CIE 1931 observer. Left out: absorption bands of the coolest stars and dust before hot ones, whose
-//! spectra are no black body's; indices outside the table count as its ends.
+//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature that
+//! Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: absorption bands of the coolest stars and
+//! reddening of hot ones, whose spectra are not those of a black body; indices outside the table are clamped to its ends.
 
 use crate::units::luminance;
 use glam::{DMat3, DVec3};
 use std::sync::LazyLock;
 
-/// Indices of the table's ends, and its steps.
+/// Colour indices of the table's ends, and the number of its steps.
 const FIRST: f64 = -0.4;
 const LAST: f64 = 2.4;
 const STEPS: usize = 56;
@@ -25,12 +25,12 @@ static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     })
 });
 
-/// Effective temperature, kelvin: a black body of B and V filters, within 3 % of measured temperatures from 3 000 to 30 000.
+/// Effective temperature by black-body B and V colours, kelvin; within 3 % of measured temperatures from 3 000 to 30 000.
 pub fn temperature_k(b_v: f64) -> f64 {
     4600.0 * (1.0 / (0.92 * b_v + 1.7) + 1.0 / (0.92 * b_v + 0.62))
 }
 
-/// The CIE 1931 observer by the sums of Gaussians of Wyman, Sloan and Shirley 2013 (JCGT 2, 2, eq. 4).
+/// Colour-matching functions of the CIE 1931 observer, approximated by the sums of Gaussians of Wyman, Sloan and Shirley 2013 (JCGT 2, 2, eq. 4).
 fn observer(nm: f64) -> DVec3 {
     let lobe = |height: f64, middle: f64, below: f64, above: f64| {
         let x = (nm - middle) / if nm < middle { below } else { above };
@@ -43,20 +43,20 @@ fn observer(nm: f64) -> DVec3 {
     )
 }
 
-/// A black body's XYZ, of any scale.
+/// XYZ of a black body, in arbitrary scale.
 fn black_body(kelvin: f64) -> DVec3 {
     // Planck's second radiation constant, nm K (CODATA 2018).
     const C2: f64 = 1.438_776_877e7;
     (380..=780).step_by(5).map(f64::from).map(|nm| observer(nm) * ((600.0 / nm).powi(5) / (C2 / (nm * kelvin)).exp_m1())).sum()
 }
 
-/// The same with the primaries of sRGB (IEC 61966-2-1).
+/// The colour of a black body with the primaries of sRGB (IEC 61966-2-1).
 fn linear_srgb(kelvin: f64) -> DVec3 {
     let rgb_from_xyz = DMat3::from_cols_array(&[3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570]);
     rgb_from_xyz * black_body(kelvin)
 }
 
-/// Linear sRGB of luminance 1; white where no index was measured.
+/// Colour of a star: linear sRGB of luminance 1; white if its index was not measured.
 pub(super) fn star_colour(b_v: Option<f32>) -> DVec3 {
     let Some(b_v) = b_v else { return DVec3::ONE };
     let place = (f64::from(b_v).clamp(FIRST, LAST) - FIRST) / (LAST - FIRST) * STEPS as f64;

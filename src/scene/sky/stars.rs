@@ -1,30 +1,30 @@
 //! The stars of a frame: which of them the exposure shows, where, and how bright.
 //!
-//! In: the catalogue's stars, the viewer, what is white, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl, and the reason. They lie behind
-//! all bodies: what is drawn later hides or dims them, and its light outshines them. Always: a star too faint for a level of the display makes no sprite; a cell of the sky
-//! outside the frame, or whose brightest star is too faint, costs one comparison. A star's flux is that of a body of the same magnitude. Left out: refraction, and
-//! twinkling. Double stars closer than the catalogue parts are one.
+//! In: the catalogue's stars, the viewer, the threshold and the white level, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl,
+//! and the reason. Stars are behind all bodies: what is drawn later covers, dims or outshines them. Always: a star too faint for a level of the display has
+//! no sprite; a sky cell outside the frame, or whose brightest star is too faint, costs one comparison. A star's flux is that of a body of the same
+//! magnitude. Left out: refraction, and scintillation. Double stars that the catalogue does not resolve are one.
 
 use super::star_colour::star_colour;
 use crate::catalog::Catalog;
 use crate::catalog::stars::{Cell, Star, StarCatalog};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
-use crate::scene::atmosphere::air::Around;
+use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{PixelView, StarSprite};
 use crate::scene::light::photometry::{irradiance_of_magnitude, magnitude};
 use crate::scene::point::{point_peak, point_radius_px};
-use crate::scene::purpose::Bound;
+use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A place on the sky as seen by the viewer, and how much brighter the star is than in the catalogue.
+/// The apparent direction of a star, and its brightness relative to the catalogue's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StarPlace {
     /// Unit vector, ICRF, with proper motion, parallax and aberration.
@@ -38,7 +38,7 @@ impl StarPlace {
     }
 }
 
-/// What places the stars of one frame.
+/// Computes the apparent places of the stars of one frame.
 pub struct StarPlacer {
     years: f64,
     viewer_au: DVec3,
@@ -50,7 +50,7 @@ impl StarPlacer {
         Self::of_stars(&catalog.stars(), viewer, request)
     }
 
-    /// For stars of this catalogue.
+    /// For the stars of a given catalogue.
     pub fn of_stars(stars: &StarCatalog, viewer: &Viewer, request: &ViewRequest) -> Self {
         Self {
             years: stars.years_since_epoch(request.time.jd_tt()),
@@ -61,30 +61,30 @@ impl StarPlacer {
 
     pub fn place(&self, star: &Star) -> StarPlace {
         let vector = star_from_viewer(star, self.years, self.viewer_au);
-        // A viewer in the star sees it everywhere.
+        // Avoids a division by zero for a viewer at the star.
         let distance = vector.length().max(1e-9);
         StarPlace { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
     }
 
-    /// By how much of its distance a star of a cell may have moved since the epoch, as the viewer sees it.
+    /// Upper limit of the shift of a cell's stars since the epoch, relative to their distance, as seen by the viewer.
     fn shift(&self, cell: &Cell) -> f64 {
         cell.motion_per_year * self.years.abs() + cell.parallax_rad * self.viewer_au.length()
     }
 }
 
-/// The colour that the camera's air gives to light from beyond, by altitude: transmittance per channel over its mean, which the air itself takes when it is drawn.
+/// Tint of light from beyond by the camera's air, by altitude: transmittance per channel over its mean. The draw of the air applies the mean.
 struct AirTint {
     up: DVec3,
     tints: Vec<DVec3>,
 }
 
-/// Rows of the table, from [`AirTint::LOWEST_DEG`] up, closer near the horizon.
+/// Rows of the table, from [`AirTint::LOWEST_DEG`] upwards, denser near the horizon.
 const TINTS: usize = 48;
 
 impl AirTint {
     const LOWEST_DEG: f64 = -3.0;
 
-    fn of(air: &Around<'_>) -> Self {
+    fn of(air: &SurroundingAir<'_>) -> Self {
         let up = air.up();
         let level = up.any_orthonormal_vector();
         let tint = |k: usize| {
@@ -107,21 +107,21 @@ fn corner_rad(camera: &Camera) -> f64 {
     camera.tan_half_fov.length().atan()
 }
 
-/// The faintest magnitude that shows somewhere in the frame: in the corners, where a pixel takes the least of the sky.
-fn limiting_magnitude(camera: &Camera, bound: Bound) -> f64 {
+/// The faintest magnitude that is visible somewhere in the frame: in the corners, where a pixel has the smallest solid angle.
+fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
-    let least_peak = bound.least_shown(VISIBLE_LIGHT);
+    let least_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
     if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
-/// The stars of a frame, and why they are there or not; `None` where the picture shows a number.
+/// The stars of a frame and the decision about them; `None` in pixel views other than the final image.
 pub(crate) fn stars(
     request: &ViewRequest,
     catalog: &Catalog,
     viewer: &Viewer,
-    bound: Bound,
+    threshold: Threshold,
     white: f64,
-    air: Option<&Around<'_>>,
+    air: Option<&SurroundingAir<'_>>,
 ) -> (Vec<StarSprite>, Option<Decision>) {
     let decided = |on: bool, reason: String| Some(Decision { feature: "stars", on, reason, tier: None });
     if request.pixel_view != PixelView::Final {
@@ -131,16 +131,16 @@ pub(crate) fn stars(
         return (Vec::new(), decided(false, "set by you".into()));
     }
     let camera = &viewer.camera;
-    // A stop is so many magnitudes.
+    // One stop is 2.5 log10(2) magnitudes.
     let boost = request.stars_boost.exp2();
-    let limit = limiting_magnitude(camera, bound) + 2.5 * boost.log10();
+    let limit = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
     let lifted = if boost == 1.0 { String::new() } else { format!(", {:+.1} stops brighter than they are", request.stars_boost) };
     let shows = if limit.is_finite() {
         format!("the exposure shows stars to magnitude {limit:.1}{lifted}")
     } else {
         "linear light shows any star".into()
     };
-    // Within the solar system no star is brighter by its parallax; farther out the cells know.
+    // Within the solar system parallax makes no star brighter; farther out the cells account for it.
     let near = viewer.camera.position_km.length() < NEAR_KM;
     if near && f64::from(catalog.brightest_magnitude()) > limit {
         return (Vec::new(), decided(false, shows));
@@ -164,39 +164,39 @@ pub(crate) fn stars(
     (sprites, decided(on, reason))
 }
 
-/// Nearer to the Sun than this (1000 au) no star is brighter than from the Earth by a thousandth of a magnitude.
+/// Distance from the Sun (1000 au) within which no star is brighter than from the Earth by a thousandth of a magnitude.
 const NEAR_KM: f64 = 1000.0 * KM_PER_AU;
 
-/// What a cell is held against.
+/// The frame against which cells are culled.
 struct InView<'c> {
     camera: &'c Camera,
     limit: f64,
-    /// From the middle of the frame to its corner, and what aberration adds.
+    /// Angle from the middle of the frame to its corner, plus that of aberration.
     reach_rad: f64,
 }
 
 impl InView<'_> {
-    /// The faintest magnitude of the catalogue that may show when a star may have come nearer by a part of its distance.
+    /// The faintest catalogue magnitude that may be visible, for stars that may have come nearer by `shift` of their distance.
     fn faintest(&self, shift: f64) -> f64 {
         if shift < 1.0 { self.limit - 5.0 * (1.0 - shift).log10() } else { f64::INFINITY }
     }
 
     /// Whether a star of the cell may be in the frame and bright enough.
     fn may_hold(&self, cell: &Cell, shift: f64) -> bool {
-        // A place that shifts by a part of its distance turns by the arc sine of it.
+        // A position that shifts by a fraction of its distance changes direction by the arc sine of it.
         let turn = if shift < 1.0 { shift.asin() } else { PI };
         let reach = self.reach_rad + cell.radius_rad + turn + self.sprite_rad();
         let ahead = cell.axis.dot(self.camera.forward);
         (reach >= PI || ahead >= reach.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
     }
 
-    /// How far outside of the frame a star's glare reaches into it.
+    /// Angular reach of the glare of a star outside the frame.
     fn sprite_rad(&self) -> f64 {
         (crate::scene::point::MAX_RADIUS_PX * self.camera.pixel_tangent()).min(FRAC_PI_2)
     }
 }
 
-/// The sprite of a star in the frame, without saying whose it is.
+/// The sprite of a star, if it is in the frame; its index is set by the caller.
 fn sprite(camera: &Camera, star: &Star, place: &StarPlace, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
     let cos_off_axis = place.direction.dot(camera.forward);

@@ -1,10 +1,10 @@
-//! Zodiacal light: how bright sunlit dust between the planets is, in any direction from any distance from the Sun.
+//! Zodiacal light: the radiance of sunlit interplanetary dust, in any direction and from any distance from the Sun.
 //!
-//! In: the elongation from the Sun and the ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm; [`law`] is a fit that meets
-//! each of its entries from 15 degrees of elongation on within 13 % (the table itself is good to 10 %). Nearer to the Sun the corona goes on: its F part is the same
-//! dust, and its law grows with the same power of the distance, so that both meet within a factor of 2 wherever the observer is (0.54 at 0.3 au). Seen from r au the light goes with r^-2.3 (Helios 1 and 2
-//! between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177), which is an extrapolation beyond. Left out: the cloud's tilt of 1.5 degrees, the seasons that
-//! follow from it, observers far off the ecliptic, and the dust's reddening.
+//! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm; [`law`] is a fit
+//! within 13 % of each of its entries from 15 degrees of elongation (the table itself is accurate to 10 %). Nearer to the Sun the corona replaces it: its F
+//! part is the same dust, and both laws have the same power of the distance, so that they agree within a factor of 2 wherever the observer is (0.54 at 0.3 au).
+//! Seen from r au the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177); beyond that range this is an
+//! extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects, observers far off the ecliptic, and the dust's reddening.
 
 use crate::scene::light::photometry::irradiance_of_magnitude;
 use glam::DVec4;
@@ -14,21 +14,22 @@ use std::sync::LazyLock;
 /// Square degrees in a steradian.
 const SQUARE_DEGREES: f64 = (180.0 / PI) * (180.0 / PI);
 
-/// Radiance of one star of tenth magnitude in a square degree.
+/// Radiance of one star of tenth magnitude per square degree.
 pub static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES * PI);
 
-/// S10 unit (one star of tenth magnitude of the Sun's colour in a square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
+/// The S10 unit (one star of tenth magnitude of the Sun's colour per square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
 const TABLE_PER_S10: f64 = 1.28;
-/// Power of the distance from the Sun.
-const FALL: f64 = -2.3;
-/// Within this distance, au, the corona's law is all there is.
+/// Exponent of the distance from the Sun.
+const DISTANCE_EXPONENT: f64 = -2.3;
+/// Distance from the Sun, au, within which only the corona's law is used.
 pub const NEAREST_AU: f64 = 0.1;
-/// Elongations, degrees, between which the corona hands over to the zodiacal light.
+/// Elongations, degrees, between which the corona blends into the zodiacal light.
 pub const HANDOVER_DEG: (f64, f64) = (15.0, 25.0);
 
-/// Keeps the logarithm's argument above 0 towards the Sun.
+/// Offset that keeps the logarithm's argument positive towards the Sun.
 pub const NEAR: f64 = 1.02;
-/// Binary logarithm of the table's values: rows by powers of log2(NEAR - cosine of the elongation), columns by powers of the sine of the latitude.
+/// Coefficients of the binary logarithm of the table's values: rows are powers of log2(NEAR - cosine of the elongation), columns are powers of the sine of
+/// the latitude.
 pub const LAW: [[f64; 4]; 5] = [
     [7.8937, 0.0533, -5.4046, 3.8745],
     [-0.8988, 2.1406, -4.6106, 2.7313],
@@ -37,18 +38,19 @@ pub const LAW: [[f64; 4]; 5] = [
     [0.0279, -0.1863, 0.4585, 0.1464],
 ];
 
-/// Brightness at 1 au in the table's unit. Without the handover to the corona. The table is that of an observer in the ecliptic; from high above it the light is an estimate.
+/// Brightness at 1 au in the table's unit, without the blend into the corona. The table holds for an observer in the ecliptic; for one far above it the
+/// result is an estimate.
 pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
     let g = (NEAR - cos_elongation).log2();
-    // Who stands in the ecliptic sees no latitude beyond the elongation; from above it the table's edge goes on.
+    // For an observer in the ecliptic the latitude never exceeds the elongation; from above it the table's edge is extended.
     let s = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
     let by_latitude = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * g + DVec4::from_array(row));
     by_latitude.dot(DVec4::new(1.0, s, s * s, s * s * s)).exp2()
 }
 
-/// Radiance where the law is 1, as seen from a distance from the Sun.
+/// Radiance where [`law`] is 1, for an observer at a distance from the Sun.
 pub fn unit_radiance(sun_distance_au: f64) -> f64 {
-    *S10 / TABLE_PER_S10 * sun_distance_au.powf(FALL)
+    *S10 / TABLE_PER_S10 * sun_distance_au.powf(DISTANCE_EXPONENT)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
-//! Relief and albedo finer than a body's maps, invented by the law of shaders/lib/detail.wesl: where the lattices of its craters lie as the camera sees them.
+//! Procedural relief and albedo finer than a body's maps, by the law of shaders/lib/detail.wesl: the positions of the crater lattices relative to the
+//! camera.
 //!
-//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a place of the ground has the same craters from any camera, in f32 as far as a
-//! metre over the ground, because the lattices' places are reduced in f64; sizes come and go with the weight 0 as the camera moves.
+//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a place on the ground has the same craters from any camera, in f32 down to a
+//! metre above the ground, because lattice positions are reduced in f64; size classes fade in and out from weight 0 as the camera moves.
 
 use crate::catalog::Map;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar};
@@ -9,23 +10,23 @@ use crate::scene::constants::DETAIL_ROWS;
 use crate::scene::draw::uniforms::DetailUniforms;
 use glam::{DVec3, Vec4};
 
-/// What a decision and the window say of it.
+/// The description in decisions and the window.
 pub(crate) const LAW: &str = "craters finer than the map, by the law N(>D) ~ D^-2; nobody has measured them";
-/// Columns of a map whose catalog entry has none: those of the coarsest that ship.
+/// Assumed columns of a map without an entry in the catalog: those of the coarsest embedded map.
 const USUAL_COLUMNS: u32 = 512;
 /// Pixels that a texel spans right below the camera when it begins to show: WANTED of the fragment.
 const LEAST_TEXEL_PX: f64 = 6.0;
 /// Ground that a pixel may span where there is no map: a fourth of the coarsest cell, degrees.
 const DEG_PER_PX: f64 = 0.72;
-/// A cell of the coarsest lattice, radii.
+/// Cell size of the coarsest lattice, radii.
 const FIRST_CELL: f64 = 0.05;
-/// A lattice's cell over that of the next coarser one.
+/// Ratio of a lattice's cell size to that of the next coarser one.
 const RATIO: f64 = 0.6;
 /// Cells after which a lattice repeats: PERIOD of the fragment.
 const PERIOD: f64 = 289.0;
-/// A cell of so many pixels begins to show: less than the fragment's bound.
+/// Size of a cell, in pixels, from which it is visible: less than the fragment's limit.
 const LEAST_CELL_PX: f64 = 3.5;
-/// A cell that shows nowhere, radii.
+/// A cell size that is never visible, radii.
 const NOWHERE: f64 = 1e6;
 
 /// Degrees of ground that a pixel spans right below the camera, and how many it may for detail to show.
@@ -49,7 +50,7 @@ pub(crate) fn uniforms(camera: &Camera, placement: &Placement, from_camera: bool
             return Vec4::new(0.0, 0.0, 0.0, narrow_scalar(NOWHERE));
         }
         let cell = FIRST_CELL * RATIO.powi(level);
-        // Apart from each other, so that no two share a wall.
+        // Lattices are offset from each other, so that no two share a wall.
         let apart = DVec3::new(75.488, 56.984, 85.667) * f64::from(level + 1);
         let place = origin / cell + apart;
         narrow(place - (place / PERIOD).floor() * PERIOD).extend(narrow_scalar(cell))

@@ -1,10 +1,10 @@
-//! Whether a body is drawn by triangles, and whether they shade each other.
+//! Whether a body is drawn as a mesh, and whether the mesh casts shadows on itself.
 
 use crate::catalog::NaifId;
 use crate::mesh::Model;
 use crate::scene::decision::with_invented;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
-use crate::scene::features::case::{Case, Decided, Frame};
+use crate::scene::features::case::{Case, Decisions, Frame};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -12,18 +12,18 @@ use crate::scene::surface::meshes;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height of a Sun that nothing hides, in its radii.
+/// Height of an unobstructed Sun, in solar radii.
 const SUN_IS_UP: f32 = 1e3;
 
-/// Direction of the Sun, body axes, and its angular radius, radians, for a mesh that shades itself; `None` where no Sun shines on it.
+/// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
 pub(crate) fn sun_over(frame: &Frame<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != p.body.id)?;
     let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
     Some(((p.body_from_icrf * p.sun_from_body_km).normalize(), radius_rad))
 }
 
-/// Decides on the mesh and on its own shadow.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+/// Decides on the mesh and on its self-shadowing.
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (name, body, log) = (Effect::Mesh.name(), case.body(), &mut so_far.log);
     let resources = case.frame.context.resources;
     let Some(named) = &body.mesh else {
@@ -50,7 +50,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     so_far
 }
 
-/// Sets what places the vertices on the screen, and the height of the Sun at each: its own where the mesh shades itself.
+/// Sets the vertex transformation, and the height of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
 pub(crate) fn set(uniforms: &mut DrawUniforms, case: &Case<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
     let (centre, matrix) = meshes::clip_from_unit_sphere(case.frame.camera, &case.placed.placement);
     uniforms.mesh_anchor = centre;

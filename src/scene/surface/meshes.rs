@@ -1,4 +1,4 @@
-//! A body drawn by triangles in place of its ellipsoid: when, where on the screen, and the uniforms that place its vertices.
+//! Shape models: when a body is drawn as triangles, its rectangle on the screen, and the uniforms that transform its vertices.
 //!
 //! In: the models that were read for the request, the body's place. Out: decisions, a bounding rectangle, and the matrix of
 //! shaders/lib/mesh.wesl. The body's ellipsoid stays what everything else counts with: maps, size, exposure, the shadow on other bodies and on rings,
@@ -16,13 +16,13 @@ use crate::scene::resources::Context;
 use glam::{DVec3, DVec4, Mat4};
 use std::sync::Arc;
 
-/// Distance in radii within which vertices are taken from the camera. There f32 is exact in the difference, farther out in the place itself.
+/// Distance in radii within which vertices are relative to the camera, where the difference is exact in f32; farther away they are relative to the centre.
 const NEAR_RADII: f64 = 8.0;
-/// Change of depth from the centre of a mesh to its near side, relative, at the least: 160 steps of f32. Beyond 1e5 radii the true depth is less
-/// than that and would not order the triangles; who hides whom is then wrong within this part of the distance.
+/// Smallest relative difference of depth between a mesh's centre and its near side: 160 steps of f32. Beyond 1e5 radii the true difference is smaller and
+/// would not order the triangles; depth between bodies is then wrong within this fraction of the distance.
 const MIN_DEPTH: f64 = 1e-5;
 
-/// The model that a body is drawn by: none where the catalog names none, where it could not be read or is not read yet, where the viewer switched it off.
+/// The model that a body is drawn with; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
 pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Model>> {
     body.mesh
         .as_ref()
@@ -30,7 +30,7 @@ pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mod
     context.resources.meshes.get(&body.id)
 }
 
-/// Whether a body's model counts here, large as it is and if its file can be read.
+/// Whether a body's model is needed: the body is large enough and the file is readable.
 pub(crate) fn is_wanted(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> bool {
     let large = 2.0 * p.body.radii_km.max_element() / p.distance_km.max(1e-9) / camera.pixel_tangent() > BLEND_FROM_PX;
     let wanted = p.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
@@ -52,7 +52,7 @@ pub(crate) fn flags(body: &Body, model: &Model) -> Flags {
     })
 }
 
-/// The anchor that the shader takes from each vertex, and the matrix that it multiplies the rest by.
+/// The anchor that the shader subtracts from each vertex, and the matrix that transforms the difference.
 pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (glam::Vec3, Mat4) {
     let seen_from = placement.camera_in_unit_sphere();
     let anchor = if seen_from.length() < NEAR_RADII { camera::narrow(seen_from) } else { glam::Vec3::ZERO };

@@ -1,4 +1,4 @@
-//! The surface of a body: its shape and maps, images laid over it, and triangles in place of its ellipsoid.
+//! The surface of a body: its shape, maps, overlays and meshes.
 
 pub(crate) mod detail;
 pub(crate) mod ground;

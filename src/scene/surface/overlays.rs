@@ -1,33 +1,33 @@
-//! Images laid over a body's ground: which of them count, and where a place of the ground lies in them.
+//! Overlays: images over a body's ground, which of them are visible, and the mapping from the ground to their coordinates.
 //!
-//! In: the catalog's overlays. Out: a bound with its reason, and the rows of shaders/lib/overlay.wesl. An image replaces the ground's colour by its
+//! In: the catalog's overlays. Out: a decision with its reason, and the rows of shaders/lib/overlay.wesl. An image replaces the ground's colour by its
 //! alpha; relief, water, city lights and clouds stay as they are. Not done: an image that relief shifts, as one taken from aside would be.
 
 use crate::catalog::{Body, Overlay, Projection};
 use crate::scene::camera;
 use crate::scene::draw::uniforms::OverlayUniforms;
-use crate::scene::features::case::{Case, Decided};
-use crate::scene::purpose::Bound;
+use crate::scene::features::case::{Case, Decisions};
+use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use glam::{DVec3, DVec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Of the image's edges, where it has none.
+/// Coordinate of an edge that the image does not have.
 const NO_EDGE: f64 = 1e6;
 
-/// Whether an overlay can change a pixel. `ground_deg_per_px`: what a pixel spans of the ground.
-pub fn bound(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Bound) -> (bool, String) {
+/// Whether an overlay can change a pixel. `ground_deg_per_px`: degrees of ground per pixel.
+pub fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Threshold) -> (bool, String) {
     let least_deg = match overlay.projection {
         Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
         Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
     };
     let size_px = least_deg / ground_deg_per_px;
     let reason = format!("{} is {size_px:.1} px across against 0.5, opacity {}", overlay.name, overlay.opacity);
-    ((size_px > 0.5 || least.is_linear()) && least.counts_part(overlay.opacity), reason)
+    ((size_px > 0.5 || least.is_linear()) && least.is_exceeded_by_change(overlay.opacity), reason)
 }
 
-/// Decides which images are laid over the ground.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+/// Decides which overlays are drawn.
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, name) = (case.body(), Effect::Overlays.name());
     if body.overlays.is_empty() {
         so_far.log.note(name, false, "not available for this body".into());
@@ -38,7 +38,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
             so_far.log.note(name, false, format!("{} could not be read: drawn without it", overlay.file));
             continue;
         }
-        let (on, reason) = bound(body, overlay, case.ground_deg_per_px(), case.bound());
+        let (on, reason) = is_visible(body, overlay, case.ground_deg_per_px(), case.threshold());
         if so_far.log.effect(Effect::Overlays, on, reason) {
             so_far.overlays.push(overlay);
         }
@@ -47,7 +47,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     so_far
 }
 
-/// `factor`: what turns the image's colour into the albedo of the draw.
+/// The uniforms of an overlay. `factor`: from the image's colour to the albedo of the draw.
 pub fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
     let shape = body.radii_km / body.radii_km.x;
     let (axes, kind, limits, around) = match overlay.projection {

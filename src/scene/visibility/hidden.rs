@@ -1,10 +1,9 @@
-//! What nearer bodies hide of a body's disc.
+//! The part of a body's disc that nearer bodies hide.
 //!
-//! In: where bodies are seen. Out: the part of a disc's light that is left, exactly 0 where all is hidden and exactly 1 where nothing is; and the limbs of
-//! nearer bodies as shaders/lib/foreground_limb.wesl takes them. Bodies count as ellipsoids, the hidden one as a sphere. A point's light is what is left of it: depth, which
-//! knows one place of a sprite, is not asked. Not here: what rings and air take, and shadows (eclipse).
-//!
-//! The part is summed over chords of the disc, [`CHORDS`] of them, each with its light in closed form; off by 2e-5 of the light at most for bodies larger than
+//! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if all is hidden and exactly 1 if nothing is; and the limbs of nearer bodies
+//! as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden one is a sphere. A point's flux is multiplied by its visible
+//! fraction instead of testing depth, which has one value per sprite. Not here: transmittance of rings and air, and shadows (eclipse).
+//! The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is at most 2e-5 of the light for bodies larger than
 //! a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
 
 use crate::catalog::NaifId;
@@ -15,28 +14,29 @@ use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::lunar_limb;
-use crate::scene::visibility::order::stands_before;
+use crate::scene::visibility::order::is_in_front;
 use glam::{DVec2, DVec3, Vec4};
 
-/// The limb of a body on a plane of view rays: L > sqrt(L² - F) inside.
+/// The limb of a body on a plane of view rays: a point is inside if L > sqrt(L² - F).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Limb {
-    /// F: factors of 1, x, y, x², xy, y².
+    /// Coefficients of F: 1, x, y, x², xy, y².
     form: [f64; 6],
-    /// L: factors of 1, x, y.
+    /// Coefficients of L: 1, x, y.
     near: [f64; 3],
 }
 
 impl Limb {
-    /// On the rays `ray + x dx + y dy`.
+    /// The limb on the rays `ray + x dx + y dy`.
     fn on(place: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = place.camera_in_unit_sphere();
         let middle = place.centre_km.normalize();
-        // The camera's place is parallel to the direction of the body's middle: what lies along that drops out of the cross product before it is rounded.
+        // The camera's position is parallel to the direction of the body's centre: that component drops out of the cross product and is removed
+        // before rounding.
         let [d0, d1, d2] = [ray, dx, dy].map(|v| place.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(place.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let near = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
-        // Any scale will do; f32 must hold it. Over a horizon the middle ray may point away from the body.
+        // The scale is arbitrary but must suit f32. Above a horizon the middle ray may point away from the body.
         let unit = 1.0 / (camera.length() * d0.length());
         Self {
             form: [
@@ -52,27 +52,27 @@ impl Limb {
         }
     }
 
-    fn holds(&self, x: f64, y: f64) -> bool {
+    fn contains(&self, x: f64, y: f64) -> bool {
         let [c, gx, gy, xx, xy, yy] = self.form;
         let level = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
         level > 0.0 && self.near[0] + self.near[1] * x + self.near[2] * y > 0.0
     }
 
-    /// Where the limb may cross a line of constant y.
+    /// Values of x where the limb may cross a line of constant y.
     fn crossings(&self, y: f64) -> [f64; 3] {
         let [c, gx, gy, xx, xy, yy] = self.form;
         let (a, b, c) = (xx, gx + xy * y, c + gy * y + yy * y * y);
         let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
         let q = -0.5 * (b + root.copysign(b));
-        // A root at infinity is none.
+        // Infinite roots are filtered by the caller.
         [q / a, c / q, -(self.near[0] + self.near[2] * y) / self.near[1]]
     }
 }
 
-/// Chords of a disc.
+/// Number of chords of a disc.
 const CHORDS: u32 = 720;
 
-/// Light of a chord from its middle to x, half chord h; see shaders/lib/ring/body_shadow.wesl.
+/// Light of a chord from its middle to x, for half length h; see shaders/lib/ring/body_shadow.wesl.
 fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     let mu = (h * h - x * x).max(0.0).sqrt();
     let of_mu = 0.5 * (x * mu + h * h * (x / h).clamp(-1.0, 1.0).asin());
@@ -80,83 +80,84 @@ fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     (DVec3::ONE - u1 - u2) * x + (u1 + 2.0 * u2) * of_mu - u2 * of_mu_squared
 }
 
-/// Angular radius of the sphere around a body.
-fn reach_rad(p: &PlacedBody<'_>) -> f64 {
+/// Angular radius of a body's bounding sphere.
+fn angular_radius(p: &PlacedBody<'_>) -> f64 {
     (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
 }
 
-/// Bodies that stand before another and within `margin_rad` of its disc, the larger on the sky first.
-fn before<'p, 'a>(placed: &'p [PlacedBody<'a>], of: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
+/// Bodies in front of another and within `margin_rad` of its disc, the apparently largest first.
+fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], of: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
     let over = |p: &&PlacedBody<'_>| {
         p.body.id != of.body.id
             && p.distance_km > 0.0
             && !p.placement.camera_is_inside()
-            && stands_before(p, of)
-            && crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) < reach_rad(p) + reach_rad(of) + margin_rad
+            && is_in_front(p, of)
+            && crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km)
+                < angular_radius(p) + angular_radius(of) + margin_rad
     };
     let mut found: Vec<_> = placed.iter().filter(over).collect();
-    found.sort_by(|a, b| reach_rad(b).total_cmp(&reach_rad(a)));
+    found.sort_by(|a, b| angular_radius(b).total_cmp(&angular_radius(a)));
     found
 }
 
-/// The part of a body's light that nearer bodies leave, per channel.
-pub(crate) fn part_left(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -> DVec3 {
-    let before = before(placed, of, 0.0);
-    let Some(first) = before.first() else { return DVec3::ONE };
-    // Behind the sphere that a body holds: what is far below a horizon takes no time.
-    let holds = |p: &PlacedBody<'_>| {
+/// Fraction of a body's light that nearer bodies leave visible, per channel.
+pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -> DVec3 {
+    let occluding = in_front_of(placed, of, 0.0);
+    let Some(first) = occluding.first() else { return DVec3::ONE };
+    // A quick test with the inscribed sphere, for bodies far below a horizon.
+    let contains = |p: &PlacedBody<'_>| {
         let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
-        crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) + reach_rad(of) < inner
+        crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) + angular_radius(of) < inner
     };
-    if before.iter().any(|p| holds(p) && p.limb_profile.is_none()) {
+    if occluding.iter().any(|p| contains(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;
     }
     let towards = of.placement.centre_km / of.distance_km;
-    let radius = reach_rad(of).tan();
-    // Chords along the line to the first one's middle: the last of a crescent lies across it.
+    let radius = angular_radius(of).tan();
+    // Chords run towards the first one's centre, so that they resolve the last thin crescent, which lies across them.
     let aside = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = aside.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
-    let limbs: Vec<Limb> = before.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
+    let limbs: Vec<Limb> = occluding.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
     let (u1, u2) = limb_law(of.body);
-    let (mut whole, mut left) = (DVec3::ZERO, DVec3::ZERO);
-    let mut marks = Vec::new();
+    let (mut total, mut left) = (DVec3::ZERO, DVec3::ZERO);
+    let mut breaks = Vec::new();
     for k in 0..CHORDS {
         let angle = std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5);
         let (y, h) = angle.sin_cos();
-        marks.clear();
-        marks.push(-h);
-        marks.extend(limbs.iter().flat_map(|l| l.crossings(y)).filter(|x| x.abs() < h));
-        marks.push(h);
-        marks.sort_by(f64::total_cmp);
+        breaks.clear();
+        breaks.push(-h);
+        breaks.extend(limbs.iter().flat_map(|l| l.crossings(y)).filter(|x| x.abs() < h));
+        breaks.push(h);
+        breaks.sort_by(f64::total_cmp);
         let light = |from: f64, to: f64| (along_chord(to, h, u1, u2) - along_chord(from, h, u1, u2)) * h;
-        whole += light(-h, h);
-        // What no limb cuts is one piece.
+        total += light(-h, h);
+        // Parts not separated by a limb are integrated as one.
         let mut from = -h;
-        for pair in marks.windows(2) {
-            if limbs.iter().any(|l| l.holds(0.5 * (pair[0] + pair[1]), y)) {
+        for pair in breaks.windows(2) {
+            if limbs.iter().any(|l| l.contains(0.5 * (pair[0] + pair[1]), y)) {
                 left += if from < pair[0] { light(from, pair[0]) } else { DVec3::ZERO };
                 from = pair[1];
             }
         }
         left += if from < h { light(from, h) } else { DVec3::ZERO };
     }
-    let left = (left / whole).clamp(DVec3::ZERO, DVec3::ONE);
-    // The Moon's own limb, where it alone stands there.
-    match (&before[..], first.limb_profile.as_deref()) {
+    let left = (left / total).clamp(DVec3::ZERO, DVec3::ONE);
+    // The lunar limb profile, if the Moon alone is in front of the Sun.
+    match (&occluding[..], first.limb_profile.as_deref()) {
         ([moon], Some(profile)) if of.body.id == NaifId::SUN => lunar_limb::light_beside(profile, moon, of, left),
         _ => left,
     }
 }
 
-/// What of a small disc's coverage is area: the soft limb, a pixel wide, makes a disc of less than a pixel larger.
-fn of_small(radius_px: f64) -> f64 {
+/// Ratio of a small disc's area to its antialiased coverage: the soft limb, a pixel wide, enlarges a disc of less than a pixel.
+fn small_disc_area_ratio(radius_px: f64) -> f64 {
     let drawn = if radius_px > 0.5 { radius_px * radius_px + 1.0 / 12.0 } else { (radius_px + 0.5).powi(3) / 3.0 };
     radius_px * radius_px / drawn
 }
 
-/// Takes from points what nearer bodies hide of them, gives the discs that glow the limbs of what hides them, and notes both.
-pub(crate) fn take(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
+/// Reduces the flux of points by what nearer bodies hide, gives emissive discs the limbs of bodies in front of them, and records both.
+pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
     let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let mut note = |of: &PlacedBody<'_>, left: DVec3| {
         if left != DVec3::ONE {
@@ -168,44 +169,44 @@ pub(crate) fn take(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw
     };
     for point in points.iter_mut() {
         let Some(p) = found(point.body) else { continue };
-        let left = part_left(placed, p);
+        let left = visible_fraction(placed, p);
         note(p, left);
         point.flux *= narrow(left);
     }
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.features.shape)).collect();
-    let of_moon = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
+    let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
     for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.features.surface == Surface::Emissive) {
         let Some(of) = found(draw.body) else { continue };
         let Some(middle) = camera.clip(of.placement.centre_km) else { continue };
         let margin_rad = 2.0 * camera.pixel_tangent();
-        let before = before(placed, of, margin_rad);
+        let occluding = in_front_of(placed, of, margin_rad);
         let shape = |p: &PlacedBody<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
-        // Triangles have their own edge, not the ellipsoid's.
-        let counted: Vec<_> = before.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
-        if counted.is_empty() {
+        // A mesh has its own outline, not the ellipsoid's.
+        let nearer: Vec<_> = occluding.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
+        if nearer.is_empty() {
             continue;
         }
-        let left = part_left(placed, of);
+        let left = visible_fraction(placed, of);
         note(of, left);
         let from_px = narrow2(camera.pixel_from_clip(middle));
         let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));
         let at = ray(from_px.as_dvec2());
         let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - at, ray(from_px.as_dvec2() + DVec2::Y) - at);
-        for (p, rows) in counted.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
+        for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, at, dx, dy);
             let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
             let (kind, factor) = match shape(p) {
                 _ if left == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),
-                None => (2.0, of_small(small_px)),
+                None => (2.0, small_disc_area_ratio(small_px)),
             };
             let row = |values: [f64; 4]| Vec4::from_array(values.map(narrow_scalar));
             let [c, gx, gy, xx, xy, yy] = limb.form;
             *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, factor]), row([limb.near[0], limb.near[1], limb.near[2], 0.0])];
         }
-        let moon = counted.iter().take(2).position(|p| p.limb_profile.is_some());
-        if let (Some(k), Some(of_moon)) = (moon, &of_moon) {
-            lunar_limb::of_sun(draw, of_moon, counted[k], camera, 3 * k, [at, dx, dy]);
+        let moon = nearer.iter().take(2).position(|p| p.limb_profile.is_some());
+        if let (Some(k), Some(moon_limb)) = (moon, &moon_limb) {
+            lunar_limb::apply_to_sun(draw, moon_limb, nearer[k], camera, 3 * k, [at, dx, dy]);
         }
         let rows = &mut draw.uniforms.foreground_limbs.rows;
         (rows[2].w, rows[5].w) = (from_px.x, from_px.y);
@@ -245,7 +246,7 @@ mod tests {
                 let limb = Limb::on(&body, ray, dx, dy);
                 for (x, y) in [(0.01, 0.0), (-0.01, 0.0), (0.5, 0.4), (-0.5, 0.9), (0.9, -0.9), (-2.0, 0.1), (2.0, 0.3)] {
                     let expected = meets(&body, ray + dx * x + dy * y);
-                    assert_eq!(limb.holds(x, y), expected, "{distance_km} km, {n}: {x} {y}");
+                    assert_eq!(limb.contains(x, y), expected, "{distance_km} km, {n}: {x} {y}");
                     (inside, outside) = (inside + u32::from(expected), outside + u32::from(!expected));
                 }
                 // One of the crossings of its own line is the limb.
@@ -262,7 +263,7 @@ mod tests {
         for radius in [0.01, 0.3, 0.5, 0.8, 3.0] {
             let h = 1e-4;
             let drawn: f64 = (0..80_000).map(|k| (f64::from(k) + 0.5) * h).map(|r| (0.5 + radius - r).clamp(0.0, 1.0) * 2.0 * r * h).sum();
-            assert!((drawn * of_small(radius) / (radius * radius) - 1.0).abs() < 1e-3, "{radius}");
+            assert!((drawn * small_disc_area_ratio(radius) / (radius * radius) - 1.0).abs() < 1e-3, "{radius}");
         }
     }
 }

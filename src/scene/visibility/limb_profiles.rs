@@ -1,6 +1,6 @@
-//! Profiles of the Moon's limb that were seen lately, kept from frame to frame.
+//! A cache of the Moon's limb profiles, kept from frame to frame.
 //!
-//! In: the map and the place in the Moon's axes. Out: the profile, made once for places that see the same limb.
+//! In: the height map and the viewer's place in the Moon's axes. Out: the profile, computed once for places that see the same limb.
 
 use crate::catalog::lunar_heights::HeightMap;
 use crate::ephemeris::angle_rad;
@@ -9,10 +9,10 @@ use crate::memo::Memo;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Places whose directions from the Moon differ by less see one limb, radians: 50 m on its ground.
+/// Directions from the Moon that differ by less than this see the same limb, radians: 50 m on its ground.
 const SAME_PLACE: f64 = 3e-5;
 
-/// The latest profiles, by the map and the place in the Moon's axes.
+/// The most recent profiles, by map and place in the Moon's axes.
 #[derive(Debug)]
 pub(crate) struct LimbProfiles(Memo<(usize, DVec3), Arc<LimbProfile>>);
 
@@ -25,11 +25,11 @@ impl Default for LimbProfiles {
 impl LimbProfiles {
     /// `place_km`: in the Moon's axes, outside of all ground.
     pub fn seen_from(&self, map: &Arc<HeightMap>, place_km: DVec3) -> Arc<LimbProfile> {
-        let serves = |kept: &(usize, DVec3), wanted: &(usize, DVec3)| {
+        let is_same_limb = |kept: &(usize, DVec3), wanted: &(usize, DVec3)| {
             let lengths = kept.1.length() / wanted.1.length();
             kept.0 == wanted.0 && angle_rad(kept.1, wanted.1) < SAME_PLACE && (lengths - 1.0).abs() < 1e-3
         };
         let key = (Arc::as_ptr(map) as usize, place_km);
-        self.0.get_like(serves, key, || Arc::new(LimbProfile::seen_from(map, place_km)))
+        self.0.get_like(is_same_limb, key, || Arc::new(LimbProfile::seen_from(map, place_km)))
     }
 }

@@ -1,8 +1,8 @@
-//! The Moon's own limb before the Sun: what of the Sun it leaves, and the silhouettes of the draws of both.
+//! The Moon's limb profile in front of the Sun: the sunlight past it, and the silhouettes in the draws of both.
 //!
-//! In: placed bodies and the user's heights. Out: the profile that the camera sees, kept on the placed Moon ([`see`]); the Sun's light past it ([`light_beside`]); features and uniforms of both
-//! draws ([`of_moon`], [`of_sun`]). Always: nothing changes where no heights are given or the Moon does not touch the Sun's disc. Left out: what the heights change of the sunlight on the
-//! ground, which has the mean limb, and their own relief on the disc.
+//! In: placed bodies and the user's height map. Out: the profile that the camera sees, stored in the placed Moon ([`compute_profile`]); the sunlight past it
+//! ([`light_beside`]); features and uniforms of both draws ([`apply_to_moon`], [`apply_to_sun`]). Always: nothing changes without a height map, or if the Moon
+//! does not touch the Sun's disc. Left out: the effect of the heights on sunlight at the ground, which uses the mean limb, and relief on the disc.
 
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
@@ -21,64 +21,64 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
-/// The least that the limb's heights span for it to be drawn, pixels.
-const LEAST_PX: f64 = 0.25;
+/// Smallest range of limb heights, in pixels, for which the profile is drawn.
+const MIN_SPAN_PX: f64 = 0.25;
 
-/// Keeps the limb that the camera sees on the Moon, where heights are given and it may touch the Sun's disc.
-pub(crate) fn see(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
+/// Stores the limb profile that the camera sees in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
+pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
     let found = |id: NaifId| placed.iter().position(|p| p.body.id == id);
     let (Some(moon), Some(sun)) = (found(NaifId::MOON), found(NaifId::SUN)) else { return };
     let (moon_at, sun_at) = (placed[moon].placement, &placed[sun]);
     let Some(map) = placed[moon].catalog.lunar_heights() else { return };
     let place_km = moon_at.body_from_icrf * -moon_at.centre_km;
     let [_, greatest_km] = map.range_km();
-    let reach = |radius_km: f64, distance_km: f64| (radius_km / distance_km).min(1.0).asin();
-    let apart = angle_rad(moon_at.centre_km, sun_at.placement.centre_km)
-        - reach(map.sphere_km() + greatest_km, place_km.length())
-        - reach(sun_at.body.radii_km.max_element(), sun_at.distance_km);
-    // Far enough that no ground is beside the camera, and before the Sun.
-    if apart > 0.0 || place_km.length() < 2.0 * map.sphere_km() || place_km.length() > sun_at.distance_km {
+    let angular_radius = |radius_km: f64, distance_km: f64| (radius_km / distance_km).min(1.0).asin();
+    let gap = angle_rad(moon_at.centre_km, sun_at.placement.centre_km)
+        - angular_radius(map.sphere_km() + greatest_km, place_km.length())
+        - angular_radius(sun_at.body.radii_km.max_element(), sun_at.distance_km);
+    // Only from outside of all ground, and nearer than the Sun.
+    if gap > 0.0 || place_km.length() < 2.0 * map.sphere_km() || place_km.length() > sun_at.distance_km {
         return;
     }
     placed[moon].limb_profile = Some(profiles.seen_from(map, place_km));
 }
 
-/// The silhouette in the camera's view: axes across the direction to the Moon, ICRF, and the tangents of its points.
-struct Seen<'p> {
+/// The limb profile in the camera's view: axes across the direction to the Moon, ICRF, and the tangents of its points.
+struct ApparentLimb<'p> {
     profile: &'p LimbProfile,
     across: [DVec3; 2],
     distance_km: f64,
 }
 
-impl<'p> Seen<'p> {
+impl<'p> ApparentLimb<'p> {
     fn of(profile: &'p LimbProfile, moon: &Placement) -> Self {
         let across = profile.across().map(|a| moon.body_from_icrf.transpose() * a);
         Self { profile, across, distance_km: moon.centre_km.length() }
     }
 
-    /// Tangent of the angle between the Moon's middle and the limb.
+    /// Tangent of the angle between the Moon's centre and a limb point of this height.
     fn tangent(&self, height_km: f64) -> f64 {
         let sine = ((self.profile.sphere_km() + height_km) / self.distance_km).min(0.999);
         sine / (1.0 - sine * sine).sqrt()
     }
 }
 
-/// The part of a disc's light that the Moon's own limb leaves, from that which an even limb of its body's radius leaves; per channel, exactly 0 where it hides all. In the plane that
-/// touches the sky at the Moon's middle, in which a disc of a quarter of a degree is round to 1e-5 of its radius.
-pub(crate) fn light_beside(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, even: DVec3) -> DVec3 {
-    let seen = Seen::of(profile, &moon.placement);
+/// The fraction of a disc's light past the Moon's limb profile, from the fraction past a smooth limb of its body's radius; per channel, exactly 0 if all is
+/// hidden. Computed in the plane tangent to the sky at the Moon's centre, in which a disc of a quarter of a degree is round to 1e-5 of its radius.
+pub(crate) fn light_beside(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
+    let seen = ApparentLimb::of(profile, &moon.placement);
     let ahead = moon.placement.centre_km.normalize();
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(ahead);
     let middle = DVec2::new(to_sun.dot(seen.across[0]), to_sun.dot(seen.across[1]));
     let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
     let (u1, u2) = limb_law(sun.body);
-    let whole = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
-    let even_limb = seen.tangent(moon.body.radii_km.max_element() - profile.sphere_km());
+    let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
+    let mean_limb = seen.tangent(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_seen) = (DVec3::ZERO, false);
     for (k, height_km) in profile.heights_km().iter().enumerate() {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
-        let aside = DVec2::new(cos, sin);
-        let (along, off) = (middle.dot(aside), middle.perp_dot(aside));
+        let radial = DVec2::new(cos, sin);
+        let (along, off) = (middle.dot(radial), middle.perp_dot(radial));
         let half_squared = radius * radius - off * off;
         if half_squared <= 0.0 {
             continue;
@@ -86,42 +86,44 @@ pub(crate) fn light_beside(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &P
         let (enters, leaves) = (along - half_squared.sqrt(), along + half_squared.sqrt());
         let limb = seen.tangent(*height_km);
         is_any_seen |= leaves > limb.max(0.0);
-        // Light between both limbs: more where the true one is lower.
-        let (from, to) = (limb.min(even_limb).max(enters), limb.max(even_limb).min(leaves));
+        // The light between both limbs is gained where the profile is lower, else lost.
+        let (from, to) = (limb.min(mean_limb).max(enters), limb.max(mean_limb).min(leaves));
         if to <= from {
             continue;
         }
         let light_at = |r: f64| {
-            let off = (aside * r - middle) / radius;
+            let off = (radial * r - middle) / radius;
             let mu = (1.0 - off.length_squared()).max(0.0).sqrt();
             (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
         };
         // Simpson's rule: a strip is a few hundredths of the disc wide at most.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
-        change += strip * (if limb < even_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
+        change += strip * (if limb < mean_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
     }
     if !is_any_seen {
         return DVec3::ZERO;
     }
-    // What is left of a bead is never less than nothing.
-    (even + change / whole).clamp(DVec3::splat(f64::MIN_POSITIVE), DVec3::ONE)
+    // A visible bead always leaves some light.
+    (mean_limb_light + change / total).clamp(DVec3::splat(f64::MIN_POSITIVE), DVec3::ONE)
 }
 
-/// Gives the Moon's draw its own silhouette, where the profile is seen and shows; and says so.
-pub(crate) fn of_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
+/// Gives the Moon's draw the profile, if one is stored and its heights are resolved; records the decision.
+pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };
     let [least_km, greatest_km] = profile.range_km();
     let span_px = (greatest_km - least_km) / (moon.distance_km * camera.pixel_tangent());
     let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == Part::Globe);
     let can = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
-    let on = span_px >= LEAST_PX && draw.as_ref().is_some_and(|d| can(d));
-    let reason =
-        format!("its limb by {} points reaches from {least_km:.2} to {greatest_km:.2} km: {span_px:.2} px against {LEAST_PX}", LIMB_POINTS);
+    let on = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| can(d));
+    let reason = format!(
+        "its limb by {} points reaches from {least_km:.2} to {greatest_km:.2} km: {span_px:.2} px against {MIN_SPAN_PX}",
+        LIMB_POINTS
+    );
     let decision = Decision { feature: "limb-heights", on, reason, tier: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
     let Some(draw) = draw.filter(|_| on) else { return };
-    // The dark side before the Sun shows no craters of a few metres.
+    // The dark side in front of the Sun shows no procedural craters.
     draw.features.detail = false;
     draw.features.limb_heights = true;
     let radius_km = moon.body.radii_km.x;
@@ -137,22 +139,30 @@ pub(crate) fn of_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [D
     }
 }
 
-/// What is said of the bodies' features, once their silhouettes are known.
-pub(crate) fn note_features(draws: &[Draw], bodies: &mut [BodyInView]) {
+/// Updates the reported features of bodies whose draws were changed.
+pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyInView]) {
     for changed in draws.iter().filter(|d| d.features.limb_heights) {
         let of_body = || draws.iter().filter(|d| d.body == changed.body).map(|d| d.features).collect();
         bodies.iter_mut().filter(|b| b.id == changed.body).for_each(|b| b.features = of_body());
     }
 }
 
-/// Gives the Sun's draw the Moon's silhouette. `row`: where the Moon begins among its nearer limbs; `rays`: the view ray from which pixels count, and its change with x and y.
-pub(crate) fn of_sun(draw: &mut Draw, moon_draw: &LimbUniforms, moon: &PlacedBody<'_>, camera: &Camera, row: usize, rays: [DVec3; 3]) {
+/// Gives the Sun's draw the Moon's silhouette. `row`: index of the Moon's first row among the nearer limbs; `rays`: the view ray from which pixels count,
+/// and its change with x and y.
+pub(crate) fn apply_to_sun(
+    draw: &mut Draw,
+    moon_draw: &LimbUniforms,
+    moon: &PlacedBody<'_>,
+    camera: &Camera,
+    row: usize,
+    rays: [DVec3; 3],
+) {
     let (Some(profile), Some(_)) = (moon.limb_profile.as_deref(), &moon_draw.table) else { return };
     if draw.features.surface != Surface::Emissive || draw.features.shape != Shape::Sphere {
         return;
     }
-    let seen = Seen::of(profile, &moon.placement);
-    // Pixels per radius of what the table holds: at the limb a tangent grows faster than its sine.
+    let seen = ApparentLimb::of(profile, &moon.placement);
+    // Pixels per radius of the table's values: at the limb the tangent grows faster than the sine.
     let sine = (moon.body.radii_km.x / moon.distance_km).min(0.999);
     let radius_px = sine / (1.0 - sine * sine).powf(1.5) / camera.pixel_tangent();
     let of = |k: usize, w: f64| narrow(DVec3::from_array(rays.map(|ray| seen.across[k].dot(ray)))).extend(narrow_scalar(w));

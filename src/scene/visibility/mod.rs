@@ -1,4 +1,4 @@
-//! Who hides whom: the order of draws, and what nearer bodies leave of a disc.
+//! Visibility between bodies: the order of draws, and the part of a disc that nearer bodies leave visible.
 
 pub(crate) mod hidden;
 pub(crate) mod limb_profiles;

@@ -6,9 +6,9 @@
 use crate::wording::echo_within;
 
 const CARD: usize = 80;
-/// Headers and data fill whole blocks of so many bytes.
+/// Block size of headers and data, bytes.
 pub(super) const BLOCK: usize = 2880;
-/// Blocks of a header at most.
+/// Maximum number of blocks of a header.
 const MAX_BLOCKS: usize = 1000;
 
 /// The cards that have a value.

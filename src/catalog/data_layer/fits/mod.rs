@@ -10,14 +10,14 @@ use super::look::{ImageLook, colours};
 use header::{BLOCK, Header, WrongCard};
 pub use place::ImagePlace;
 
-/// Pixels of an image at most.
+/// Maximum number of pixels of an image.
 const MAX_PIXELS: i64 = 100_000_000;
-/// Pixels along a side at most: what every device takes as a texture.
+/// Maximum number of pixels along a side: a texture size that every device supports.
 const MAX_SIDE: i64 = 16_384;
-/// HDUs that are looked through.
+/// Maximum number of HDUs that are searched.
 const MAX_HDUS: usize = 100;
 
-/// An image in colours, and where it lies.
+/// An image in colours with its world coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyImage {
     /// Pixels.
@@ -26,7 +26,7 @@ pub struct SkyImage {
     pub height: u32,
     /// sRGB and alpha, rows from the top: the last of the file first.
     pub rgba: Vec<u8>,
-    /// Where it lies.
+    /// Its world coordinates.
     pub place: ImagePlace,
 }
 

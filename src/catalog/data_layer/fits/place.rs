@@ -1,4 +1,4 @@
-//! Where a FITS image lies: its world coordinates (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
+//! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
 //!
 //! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as high). Always: what another
 //! projection, distortion, frame or a turned pole would move is refused and not drawn elsewhere.
@@ -6,7 +6,7 @@
 use super::header::{Header, WrongCard};
 use crate::wording::echo_within;
 
-/// Where an image lies.
+/// The position of an image on the sky or a body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ImagePlace {
     /// On the sky.

@@ -1,6 +1,6 @@
-//! Where the light meter's rays meet bodies, and what bodies leave of each other's discs.
+//! Geometry of the light meter: rays against bodies, and the fraction of a disc that nearer bodies leave visible.
 //!
-//! Always: every answer changes continuously with place and direction.
+//! Always: every result changes continuously with position and direction.
 
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
@@ -9,30 +9,29 @@ use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Things weigh less towards the edge of the frame, from half of the way out: by this power of ten where they leave it. A body that comes in does so
-/// gradually.
+/// Weights fall from half-way to the edge of the frame by this power of ten, so that a body that enters the frame gains weight gradually.
 const EDGE_DECADES: f64 = 5.0;
 
-/// What a place weight by how far from the middle of the frame it is: 0 there, 1 on its edge.
+/// Weight of a position in the frame. `outwards`: 0 in the middle of the frame, 1 on its edge.
 pub(crate) fn frame_position_weight(outwards: f64) -> f64 {
     10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * outwards - 1.0))
 }
 
-/// A ray against a body in its unit-sphere frame.
-pub(crate) struct Met {
-    /// How far inside the limb, radians; negative beside it.
-    pub within: f64,
-    /// Where it meets the ground, or transmittance nearest before the limb.
+/// Result of intersecting a ray with a body, in the body's unit-sphere frame.
+pub(crate) struct RayHit {
+    /// Angle inside the limb, radians; negative outside.
+    pub inside_rad: f64,
+    /// Where the ray meets the ground, or the limb's nearest point if it misses.
     pub point: DVec3,
 }
 
-pub(crate) fn meet(place: &Placement, direction: DVec3) -> Met {
+pub(crate) fn intersect(place: &Placement, direction: DVec3) -> RayHit {
     let origin = place.camera_in_unit_sphere();
     let w = place.direction_in_unit_sphere(direction).normalize();
     let (along, cross) = (-origin.dot(w), origin.cross(w).length());
     let limb = 1.0_f64.atan2(((origin.length() - 1.0) * (origin.length() + 1.0)).max(0.0).sqrt());
     let point = (origin + w * (along - (1.0 - cross * cross).max(0.0).sqrt())).normalize();
-    Met { within: limb - cross.atan2(along), point }
+    RayHit { inside_rad: limb - cross.atan2(along), point }
 }
 
 pub(crate) fn area_px(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
@@ -43,7 +42,7 @@ pub(crate) fn area_px(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// About what part of a body's outline is in the frame: that of its bounding box, weighed by its place.
+/// Approximate fraction of a body's outline in the frame, from its bounding box, times the weight of its position.
 pub(crate) fn in_frame_share(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     let Outline::Ellipse { bounds, .. } = p.outline else { return 0.0 };
     let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
@@ -51,14 +50,14 @@ pub(crate) fn in_frame_share(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     let size = size.max(2.0 / camera.half_size());
     let middle = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
     let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
-    // By the part that reaches in farthest.
+    // The weight is that of the outline's innermost part.
     let outwards = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
     (inside / size).element_product().min(1.0) * frame_position_weight(outwards)
 }
 
-/// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
+/// Fraction of the Sun's disc visible beside a body: a uniform disc cut by a circle, or by a straight edge if the body looks larger. Within 0.03 of the
 /// exact overlap while the body is larger than four times the Sun or smaller than half of it; between these within 0.13.
-pub(crate) fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
+pub(crate) fn uncovered_fraction(separation: f64, body: f64, sun: f64) -> f64 {
     if body < sun {
         let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
         return 1.0 - covered * (body / sun).powi(2);
@@ -67,7 +66,7 @@ pub(crate) fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
 }
 
-/// Angle from the middle of a body to its limb on the side of a unit vector, and the cosine by which the limb slants there. Outside the body.
+/// Angle from the body's centre to its limb towards a unit vector, and the cosine of the limb's slant there. Valid outside the body.
 pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let distance_km = body.centre_km.length();
     let middle = body.centre_km / distance_km;
@@ -78,18 +77,18 @@ pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let radii = distance_km / body.radii_km.x;
     let q = radii * radii * a.cross(b).length_squared() - bb;
     let angle = (ab + (ab * ab + q * aa).max(0.0).sqrt()).atan2(q);
-    // Across the limb the squared distance grows fastest.
+    // The gradient of the squared distance is normal to the limb.
     let (sin, cos) = angle.sin_cos();
     let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + aside * sin));
     let outwards = body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
     (angle, outwards.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
 }
 
-/// What a body leaves of a disc of an angular radius (radians) around a unit vector that lies behind it.
+/// Fraction of a disc that a body leaves visible. The disc has an angular `radius` (radians) around the unit vector `towards`, and lies behind the body.
 pub(crate) fn unocculted_fraction(body: &Placement, towards: DVec3, radius: f64) -> f64 {
     let separation = crate::ephemeris::angle_rad(body.centre_km, towards);
     let (limb, slant) = limb_towards(body, towards);
-    left_by(limb + (separation - limb) * slant, limb, radius)
+    uncovered_fraction(limb + (separation - limb) * slant, limb, radius)
 }
 
 #[cfg(test)]
@@ -117,7 +116,7 @@ mod tests {
             let off = |body: f64| {
                 (0..=400)
                     .map(move |k| (1.0 + body) * f64::from(k) / 380.0)
-                    .map(move |s| (left_by(s, body, 1.0) - exactly_left(s, body)).abs())
+                    .map(move |s| (uncovered_fraction(s, body, 1.0) - exactly_left(s, body)).abs())
             };
             bodies.iter().flat_map(|b| off(*b)).fold(0.0, f64::max)
         };

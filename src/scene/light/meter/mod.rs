@@ -1,11 +1,10 @@
-//! What fills the frame, by radiance: the light meter of the automatic exposure.
+//! The light meter of automatic exposure: the radiance of everything in the frame.
 //!
-//! In: the request, the camera, the bodies where they are seen, the air around the camera. Out: a [`Reading`]: for each kind of thing in the frame how
-//! much weight it has and how bright it is, and how bright the Sun's glare is. Nothing is rendered: each body's light is summed over points of its ground by
-//! its photometric model and mean albedo, under eclipses and other bodies' light; rings, the air's own light, the corona, the Sun refracted at a limb and the
-//! dark sky are counted beside.
-//! Always: a reading changes continuously with place, time, field of view and phase, because every share of the frame has soft ends. Left out: maps but
-//! for city lights (a sea is as bright as a desert), relief, the air beside a disc, bodies' light through another's air but for what that air takes.
+//! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`Reading`]: weight and radiance of each kind of subject in the frame,
+//! and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground with its photometric model and mean albedo, under
+//! eclipses and other bodies' light. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position,
+//! time, field of view and phase, because every share of the frame has soft edges. Left out: maps other than city lights (a sea is as bright as a desert),
+//! relief, the air beyond a limb, and the light that another body's air adds to bodies behind it.
 
 mod geometry;
 mod refracted_limb;
@@ -16,8 +15,8 @@ use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::draw::tables::RingShine;
-use crate::scene::eclipse::before_sun::shaded;
 use crate::scene::eclipse::shade::Shade;
+use crate::scene::eclipse::sun_occluders::evaluate_shade;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
 use crate::scene::light::glow::VeilingGlare;
@@ -29,60 +28,61 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, in_frame_share, meet, unocculted_fraction};
+use geometry::{area_px, frame_position_weight, in_frame_share, intersect, unocculted_fraction};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-/// Luminance below which sky and ground begin to look dusky: that of the sky around sunset, cd/m2. This and the two below are judged by eye: photographers set one stop
-/// less for civil twilight, two to three for the night.
+/// Luminance below which sky and ground look like dusk: that of the sky around sunset, cd/m2. This and the two values below are judged by eye:
+/// photographers reduce exposure by one stop for civil twilight, by two to three for the night.
 const DAY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_A_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// Weight of the target relative to an equal area of anything else.
 const TARGET_WEIGHT: f64 = 64.0;
-/// The same of the Sun, whose daylight sky is as bright as any ground, of its corona, and of its light in the limb of what is looked at.
+/// The same for a targeted Sun, because its daylight sky is as bright as any ground, for its corona, and for refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Brighter ground draws the eye: a share of the frame is weighted by this power of its radiance. At 2/3 the lit part of a crescent outweighs its night, and a
-/// Moon in the umbra outweighs the last two thousandths of its disc that are lit.
+/// A share of the frame is weighted by this power of its radiance, because brighter ground draws the eye. At 2/3 the lit part of a crescent outweighs its
+/// night, and a Moon in the umbra outweighs the last two thousandths of its disc that are lit.
 const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
-/// Radiance above which the weight no longer increases: a white plane in full sunlight. Else a Sun of a few pixels outweighed a planet.
+/// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
 const WEIGHT_RADIANCE_CAP: f64 = 1.0;
-/// Shares of the frame below which the Sun's disc is no longer what a picture is made for, but a light in it: where it is the target, and where it is not.
+/// Shares of the frame below which the Sun's disc is no longer the subject of a picture but a light in it: if it is the target, and if not.
 const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
-/// Weight of the dark sky: a point of light of less weight is one in a picture of the sky.
+/// Weight of the dark sky; points of light of less weight belong to a picture of the sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
-/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs). Measured skies keep a
-/// fifth of it (Dandekar and Turtle 1971, Applied Optics 10, 1220); until 99.8 % are covered it is sunlight attenuated (Sharp, Silverman and Lloyd 1971, ibid. 1207).
+/// Fraction of daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
+/// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
+/// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
-/// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.
+/// Distances in radii between which the sum over rays of the frame turns into the sum over the whole disc.
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
-/// Rays over a near body and over the frame, on a side.
+/// Rays per side over a near body, and over the frame.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
-/// Where the corona is looked for, solar radii.
+/// Range in which the corona is metered, solar radii.
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
 
-/// One kind of thing in the frame.
+/// One kind of subject in the frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Metered {
     pub name: String,
-    /// The body that it is a part of, if any: its ground, its sky, the light in its limb.
+    /// The body that the subject belongs to, if any: ground, sky, refracted limb.
     pub body: Option<NaifId>,
-    /// Radiance, the mean in the logarithm by weight.
+    /// Radiance: the weighted geometric mean.
     pub radiance: f64,
-    /// The part of white at which that is to be shown.
+    /// The part of white at which this radiance should be shown.
     pub target_level: f64,
     pub weight: f64,
 }
 
 pub(crate) struct Reading {
     pub metered: Vec<Metered>,
-    /// Radiance of the Sun's glare that half of the frame exceeds; 0 without the Sun.
+    /// Median radiance of the Sun's glare over the frame; 0 without the Sun.
     pub glare: f64,
 }
 
-/// Weighted mean of logarithms.
+/// Accumulates a weighted mean of logarithms of radiance.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     weight: f64,
@@ -90,7 +90,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// `share`: of the frame, times its other weights. `haze`: light before it, which hides it.
+    /// `share`: of the frame, times other weights. `haze`: radiance in front of the subject, which lowers its contrast.
     fn add(&mut self, share: f64, radiance: f64, haze: f64) {
         if share > 0.0 && radiance > 0.0 {
             let contrast = radiance / (radiance + haze);
@@ -116,24 +116,24 @@ pub(crate) struct Meter<'m, 'a> {
     pub camera: &'m Camera,
     pub placed: &'m [PlacedBody<'a>],
     pub reflectors: &'m [Reflector<'m>],
-    /// Air that makes a day.
-    pub air: Option<&'m air::Around<'m>>,
-    /// What city lights weigh of what other ground does: none by day.
+    /// The air around the camera, if it is dense enough for a daylight sky.
+    pub air: Option<&'m air::SurroundingAir<'m>>,
+    /// Weight of city lights relative to other ground: 0 by day.
     pub night_lights: f64,
 }
 
-/// What is left of the brightness of day where sky and ground around the camera have a radiance: a photograph of dusk that is as bright as one of noon shows a blue day.
-/// 1 above [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] fewer stops per factor of ten in luminance, at most [`MAX_DUSK_STOPS`].
+/// Factor on the level at which surroundings of a radiance are shown, because a photograph of dusk exposed as bright as noon looks like day: 1 above
+/// [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] fewer stops per factor of ten in luminance, at most [`MAX_DUSK_STOPS`].
 fn dusk_factor(radiance: f64) -> f64 {
     let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
     (-(DUSK_STOPS_A_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
-/// What every part of a reading needs.
+/// Inputs that every part of a reading shares.
 struct Frame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
     glare: Option<VeilingGlare>,
-    /// The light of the air around the camera.
+    /// Radiance of the sky around the camera.
     sky: f64,
     /// Bodies that may hide others.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
@@ -144,7 +144,7 @@ impl Meter<'_, '_> {
         f64::from(self.camera.width) * f64::from(self.camera.height)
     }
 
-    /// Reads what the frame holds. `night`: the radiance that a picture of the dark sky shows as white.
+    /// Meters everything in the frame. `night`: the radiance that a picture of the dark sky shows as white.
     pub fn read(&self, night: f64) -> Reading {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
@@ -178,7 +178,7 @@ impl Meter<'_, '_> {
             let mut sky = Tally::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky, 0.0);
             metered.extend(sky.metered(format!("the sky of {}", air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
-            // Whoever stands in dusk sees dusk.
+            // Surroundings in dusk are shown as dusk.
             metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
         }
         let dark = night * AUTO_EXPOSED_MEAN;
@@ -193,32 +193,32 @@ impl Meter<'_, '_> {
     }
 }
 
-/// The radiance of a body's ground by its lights.
+/// A body's ground with all lights on it, from which its radiance follows.
 struct Ground<'g> {
     body: &'g Body,
     night_lights: Option<&'g NightLights>,
     night_light_weight: f64,
-    /// Radiance that the model's unit reflectance has under unit irradiance, of the brightest channel.
+    /// Radiance of unit reflectance under unit irradiance, brightest channel.
     albedo_scale: f64,
     /// Unit vectors in body axes.
     sun: DVec3,
     sun_irradiance: f64,
     shine: Vec<(DVec3, f64)>,
-    /// The air's light on it, where the camera is in it.
+    /// Radiance of the sky over it, if the camera is in its air.
     sky: f64,
-    /// Its rings' light, and the radiance that the ground makes of a unit of it.
+    /// Ring-shine, and the ground's radiance per unit of it.
     ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 
 impl Ground<'_> {
-    /// At a point of the unit-sphere frame with its normal, towards a viewer (unit vectors, body axes).
+    /// Radiance at a point of the unit-sphere frame with a normal, towards a viewer (unit vectors, body axes).
     fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shade: Option<&Shade<'_>>) -> f64 {
         let body = self.body;
         let reflected = |towards: DVec3, irradiance: f64| {
             irradiance * photometry::reflectance(&body.photometry, normal.dot(towards), normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
         let sunlight_fraction = match shade {
-            Some(shade) if normal.dot(self.sun) > 0.0 => shade.left(point * body.radii_km / body.radii_km.x).max(0.0),
+            Some(shade) if normal.dot(self.sun) > 0.0 => shade.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0),
             _ => 1.0,
         };
         let secondary: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
@@ -233,14 +233,14 @@ impl Ground<'_> {
 }
 
 impl Frame<'_, '_> {
-    /// Light between a body and the viewer.
+    /// Radiance between a body and the viewer: glare, and sky in front of other bodies.
     fn haze(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
         let beyond = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
         glare + if beyond { self.sky } else { 0.0 }
     }
 
-    /// Fraction of the disc not hidden by nearer bodies.
+    /// Fraction of a body's disc that nearer bodies leave visible.
     fn visible_fraction(&self, p: &PlacedBody<'_>, except: Option<NaifId>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
@@ -249,7 +249,7 @@ impl Frame<'_, '_> {
         nearer.map(|o| unocculted_fraction(&o.placement, towards, radius)).product()
     }
 
-    /// Radiance of the air around the camera: the Sun's light, what eclipses leave of it, and the light of the brightest bodies.
+    /// Radiance of the sky around the camera, from eclipsed sunlight and from the brightest other bodies.
     fn skylight(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
@@ -262,9 +262,9 @@ impl Frame<'_, '_> {
             nearer.map(|o| unocculted_fraction(&o.placement, towards, radius)).product::<f64>()
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
-        let day = air.level(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);
+        let day = air.exposure_radiance(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);
         let secondary = self.shine_on(p);
-        day + secondary.iter().map(|l| air.level(l.direction, l.irradiance.y)).sum::<f64>()
+        day + secondary.iter().map(|l| air.exposure_radiance(l.direction, l.irradiance.y)).sum::<f64>()
     }
 
     fn shine_on(&self, p: &PlacedBody<'_>) -> Vec<LightOn> {
@@ -274,7 +274,7 @@ impl Frame<'_, '_> {
         lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
     }
 
-    /// The body's tally, and the share of the frame that it takes.
+    /// Meters a body. Returns its tally and its share of the frame.
     fn body(&self, p: &PlacedBody<'_>) -> (Tally, f64) {
         let (camera, mut tally) = (self.meter.camera, Tally::default());
         let far_weight = match p.outline {
@@ -293,10 +293,10 @@ impl Frame<'_, '_> {
         let diameter_px = 2.0 * (area / PI).sqrt();
         let haze = self.haze(p.placement.centre_km, Some(p.body.id));
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
-        let transmittance = air.map_or(1.0, |a| a.passes(p.placement.centre_km));
+        let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
         if diameter_px < 1.0 && !is_target {
-            // A point: its light as a whole, spread over its sprite.
+            // A point: all its light, spread over its sprite.
             let pixel = camera.pixel_tangent().powi(2);
             let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel * point_peak();
             tally.add(in_frame_share(camera, p) / point_peak() / self.meter.frame_px(), shown, haze);
@@ -316,7 +316,7 @@ impl Frame<'_, '_> {
                 .map(AsRef::as_ref),
             night_light_weight: self.meter.night_lights,
             ring_shine: self.ring_shine_on(p, diameter_px),
-            albedo_scale: p.tone().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
+            albedo_scale: p.radiance_scale().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
             sun: in_body(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
             shine: shine.iter().map(|l| (in_body(l.direction), l.irradiance.max_element())).collect(),
@@ -328,7 +328,7 @@ impl Frame<'_, '_> {
                 near_share = self.sum_rays(p, &ground, shade, 1.0 - far_weight, &mut tally);
             }
             if far_weight > 0.0 {
-                // The sprite of a small disc takes more of the frame, and is the fainter for it.
+                // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
                 let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
                 let whole = share * self.visible_fraction(p, None) * far_weight;
                 self.sum_disc(p, &ground, shade, diameter_px, |part, radiance| {
@@ -337,13 +337,13 @@ impl Frame<'_, '_> {
             }
             near_share
         };
-        let found = shaded(self.meter.context, p, diameter_px, |shade, _| sum(Some(shade)));
+        let found = evaluate_shade(self.meter.context, p, diameter_px, |shade, _| sum(Some(shade)));
         let near_share = found.unwrap_or_else(|| sum(None));
         (tally, share * far_weight + near_share)
     }
 
-    /// A disc seen from afar, as parts of its area with their radiance: its lit ground and its night by luminance longitude and latitude, so that the
-    /// thinnest crescent is found.
+    /// Samples a distant disc as parts of its area with their radiance: a grid in luminance longitude and latitude over the lit and the dark part, so
+    /// that the thinnest crescent is sampled.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -372,7 +372,7 @@ impl Frame<'_, '_> {
         }
     }
 
-    /// A body that is near: rays over the part of the frame that holds it. Returns its share of the frame.
+    /// Samples a near body with rays over its rectangle in the frame. Returns its share of the frame.
     fn sum_rays(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
         let camera = self.meter.camera;
         let Some(rect) = p.outline.rect(camera) else { return 0.0 };
@@ -384,15 +384,15 @@ impl Frame<'_, '_> {
             let part = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * part;
             let direction = camera.ray(clip);
-            let met = meet(&p.placement, direction);
-            let coverage = smoothstep(0.5 + met.within / spacing) * self.ray_visibility(p, direction, spacing);
+            let hit = intersect(&p.placement, direction);
+            let coverage = smoothstep(0.5 + hit.inside_rad / spacing) * self.ray_visibility(p, direction, spacing);
             if coverage <= 0.0 {
                 continue;
             }
             taken += share * coverage;
-            let normal = (met.point / p.placement.radii_km).normalize();
+            let normal = (hit.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
-            let radiance = ground.radiance(met.point, normal, viewer, shade);
+            let radiance = ground.radiance(hit.point, normal, viewer, shade);
             tally.add(share * coverage * frame_position_weight(clip.abs().max_element()), radiance, self.haze(direction, Some(p.body.id)));
         }
         taken
@@ -401,20 +401,20 @@ impl Frame<'_, '_> {
     /// Fraction of the ray's light not blocked by nearer bodies.
     fn ray_visibility(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
         let nearer = self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
-        nearer.map(|o| 1.0 - smoothstep(0.5 + meet(&o.placement, direction).within / spacing)).product()
+        nearer.map(|o| 1.0 - smoothstep(0.5 + intersect(&o.placement, direction).inside_rad / spacing)).product()
     }
 
-    /// The Sun's disc: what is seen of it, by its share of the frame.
+    /// Meters the visible part of the Sun's disc.
     fn sun(&self) -> Option<Metered> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { in_frame_share(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun, None);
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
-        let transmittance = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
+        let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = Tally::default();
-        // Its own glare does not hide it.
+        // Its own glare is not in front of it.
         tally.add(
             share * share / (share + SUN_SHARES[usize::from(!is_target)]),
             photometry::sun_disc_radiance() * spread * transmittance,
@@ -425,7 +425,7 @@ impl Frame<'_, '_> {
         Some(Metered { weight: found.weight * weight, ..found })
     }
 
-    /// The corona around the Sun, where neither a body hides it nor glare and sky outshine it.
+    /// Meters the corona where no body hides it; glare and sky in front lower its weight.
     fn corona(&self) -> Option<Metered> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
@@ -436,7 +436,7 @@ impl Frame<'_, '_> {
         let (x, y) = towards.any_orthonormal_pair();
         let (rings, places) = (12, 16);
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(rings));
-        let transmittance = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
+        let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let mut tally = Tally::default();
         for k in 0..rings {
             let inner = CORONA_RADII[0] * growth.powi(k);
@@ -447,7 +447,7 @@ impl Frame<'_, '_> {
                 let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(places)).sin_cos();
                 let direction = (towards + (x * cos + y * sin) * (rho * tangent)).normalize();
                 let Some(clip) = camera.clip(direction) else { continue };
-                // A place of the grid is about so wide.
+                // Approximate width of a grid cell.
                 let cell_width = rho * tangent * (growth - 1.0);
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / cell_width + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y);
@@ -468,15 +468,15 @@ impl Frame<'_, '_> {
         (0..FRAME_RAYS * FRAME_RAYS).map(|k| of(self.meter.camera.ray(place(k)))).collect()
     }
 
-    /// The part of the frame above the ground that the camera's air lies on.
+    /// Fraction of the frame above the horizon of the body in whose air the camera is.
     fn sky_fraction(&self) -> f64 {
         let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let open = self.over_frame(|ray| 1.0 - smoothstep(0.5 + meet(&p.placement, ray).within / spacing));
+        let open = self.over_frame(|ray| 1.0 - smoothstep(0.5 + intersect(&p.placement, ray).inside_rad / spacing));
         open.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
-    /// The glare that half of the frame exceeds.
+    /// Median radiance of the Sun's glare over the frame.
     fn glare(&self) -> f64 {
         let Some(glare) = &self.glare else { return 0.0 };
         let mut all = self.over_frame(|ray| glare.radiance(ray.normalize()));

@@ -1,4 +1,4 @@
-//! The Sun's light in the limbs of bodies before it: the ring of the Earth's air around the eclipsed Moon's sky.
+//! Sunlight refracted at the limbs of bodies in front of the Sun, such as the ring of the Earth's air in the eclipsed Moon's sky.
 
 use super::geometry::frame_position_weight;
 use super::{Frame, Metered, SUN_WEIGHT, Tally};
@@ -9,26 +9,26 @@ use crate::scene::numeric::smoothstep;
 use crate::scene::request::effects::Effect;
 
 impl Frame<'_, '_> {
-    /// All refracted limbs of the frame, unless the viewer switched them off or the air with them.
+    /// Meters all refracted limbs of the frame, unless the user switched them or the atmosphere off.
     pub(super) fn refracted_limbs(&self) -> Option<Metered> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
         let (mut all, mut brightest, mut max_weight) = (Tally::default(), None, 0.0);
         for p in self.meter.placed {
-            let own = request.effects.for_body(&p.body.name);
-            let effects = own.as_ref().unwrap_or(&request.effects);
+            let own_effects = request.effects.for_body(&p.body.name);
+            let effects = own_effects.as_ref().unwrap_or(&request.effects);
             if [Effect::Atmosphere, Effect::RefractedLimb].iter().any(|e| effects.override_of(*e) == Some(false)) {
                 continue;
             }
             let mut tally = Tally::default();
-            for piece in refracted_limb::pieces(p, sun, camera.pixel_tangent()) {
-                let Some(clip) = camera.clip(piece.direction) else { continue };
+            for segment in refracted_limb::segments(p, sun, camera.pixel_tangent()) {
+                let Some(clip) = camera.clip(segment.direction) else { continue };
                 // Pieces are thin: the frame's edge is softened over a hundredth of the picture.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
-                let seen = inside * self.ray_visibility(p, piece.direction, camera.pixel_tangent());
-                tally.add(seen * piece.solid_angle / frame_sr, piece.radiance, self.haze(piece.direction, Some(p.body.id)));
+                let seen = inside * self.ray_visibility(p, segment.direction, camera.pixel_tangent());
+                tally.add(seen * segment.solid_angle / frame_sr, segment.radiance, self.haze(segment.direction, Some(p.body.id)));
             }
             // Counts as part of the target if the target is this body or the Sun.
             let looked_at = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);

@@ -1,34 +1,34 @@
-//! The light of rings: what they send to the camera, and onto their globe's night.
+//! The light of rings: towards the camera, and onto the night side of their globe.
 
-use super::geometry::{frame_position_weight, meet};
+use super::geometry::{frame_position_weight, intersect};
 use super::{Frame, Tally};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::light::{lights, photometry};
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
-use crate::scene::purpose::{Bound, Purpose};
+use crate::scene::purpose::{Purpose, Threshold};
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Rays over rings, on a side.
+/// Rays over the rings' rectangle, per side.
 const RING_RAYS: u32 = 28;
-/// Phase angles between which a ringed globe's night begins to count, radians.
+/// Phase angles between which ring-shine on the night side fades in, radians.
 const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
 
 impl Frame<'_, '_> {
-    /// What the rings give the globe, where its night is seen: by day a hundredth of the light.
+    /// Ring-shine on the globe where its night side is visible; on the day side it is a hundredth of the light.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
         let weight = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
-        let asked = self.meter.context.request.effects.override_of(Effect::RingShine);
+        let user_choice = self.meter.context.request.effects.override_of(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
-        if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
+        if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
         }
         let shine = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true)).1?;
-        let unit = photometry::normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
+        let unit = photometry::albedo_normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
         Some((shine, weight * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
@@ -41,17 +41,17 @@ impl Frame<'_, '_> {
             sun_km: p.sun_from_body_km.length(),
             alpha: p.alpha,
             irradiance: 1.0,
-            bound: Bound::of(Purpose::LINEAR, 1.0),
+            threshold: Threshold::of(Purpose::LINEAR, 1.0),
             caches: self.meter.context.caches,
         }
     }
 
-    /// Rays over a body's rings.
+    /// Meters a body's rings with rays over their rectangle.
     pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> Tally {
         let (camera, mut tally) = (self.meter.camera, Tally::default());
         let none = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
-        let asked = self.meter.context.request.effects.override_of(Effect::Rings);
-        if none || asked == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
+        let user_choice = self.meter.context.request.effects.override_of(Effect::Rings);
+        if none || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
             return tally;
         }
         let unit_km = p.body.radii_km.x;
@@ -60,7 +60,7 @@ impl Frame<'_, '_> {
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return tally };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
-        // Rings of a point are a point's.
+        // Rings around a body that is drawn as a point belong to the point's flux.
         if (size * camera.half_size()).max_element() < 4.0 {
             return tally;
         }
@@ -80,17 +80,17 @@ impl Frame<'_, '_> {
             if !(reach > 0.0 && reach.is_finite()) {
                 continue;
             }
-            let met = origin + along * reach;
-            let radius = met.truncate().length();
+            let ring_point = origin + along * reach;
+            let radius = ring_point.truncate().length();
             let cos_emission = along.z.abs().max(phase::MIN_COSINE);
-            let radial = (along.truncate().dot(met.truncate()) / radius.max(1e-9)).abs() / cos_emission;
+            let radial = (along.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
             let blur = 0.5 * (reach * spacing * (1.0 + radial)).max(1e-6);
             if radius - blur > outer {
                 continue;
             }
             let side = usize::from(sun.z * along.z > 0.0);
             let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
-            let (of_bodies, of_dust) = (phase::bodies_with_peak(cos_phase), phase::forward(cos_phase.acos()));
+            let (of_bodies, of_dust) = (phase::particle_phase(cos_phase), phase::forward(cos_phase.acos()));
             let x = 1.0 / cos_emission;
             let light: f64 = steps
                 .iter()
@@ -108,13 +108,13 @@ impl Frame<'_, '_> {
                     over * phase * step.albedo.iter().copied().fold(0.0, f64::max) * (by(0) + by(1))
                 })
                 .sum();
-            // In the globe's shadow the ring is dark, behind the globe it is not seen.
+            // The ring is dark in the globe's shadow, and hidden behind the globe.
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
-            let (place, towards) = (met * stretch, (sun * stretch).normalize());
+            let (place, towards) = (ring_point * stretch, (sun * stretch).normalize());
             let shadowed = if place.dot(towards) < 0.0 { smoothstep((place.cross(towards).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
-            let globe = meet(&p.placement, direction);
+            let globe = intersect(&p.placement, direction);
             let behind = reach > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
-            let open = if behind { 1.0 - smoothstep(0.5 + globe.within / spacing) } else { 1.0 };
+            let open = if behind { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * shadowed;
             let weight = frame_position_weight(clip.abs().max_element());
             tally.add(share * weight * open * self.ray_visibility(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));

@@ -1,0 +1,108 @@
+//! The occluders between the Sun and a placed body, and the fraction of sunlight that they leave.
+
+use crate::catalog::{Body, NaifId};
+use crate::scene::atmosphere::clouds;
+use crate::scene::eclipse::occluders::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
+use crate::scene::eclipse::shade::Shade;
+use crate::scene::placed::PlacedBody;
+use crate::scene::purpose::Purpose;
+use crate::scene::request::effects::Effect;
+use crate::scene::request::view_request::{Quality, ViewRequest};
+use crate::scene::resources::Context;
+use crate::scene::surface::meshes;
+use glam::DVec3;
+
+/// The eclipse model that the user set, or the best that the quality allows.
+pub(crate) fn requested_model(request: &ViewRequest) -> EclipseModelChoice {
+    match (request.effects.eclipse_model(), request.quality) {
+        (Some(model), _) => EclipseModelChoice::Requested(model),
+        (None, Quality::Draft) => EclipseModelChoice::Draft,
+        (None, Quality::Standard | Quality::Reference) => EclipseModelChoice::Best,
+    }
+}
+
+/// The occluders of one receiver.
+pub(crate) struct SunOccluders<'a> {
+    pub receiver: Receiver<'a>,
+    pub sun: &'a Body,
+    /// Position from the receiver's centre, body axes, equatorial radii.
+    pub camera: DVec3,
+    pub occluders: Vec<Occluder<'a>>,
+    pub reason: String,
+}
+
+/// A placed body as a receiver of sunlight, the Sun, and the candidates for occluders between them; `None` without a Sun.
+pub(crate) fn receiver<'p, 'a>(context: Context<'_>, p: &'p PlacedBody<'a>) -> Option<(&'p Receiver<'a>, &'a Body, &'p [Occluder<'a>])> {
+    let body = p.body;
+    let sun = p.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
+    let (receiver, candidates) = p.sun_occluders.get_or_init(|| {
+        let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, p.emitted_at, None);
+        let receiver = Receiver {
+            body,
+            position_km: p.position_km,
+            time: p.emitted_at,
+            body_from_icrf: p.body_from_icrf,
+            velocity_km_s: state.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
+            sun_from_body_km: p.sun_from_body_km,
+        };
+        let candidates = occluders::candidates(context.ephemeris, p.catalog.bodies().iter(), sun, &receiver);
+        (receiver, candidates)
+    });
+    Some((receiver, sun, candidates))
+}
+
+/// The occluders of a placed body, for all points within `reach` equatorial radii of its centre (by default its air, clouds or mesh); `None` without a Sun.
+pub(crate) fn sun_occluders<'a>(
+    context: Context<'_>,
+    p: &PlacedBody<'a>,
+    diameter_px: f64,
+    reach: Option<f64>,
+) -> Option<SunOccluders<'a>> {
+    let body = p.body;
+    let (receiver, sun, candidates) = receiver(context, p)?;
+    let receiver = *receiver;
+    let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
+    let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
+    let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
+    let mesh = meshes::model(context, body).map_or(1.0, |m| m.reach);
+    let extent =
+        ReceiverExtent { reach: reach.unwrap_or(air.max(clouds).max(mesh)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
+    let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
+    let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
+    Some(SunOccluders { receiver, sun, camera, occluders: found.occluders, reason: found.reason })
+}
+
+/// Approximate fraction of sunlight that eclipses leave on the visible part of a body.
+pub(crate) fn visible_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    evaluate_shade(context, p, diameter_px, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
+}
+
+/// Evaluates a function of the shadows on a body; `None` if there are none. The camera is given from the centre, body axes, equatorial radii.
+pub(crate) fn evaluate_shade<T>(
+    context: Context<'_>,
+    p: &PlacedBody<'_>,
+    diameter_px: f64,
+    evaluate: impl FnOnce(&Shade<'_>, DVec3) -> T,
+) -> Option<T> {
+    if context.request.effects.override_of(Effect::Eclipse) == Some(false) {
+        return None;
+    }
+    evaluate_shade_by(context, p, diameter_px, requested_model(context.request), evaluate)
+}
+
+/// Like [`visible_sunlight_fraction`], but always by the best model, so that a magnitude does not depend on the picture's quality.
+pub(crate) fn best_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    evaluate_shade_by(context, p, diameter_px, EclipseModelChoice::Best, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
+}
+
+fn evaluate_shade_by<T>(
+    context: Context<'_>,
+    p: &PlacedBody<'_>,
+    diameter_px: f64,
+    requested_model: EclipseModelChoice,
+    evaluate: impl FnOnce(&Shade<'_>, DVec3) -> T,
+) -> Option<T> {
+    let mut found = sun_occluders(context, p, diameter_px, None)?;
+    let model = occluders::model(&mut found.occluders, requested_model).model;
+    Shade::of(&found.occluders, model, &found.receiver, found.sun).map(|shade| evaluate(&shade, found.camera))
+}
