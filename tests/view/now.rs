@@ -78,6 +78,43 @@ fn the_row_is_closed_by_its_cross_and_stays_closed() {
     assert!(text.contains("\"now_shown\":false"), "the next start remembers it");
 }
 
+/// Presses the left button on empty sky and moves the pointer.
+fn drag(window: &mut Window) {
+    let start = window.get_by_label_contains("The sky:").rect().left_top() + egui::vec2(60.0, 80.0);
+    window.drag_at(start);
+    window.run_steps(1);
+    window.hover_at(start + egui::vec2(40.0, 10.0));
+    window.run_steps(1);
+    window.drop_at(start + egui::vec2(60.0, 20.0));
+}
+
+#[test]
+fn the_row_hides_at_the_first_input_and_not_before() {
+    let inputs: [(&str, fn(&mut Window)); 5] = [
+        ("drag", drag),
+        ("zoom", |window| window.event(egui::Event::Text("+".into()))),
+        ("selection", |window| window.key_press(egui::Key::PageDown)),
+        ("panel", |window| window.get_by_label("Effects").click()),
+        ("list of bodies", |window| window.get_by_label("Bodies").click()),
+    ];
+    for (name, input) in inputs {
+        let mut window = first();
+        // The pointer over the sky and time that passes are no input.
+        let centre = window.get_by_label_contains("The sky:").rect().center();
+        window.hover_at(centre);
+        settle(&mut window);
+        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "before: {name}");
+        input(&mut window);
+        settle(&mut window);
+        window.state_mut().tab = None;
+        settle(&mut window);
+        assert!(tiles(&window).is_empty(), "after: {name}");
+        window.state_mut().tab = Some(Tab::Moments);
+        settle(&mut window);
+        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "in the panel, after: {name}");
+    }
+}
+
 #[test]
 fn the_shader_of_the_eclipse_is_shown_at_its_lines() {
     let mut window = first();

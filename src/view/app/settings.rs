@@ -1,7 +1,7 @@
-//! What the window remembers from one run to the next: looks, units, home, bookmarks, recent views, its place on the desktop.
+//! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
-//! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
-//! overwritten; fields that a file lacks keep their defaults.
+//! In: a file, if it exists. Out: [`Settings`], written back as a whole file. Always: an unreadable file is kept aside and reported, never
+//! overwritten; missing fields have their defaults.
 
 use crate::files::{FileAccess, WriteError, failure, read_text, write_whole};
 use crate::session::DisplayPreference;
@@ -14,11 +14,11 @@ use std::io::Error;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Sizes of text and controls.
+/// Scale factors of text and controls.
 pub const ZOOMS: RangeInclusive<f32> = 0.6..=3.0;
-/// Bytes of a settings file at the most: thousands of bookmarks.
+/// Largest settings file, bytes: thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
-/// Views that are remembered without being kept.
+/// Number of recent views.
 const RECENT: usize = 20;
 
 /// The unit of lengths in the window.
@@ -46,7 +46,7 @@ impl Default for Home {
     }
 }
 
-/// What a new user has found: hints for it are shown no more.
+/// The hints that a user has followed and that are no longer shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct HintsUsed {
@@ -55,24 +55,24 @@ pub struct HintsUsed {
     pub search: bool,
 }
 
-/// How the panels were left.
+/// Layout of the panels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PanelLayout {
     pub bodies_shown: bool,
-    /// Title of the panel that is open.
+    /// Title of the open panel.
     pub open: Option<String>,
-    /// Panels are at the left of the sky, beside the bodies.
+    /// Panels are on the left, beside the list of bodies.
     pub on_left: bool,
     /// Points; `None`: never changed.
     pub bodies_width: Option<f32>,
     pub panel_width: Option<f32>,
-    /// Of panels with source or two pictures.
+    /// For panels with source or two pictures.
     pub wide_width: Option<f32>,
     pub timeline_shown: bool,
-    /// Seconds from end to end of the timeline.
+    /// Length of the timeline, seconds.
     pub timeline_span_s: f64,
-    /// *What to see now* is over the sky.
+    /// *What to see now* is shown over the sky: until the first input of a new user.
     pub now_shown: bool,
 }
 
@@ -92,7 +92,7 @@ impl Default for PanelLayout {
     }
 }
 
-/// A width that a file may tell, as far as a panel can have it.
+/// A width from a settings file, if a panel can have it.
 pub fn usable_width(told: Option<f32>, usual: f32) -> f32 {
     told.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(usual)
 }
@@ -110,20 +110,20 @@ pub struct Bookmark {
 pub struct Settings {
     /// Dark panels; `None` follows the system.
     pub dark: Option<bool>,
-    /// Size of text and controls.
+    /// Scale of text and controls.
     pub zoom: f32,
     pub names: bool,
     pub markers: bool,
-    /// A line of light around the selected body, where it is not what the view is of.
+    /// Outline of the selected body, unless it is the target.
     pub outline: bool,
-    /// What shows the window where a device draws.
+    /// How the window is presented if a GPU draws.
     pub shown_by: DisplayPreference,
     pub unit: Unit,
     pub home: Home,
     pub clock: Clock,
     pub hints: HintsUsed,
     pub panels: PanelLayout,
-    /// `None`: it was never closed.
+    /// `None`: the window was never closed.
     pub place: Option<WindowPlacement>,
     pub bookmarks: Vec<Bookmark>,
     /// Newest first.
@@ -159,7 +159,7 @@ impl Settings {
         self.recent.truncate(RECENT);
     }
 
-    /// The settings of a file, and one line where it could not be read: it then stands beside its place with `.broken` after its name.
+    /// The settings of a file, and an error line if it could not be read: it is then renamed to end in `.broken`.
     pub fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -179,7 +179,7 @@ impl Settings {
         }
     }
 
-    /// Written beside its place and moved there whole.
+    /// Writes the whole file atomically.
     ///
     /// # Errors
     /// The path and why.
@@ -189,7 +189,7 @@ impl Settings {
         write_whole(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
     }
 
-    /// Where the system keeps a user's settings.
+    /// The user's configuration folder.
     pub fn usual_path() -> Option<PathBuf> {
         directories::BaseDirs::new().map(|dirs| dirs.config_dir().join("orrery").join("settings.json"))
     }
@@ -219,7 +219,7 @@ mod tests {
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (RECENT, "again"));
         settings.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
-        // As programs of earlier versions wrote the views.
+        // As earlier versions wrote views.
         let text = std::fs::read_to_string(&path).expect("text");
         assert!(text.contains("\"view\":"));
         std::fs::write(&path, text.replace("\"view\":", "\"sight\":")).expect("a file");
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!(settings, Settings::default());
         assert!(said.expect("a line").contains("settings.json.broken"));
         assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
-        // An old file with fewer fields is fine.
+        // A file of an earlier version with fewer fields is valid.
         std::fs::write(&path, "{\"names\": false}").expect("a file");
         assert_eq!(Settings::load(&path), (Settings { names: false, ..Settings::default() }, None));
     }
