@@ -1,7 +1,7 @@
-//! Which renderer draws, and the way back to software when the GPU cannot.
+//! Which renderer draws, and the fallback to software when the GPU cannot.
 //!
-//! In: what the user asked for, and plans. Out: frames. The software renderer is always there. A GPU is opened with the first frame; when it
-//! is missing or fails, that is said in one line, and the same plan is drawn in software, this frame and every later one.
+//! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened with the first frame; when it
+//! is missing or fails, that is reported in one line, and the same plan is drawn in software, this frame and every later one.
 
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
@@ -21,12 +21,12 @@ use std::sync::{Arc, OnceLock};
 
 pub struct Devices {
     pub software: SoftwareRenderer,
-    /// Another one like it, with threads of its own; `None` inside where no threads were to be had.
+    /// A second software renderer with its own threads; `None` inside if no threads could be started.
     background_renderer: OnceLock<Option<SoftwareRenderer>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
-    /// Modules of a user's fragments that software has drawn to the end.
+    /// Modules with a user's fragments that the software renderer has run to the end.
     #[cfg(feature = "gpu")]
     tried: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
@@ -34,7 +34,7 @@ pub struct Devices {
 }
 
 impl Devices {
-    /// `double_precision`: frames are computed in f64, which the software renderer alone does.
+    /// `double_precision`: frames are computed in f64, which only the software renderer can do.
     pub fn new(
         software: SoftwareRenderer,
         preference: RendererPreference,
@@ -55,7 +55,7 @@ impl Devices {
         Self { software, background_renderer: OnceLock::new(), say, preference }
     }
 
-    /// The software renderer for what is drawn while a window's picture is: in one pool the picture would wait for the other to end.
+    /// The software renderer for background work: in the pool of the window's picture, each would wait for the other.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
         let made = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
         made.as_ref().unwrap_or(&self.software)
@@ -72,7 +72,7 @@ impl Devices {
         Ok(RenderOutput { frame, on_gpu: None, by })
     }
 
-    /// Draws a plan with new modules of a user's fragments in software before a device gets it: software stops a loop without end, a device hangs on it.
+    /// Draws a plan that has new modules with a user's fragments in software first: the software renderer stops an endless loop, on which a GPU would hang.
     #[cfg(feature = "gpu")]
     fn try_in_software(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library) -> Result<(), RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
@@ -83,7 +83,7 @@ impl Devices {
         if new.is_empty() {
             return Ok(());
         }
-        // Whatever else software cannot draw is for the device to say.
+        // Any other error is left to the device to report.
         if let Err(endless @ RenderError::Endless { .. }) = by.render(plan, library, false) {
             return Err(endless.into());
         }
@@ -106,10 +106,10 @@ impl Devices {
         Self::in_software(by, plan, library, requested)
     }
 
-    /// Draws the plan with the GPU where there is one that does, else with the given software renderer.
+    /// Draws the plan with the GPU if one is available, else with the given software renderer.
     ///
     /// # Errors
-    /// Why neither draws; that no adapter is there when one was demanded.
+    /// Why neither can draw; that no adapter was found although the user requires one.
     #[cfg(feature = "gpu")]
     pub fn draw(
         &self,
@@ -125,8 +125,8 @@ impl Devices {
         }
     }
 
-    /// The same for a window: what the GPU has no pipeline for yet is drawn in software, while a thread makes it, and what `window`, the plan of
-    /// a window's own frame, needs.
+    /// The same for a window: a plan whose pipelines are not compiled yet is drawn in software, while a thread compiles them and those of `window`, the plan of
+    /// the window's own frame.
     #[cfg(feature = "gpu")]
     pub fn draw_or_fall_back(
         &self,
@@ -153,7 +153,7 @@ impl Devices {
         self.draw(&self.software, plan, library, requested)
     }
 
-    /// What can be wished for here: software alone where frames are in f64, or the build has no GPU renderer.
+    /// The renderers that can be chosen: only software where frames are in f64 or the build has no GPU renderer.
     pub fn choices(&self) -> &'static [RendererPreference] {
         if self.software.options().precision == Precision::F64 || !cfg!(feature = "gpu") {
             return &[RendererPreference::Software];
@@ -161,7 +161,7 @@ impl Devices {
         &[RendererPreference::Auto, RendererPreference::Gpu, RendererPreference::Software]
     }
 
-    /// What is wished for now.
+    /// The current preference.
     pub fn preference(&self) -> RendererPreference {
         #[cfg(feature = "gpu")]
         return self.gpu.preference();
@@ -169,7 +169,7 @@ impl Devices {
         self.preference
     }
 
-    /// Never waits.
+    /// Never blocks.
     pub fn readiness(&self) -> Readiness {
         #[cfg(feature = "gpu")]
         return self.gpu.readiness();
@@ -177,7 +177,7 @@ impl Devices {
         Readiness::Settled
     }
 
-    /// Wishes for another renderer from the next frame on; what is not among the [`Self::choices`] changes nothing.
+    /// Sets the renderer from the next frame on; one that is not among the [`Self::choices`] changes nothing.
     pub fn choose(&self, preference: RendererPreference) {
         let _ = preference;
         #[cfg(feature = "gpu")]
@@ -186,13 +186,13 @@ impl Devices {
         }
     }
 
-    /// Begins to open the GPU that was wished for, so that the first frame waits less.
+    /// Begins to open the preferred GPU, so that the first frame waits less.
     pub fn begin(&self) {
         #[cfg(feature = "gpu")]
         self.gpu.begin();
     }
 
-    /// Forgets what is kept of modules: those of the same names are no longer the same.
+    /// Drops everything compiled from modules: the same names now stand for other modules.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
         if let Some(Some(background_renderer)) = self.background_renderer.get() {
@@ -204,13 +204,13 @@ impl Devices {
         self.gpu.forget_modules();
     }
 
-    /// The device that draws, if one does. Never waits: while it draws, or is made ready for more, the answer is [`gpu::DeviceState::Unchanged`].
+    /// The GPU that draws, if one does. Never blocks: while it draws or compiles, the answer is [`gpu::DeviceState::Unchanged`].
     #[cfg(feature = "gpu")]
     pub fn standing(&self) -> gpu::DeviceState {
         self.gpu.standing(&*self.say)
     }
 
-    /// Gives the device back, as a driver that resets does: for tests of the way back.
+    /// Destroys the device, as after a driver reset: for tests of the fallback.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
         self.gpu.destroy();

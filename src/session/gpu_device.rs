@@ -1,6 +1,6 @@
-//! The GPU of a session: opened on a thread, made ready for what is drawn, given back when it fails.
+//! The GPU of a session: opened on a thread, prepared for what is drawn, closed when it fails.
 //!
-//! In: plans and the renderer that was asked for. Out: frames, or nothing where software must draw. Always: a window never waits for a driver.
+//! In: plans and the user's preference. Out: frames, or `None` where software must draw. Always: a window never blocks on a driver.
 
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
 use crate::render::frame::Frame;
@@ -16,19 +16,19 @@ use std::thread::JoinHandle;
 
 type Say = dyn Fn(&str) + Send + Sync;
 
-/// What a thread works at: the device, open and with what the plan in hand needs.
+/// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-    /// The epoch and the wish with which it began.
+    /// Epoch and preference when it began.
     epoch: u64,
     preference: RendererPreference,
 }
 
-/// What a window may know of the device.
+/// The state of the device as a window sees it.
 pub enum DeviceState {
     /// It draws.
     Open(Arc<GpuRenderer>),
-    /// As it was when last asked, as far as can be told without waiting.
+    /// Busy, so as it was when last asked.
     Unchanged,
     /// Software draws.
     Software,
@@ -37,21 +37,21 @@ pub enum DeviceState {
 enum State {
     /// Not tried yet.
     Unopened,
-    /// A thread opens the device, or makes what a plan needs.
+    /// A thread opens the device, or compiles what a plan needs.
     Preparing(Preparing),
     Open(Arc<GpuRenderer>),
-    /// Software draws from here on.
+    /// Software draws from now on.
     Closed,
 }
 
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
     state: Mutex<State>,
-    /// Grows when kept pipelines are no longer those of the modules.
+    /// Incremented when compiled pipelines no longer belong to the modules.
     epoch: AtomicU64,
-    /// A thread's work was taken over, and no picture was drawn promptly since.
+    /// A thread's result was taken over, and no window picture was drawn since.
     just_ready: AtomicBool,
-    /// Said last: a run of frames says it once.
+    /// The last reported error: a sequence of frames reports it once.
     said: Mutex<Option<GpuError>>,
 }
 
@@ -68,7 +68,7 @@ fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock()
 }
 
-/// What `auto` makes of a failure to open: software, and one line that says so.
+/// The fallback of `auto` when the device cannot be opened: software, and one line that says so.
 fn closed(e: &GpuError, say: &Say) -> State {
     match e {
         GpuError::SoftwareDriver(_) => say(&format!("{e}: drawing in software; --renderer gpu forces it")),
@@ -78,7 +78,7 @@ fn closed(e: &GpuError, say: &Say) -> State {
 }
 
 impl Drop for Gpu {
-    /// No driver is still loading or compiling when the process ends: at its exit a driver takes down what such a thread stands on.
+    /// Waits until no driver is loading or compiling: at process exit a driver frees what such a thread uses.
     fn drop(&mut self) {
         if let State::Preparing(preparing) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
             let _ = preparing.thread.join();
@@ -102,7 +102,7 @@ impl Gpu {
         *self.preference.lock()
     }
 
-    /// Another wish may mean another device: what is open is given back.
+    /// Another preference may mean another device: the open one is closed.
     pub fn choose(&self, preference: RendererPreference) {
         let before = std::mem::replace(&mut *self.preference.lock(), preference);
         if preference == before {
@@ -137,7 +137,7 @@ impl Gpu {
         }
     }
 
-    /// Never waits.
+    /// Never blocks.
     pub fn standing(&self, say: &Say) -> DeviceState {
         if self.preference() == RendererPreference::Software {
             return DeviceState::Software;
@@ -159,7 +159,7 @@ impl Gpu {
         })
     }
 
-    /// Waits for the thread. What it made of modules that were forgotten meanwhile is forgotten too; a device that is no longer wished for is given back.
+    /// Waits for the thread. Its pipelines are dropped if modules changed meanwhile, and its device if the preference did.
     fn prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
         let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
         if preparing.preference != self.preference() {
@@ -171,7 +171,7 @@ impl Gpu {
         Ok(State::Open(renderer))
     }
 
-    /// Takes over what a thread has made, if it is done.
+    /// Takes over the thread's result if it has finished.
     fn settle(&self, state: &mut State, say: &Say) {
         *state = match std::mem::replace(state, State::Unopened) {
             State::Preparing(preparing) if preparing.thread.is_finished() => {
@@ -182,7 +182,7 @@ impl Gpu {
         };
     }
 
-    /// Opens the device beside whatever else is done before the first frame.
+    /// Opens the device in parallel with the other work before the first frame.
     pub fn begin(&self) {
         let mut state = locked(&self.state);
         if matches!(*state, State::Unopened) {
@@ -197,7 +197,7 @@ impl Gpu {
         }
     }
 
-    /// The device, opened and waited for; `None`: software shall draw.
+    /// Opens the device, waiting for it; `None`: software is to draw.
     fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
         let mut state = locked(&self.state);
         let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
@@ -217,16 +217,16 @@ impl Gpu {
         Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
     }
 
-    /// `None`: software shall draw it.
+    /// `None`: software is to draw it.
     pub fn draw(&self, plan: &Plan, library: &Library, keep: RequestedOutput, say: &Say) -> Result<Option<RenderOutput>, RendererError> {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
-        // Drawn without the lock: whoever wants a picture promptly, or asks how the device stands, sees at once that it is at work.
+        // Drawn without the lock: callers that must not block see at once that the device is busy.
         Ok(self.opened(say)?.and_then(|renderer| self.draw_in(&renderer, renderer.turn(), plan, library, keep, say)))
     }
 
-    /// `None`: it could not, and software shall draw.
+    /// `None`: the GPU failed, and software is to draw.
     fn draw_in(
         &self,
         renderer: &Arc<GpuRenderer>,
@@ -267,7 +267,7 @@ impl Gpu {
         }
     }
 
-    /// `None`: software shall draw it, now or for good. Never waits for a driver.
+    /// `None`: software is to draw it, now or from now on. Never blocks on a driver.
     pub fn draw_if_ready(
         &self,
         plan: &Plan,
@@ -302,7 +302,7 @@ impl Gpu {
         let (plan, preference) = (plan.clone(), self.preference());
         *state = self.prepare(move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
-            // Drawn once to no end: some drivers compile with the first draw only.
+            // Drawn once, and the result dropped: some drivers compile only at the first draw.
             let drawn =
                 [Some(renderer.render(&plan, &gathered, false).err()), window.map(|w| renderer.prepare_windows(&w, &gathered).err())];
             match drawn.into_iter().flatten().flatten().find(GpuError::is_final) {

@@ -1,7 +1,7 @@
-//! The user's map of the Moon's heights, read from the disk.
+//! The user's map of the Moon's heights, read from disk.
 //!
-//! In: `FILE`, or `FILE,LOW,HIGH` with the kilometres of black and white. Out: the map, or one line that says what is wrong. A PDS label names its image, and an image is read by the
-//! label beside it; the kind of any other file is told by its first bytes.
+//! In: `FILE`, or `FILE,LOW,HIGH` with the heights of black and white in km. Out: the map, or one line that says what is wrong. A PDS label names its image, and an image is read with the
+//! label beside it; the format of any other file is detected from its first bytes.
 
 use super::SessionError;
 use crate::catalog::lunar_heights::{HeightMap, HeightMapError, HeightRange, MAX_FILE_BYTES, MAX_LABEL_BYTES};
@@ -11,7 +11,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A file of that name is taken as it is; else what follows its last two commas are heights.
+/// Splits `FILE,LOW,HIGH`. If a file with the whole name exists, the whole text is its name.
 fn split(words: &OsStr) -> (PathBuf, Option<HeightRange>) {
     let whole = PathBuf::from(words);
     let parts = words.to_str().filter(|_| !whole.is_file()).map(|text| text.rsplitn(3, ',').collect::<Vec<_>>());
@@ -23,7 +23,7 @@ fn split(words: &OsStr) -> (PathBuf, Option<HeightRange>) {
     (whole, None)
 }
 
-/// The map that is named.
+/// Reads the map that the option names.
 ///
 /// # Errors
 /// The file that cannot be read, and why.
@@ -54,7 +54,7 @@ pub fn read_lunar_heights(words: Option<&OsStr>) -> Result<Option<Arc<HeightMap>
         false => {
             let named = HeightMap::image_of_label(&label_name, &text).map_err(of_map)?;
             let exact = label.with_file_name(&named);
-            // Archives write names in capitals, and files are often kept in small letters.
+            // Archives write names in capitals; local copies often have lower case.
             let image = if exact.is_file() { exact } else { label.with_file_name(named.to_ascii_lowercase()) };
             let folder = label.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
             check_inside(folder, &image).map_err(|e| failed(&label_name, &format!("its image {}: {e}", echo(&named))))?;
@@ -64,7 +64,7 @@ pub fn read_lunar_heights(words: Option<&OsStr>) -> Result<Option<Arc<HeightMap>
     HeightMap::of_pds(&label_name, &text, &bytes(&image)?).map(Arc::new).map(Some).map_err(of_map)
 }
 
-/// The file of the same name with another ending, in capitals where only that is there.
+/// The file with the same name and another extension, in capitals if only that one exists.
 fn beside(path: &Path, ending: &str) -> PathBuf {
     let small = path.with_extension(ending);
     let large = path.with_extension(ending.to_ascii_uppercase());

@@ -1,8 +1,8 @@
-//! One run's means: catalog, ephemeris, maps and shader library, strung together from a view request to a finished frame.
+//! The stages of one run: catalog, ephemeris, maps, shader library and renderers, from a view request to a finished frame.
 //!
-//! In: [`Sources`] (folders and files the user named) and view requests. Out: scenes, plans, frames, and the time that each stage
-//! took. A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a map
-//! that is missing, a cache that cannot be written) goes to `say`, once each. It reads no clock but to measure.
+//! In: [`Sources`] (folders and files the user named) and view requests. Out: scenes, plans, frames, and the time of each stage.
+//! A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a missing map,
+//! a cache that cannot be written) goes to `notify`, once each. It reads the clock only to measure.
 
 mod air_tables;
 mod composite;
@@ -77,27 +77,27 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::ThreadId;
 
-/// A drawn frame with the scene it shows.
+/// A drawn frame with its scene.
 pub struct DrawnFrame {
-    /// What it shows, and why.
+    /// What the frame shows, and why.
     pub scene: Scene,
-    /// Draws that are not of one body.
+    /// Draws of simple shaders.
     pub simple_draws: Vec<SimpleDraw>,
     /// The pixels.
     pub frame: Frame,
-    /// The picture, where it stays on the device that drew it: the frame has no pixels then.
+    /// The image, if it stays on the GPU that drew it: the frame has no pixels then.
     pub on_gpu: Option<GpuImage>,
     /// The renderer that drew it.
     pub by: DrawnBy,
 }
 
-/// Bytes of one catalog file at the most; the shipped ones have some 10 kB each.
+/// Largest catalog file, bytes; the shipped ones have some 10 kB each.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
-/// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
+/// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
-/// What coordinates are written with.
+/// Characters of coordinates, for the glyph atlas.
 const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
-/// Bodies whose city lights are kept.
+/// Bodies whose city lights stay in memory.
 const LAMPS_KEPT: usize = 16;
 
 /// Catalog, ephemeris, maps, shaders and renderers of one run. Shared by threads.
@@ -108,32 +108,32 @@ pub struct Session {
     library: Library,
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
-    /// By body, each read once when an exposure first asks for it.
+    /// City lights by body, each read when an exposure first needs them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
-    /// Those of the last size that was asked for.
+    /// Glyphs of the last size.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
     devices: Devices,
-    /// Map and mesh files that could not be read, said once.
+    /// Map and mesh files that could not be read, each reported once.
     missing: Mutex<BTreeSet<String>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
-    /// By the thread that they ran on: what is drawn aside is not a frame's time.
+    /// By thread: the time of background work does not count as a frame's.
     stages: Mutex<HashMap<ThreadId, Stages>>,
     count_cpu: bool,
-    /// What pictures are made of, for their marks: the user's SPK, and the folders of maps and shape models.
+    /// For provenance: the user's SPK.
     kernel: Option<PathBuf>,
     /// Custom surfaces: path below shaders/ and text.
     surfaces: Vec<(String, String)>,
-    /// The user's stars, for the same.
+    /// For provenance: the user's stars.
     stars: Option<PathBuf>,
-    /// The user's minor planets and comets, for the same.
+    /// For provenance: the user's minor planets and comets.
     minor_planets: Option<PathBuf>,
     sky_map: Option<SkyMap>,
     folders: Vec<PathBuf>,
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
 
-/// The built-in catalog under the `*.toml` files of a folder, in order of name. A `Cargo.toml`, as catalogs/ has one, is no catalog.
+/// The built-in catalog, overridden by the `*.toml` files of a folder in order of name. A `Cargo.toml`, as in catalogs/, is skipped.
 ///
 /// # Errors
 /// A file that cannot be read, or every wrong field.
@@ -152,10 +152,10 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     Catalog::with_files(&files)?.with_data(|layer| data_layers::read(&folder.join(&layer.file), layer))
 }
 
-/// The shipped ephemeris under the user's kernel, for a catalog whose every body it can follow.
+/// The shipped ephemeris with the user's kernel, checked to have a theory for every body of the catalog.
 ///
 /// # Errors
-/// A file that cannot be read, or every body that no theory has at any time, by file and line of the catalog.
+/// A file that cannot be read, or every body without a theory at any time, by file and line of the catalog.
 pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Ephemeris, SessionError> {
     let mut ephemeris = Ephemeris::embedded(catalog)?;
     if let Some(path) = kernel {
@@ -170,10 +170,10 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
-/// The cache folder that was named, or the user's own.
+/// The given cache folder, or else the user's own.
 ///
 /// # Errors
-/// That there is none, or that others could put files into it.
+/// That there is none, or that other users could write to it.
 pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     let usual = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
     let Some(folder) = cache.map(Path::to_owned).or_else(usual) else {
@@ -258,66 +258,66 @@ impl Session {
         })
     }
 
-    /// The same with other minor planets, for a measurement; pictures are not marked with them.
+    /// The same with other minor planets, for a measurement; the provenance of pictures omits them.
     #[must_use]
     pub fn with_minor_planets(self, own: SmallBodies) -> Self {
         Self { catalog: self.catalog.with_small_bodies(Some(own)), ..self }
     }
 
-    /// The same with other stars, for a measurement; pictures are not marked with them.
+    /// The same with other stars, for a measurement; the provenance of pictures omits them.
     #[must_use]
     pub fn with_stars(self, own: StarCatalog) -> Self {
         Self { catalog: self.catalog.with_stars(Some(Arc::new(own))), ..self }
     }
 
-    /// From here on processor time is counted too. That reads a file a thread at each end of a stage, which a window's frames should not pay.
+    /// From here on CPU time is counted too. That reads one file a thread at both ends of a stage, a cost that a window's frames should not have.
     pub fn counting_cpu(self) -> Self {
         Self { count_cpu: true, ..self }
     }
 
-    /// Every body.
+    /// All bodies.
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
     }
-    /// The software renderer, which is always there.
+    /// The software renderer, which is always available.
     pub fn renderer(&self) -> &SoftwareRenderer {
         &self.devices.software
     }
 
-    /// A software renderer with threads of its own, for questions that are answered while a window's picture is drawn.
+    /// A software renderer with its own threads, for queries that are answered while a window's picture is drawn.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
         self.devices.background_renderer()
     }
 
-    /// Which renderers can be wished for, and which one is.
+    /// The renderers that can be chosen, and the chosen one.
     pub fn renderers(&self) -> (&'static [RendererPreference], RendererPreference) {
         (self.devices.choices(), self.devices.preference())
     }
 
-    /// Whether the GPU is being made ready for what was drawn promptly in software. Never waits.
+    /// Whether the GPU is being prepared for what the window drew in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         self.devices.readiness()
     }
 
-    /// Wishes for another renderer from the next frame on.
+    /// Chooses another renderer from the next frame on.
     pub fn choose_renderer(&self, preference: RendererPreference) {
         self.devices.choose(preference);
     }
 
-    /// A renderer like that one, in f64 or in f32.
+    /// A renderer with the same number of threads, in f64 or in f32.
     ///
     /// # Errors
-    /// No threads to be had.
+    /// The threads cannot be started.
     pub fn renderer_in(&self, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
         software::renderer(Some(self.renderer().threads()), double_precision)
     }
 
-    /// Gives the GPU's device back, as a driver that resets does: for tests of the way back.
+    /// Destroys the GPU device, as after a driver reset: for tests of the fallback.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
         self.devices.destroy_gpu();
     }
-    /// Where bodies are.
+    /// Positions and rotations.
     pub fn ephemeris(&self) -> &Ephemeris {
         &self.ephemeris
     }
@@ -326,18 +326,18 @@ impl Session {
         &self.library
     }
 
-    /// Says a line to whoever this session's lines go to.
+    /// Passes a line to the receiver of this session's messages.
     pub fn tell(&self, line: &str) {
         (self.say)(line);
     }
 
-    /// Seconds by stage since the session was opened, and what the library did.
+    /// Time by stage since the session was opened, and statistics of the library.
     pub fn report(&self) -> (Stages, Statistics) {
         let by_thread = self.stages.lock();
         (by_thread.values().fold(Stages::default(), |sum, s| sum.and(s)), self.library.statistics())
     }
 
-    /// The same, with the seconds of the calling thread alone.
+    /// The same with the times of the calling thread alone.
     pub fn report_of_this_thread(&self) -> (Stages, Statistics) {
         let by_thread = self.stages.lock();
         (by_thread.get(&std::thread::current().id()).cloned().unwrap_or_default(), self.library.statistics())
@@ -358,10 +358,10 @@ impl Session {
         done
     }
 
-    /// Scene and plan of a view. A map that cannot be read is said once, and its body is drawn without it.
+    /// Scene and plan of a view. A map that cannot be read is reported once, and its body is drawn without it.
     ///
     /// # Errors
-    /// No scene, or a module that cannot be made.
+    /// No scene, or a module that cannot be compiled.
     pub fn plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
         if !request.composition.is_plain() {
             return self.composite_plan(request, sampling);
@@ -372,7 +372,7 @@ impl Session {
             self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.measured(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
-                // A map that the requirements did not name; without it the scene is another one.
+                // A map that the requirements did not list; without it the scene is another one.
                 Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
@@ -380,7 +380,7 @@ impl Session {
         }
     }
 
-    /// What is drawn in which order for a view, for a reader.
+    /// The passes and draws of a view in their order, as text.
     ///
     /// # Errors
     /// As [`Self::plan`].
@@ -390,12 +390,12 @@ impl Session {
         Ok(plan::graph::outline(&steps, &plan))
     }
 
-    /// Draws a view with the renderer that was asked for, or in software where that cannot.
+    /// Draws a view with the chosen renderer, or in software if that fails.
     pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.renderer(), request, sampling, keep_hdr)
     }
 
-    /// The same for a question that is answered while a window's picture is drawn.
+    /// The same for a query that is answered while a window's picture is drawn.
     pub fn draw_in_background(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.background_renderer(), request, sampling, keep_hdr)
     }
@@ -418,7 +418,7 @@ impl Session {
         }
     }
 
-    /// Whether a module that could not be used had been forged on disk, and is now made anew. Each is at most once.
+    /// Whether any module was rejected because its file had been forged on disk, and has been rebuilt. Each is replaced at most once.
     fn replace_forged(&self, modules: &[ModuleId]) -> bool {
         let replaced = self.library.replace_forged(modules) > 0;
         if replaced {
@@ -433,18 +433,18 @@ fn drawn(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOu
 }
 
 impl Session {
-    /// From here on modules are made of these fragments.
+    /// From here on modules are compiled from these fragments.
     pub fn make_shaders_of(&self, fragments: Fragments) {
         self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
         self.devices.forget_modules();
     }
 
-    /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the picture may stay on the device.
+    /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the image may stay on the device.
     pub fn draw_or_fall_back(&self, request: &ViewRequest, sampling: SamplingQuality, on_gpu: bool) -> Result<DrawnFrame, SessionError> {
         let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
-            // Asked for by a device alone: in software no window needs that module.
+            // Only a GPU needs this plan: in software the window uses no such module.
             let window = || plan::warm_up_interface(self).ok();
             match self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),

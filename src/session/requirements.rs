@@ -1,6 +1,6 @@
-//! What a scene needs besides catalog and ephemeris: which files and tables a view requires, read or computed once.
+//! The resources of a scene besides catalog and ephemeris: the files and tables that a view requires, read or computed once.
 //!
-//! In: a request. Out: its scene. Always: a file that cannot be read is said once, and the scene goes without it.
+//! In: a request. Out: its scene. Always: a file that cannot be read is reported once, and the scene is built without it.
 
 use super::{Session, SessionError, Stage};
 use crate::catalog::Body;
@@ -15,11 +15,11 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// Texels around the equator of the city lights that the light meter reads: 20 km on the Earth.
+/// Texels around the equator of the city lights for the light meter: 20 km each on the Earth.
 const NIGHT_LIGHTS_WIDTH: u32 = 2048;
 
 impl Session {
-    /// The scene of a view. Shape models, city lights and tables are read or computed; maps are not: those already found unreadable are left out.
+    /// The scene of a view. Shape models, city lights and tables are read or computed; maps are not, but those already found unreadable are left out.
     ///
     /// # Errors
     /// See [`SceneBuilder::new`].
@@ -27,12 +27,12 @@ impl Session {
         self.scene_after(request, |_| {})
     }
 
-    /// The scene of a view. `prepare` is told what the view needs before anything of it is read.
+    /// The scene of a view. `prepare` is called with the requirements before any file is read.
     pub(super) fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
         self.scene_from(|| SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches), prepare)
     }
 
-    /// The scene that a builder makes.
+    /// The scene of a builder.
     pub(super) fn scene_from<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
@@ -45,7 +45,7 @@ impl Session {
         Ok(self.measured(Stage::Scene, || builder.build(&resources)))
     }
 
-    /// A builder that has metered the city lights too, and what is known of the files.
+    /// A builder whose metering includes the city lights, and the resources known so far.
     pub(super) fn metered<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
@@ -66,7 +66,7 @@ impl Session {
         self.missing.lock().clone()
     }
 
-    /// Remembers that a file cannot be read, and says so once. Whether that is new.
+    /// Remembers that a file cannot be read, and reports it the first time. Returns whether it was the first time.
     fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
         let new = self.missing.lock().insert(file.to_owned());
         if new {
@@ -75,7 +75,7 @@ impl Session {
         new
     }
 
-    /// The same of a map.
+    /// The same for a map.
     pub(super) fn note_bad_map(&self, file: &str, why: &dyn Display) -> bool {
         let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
         let sky = file == MILKY_WAY_FILE;
@@ -83,7 +83,7 @@ impl Session {
         self.note_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
-    /// Reads and computes what a view needs. A shape model that cannot be read is said once.
+    /// Reads and computes what a view needs. A shape model that cannot be read is reported once.
     fn resources(&self, wanted: &Requirements) -> Resources {
         let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
         for mesh in &wanted.meshes {
@@ -108,7 +108,7 @@ impl Session {
         resources
     }
 
-    /// Reads the maps of a view, all at a time; the plan finds them in memory. One that cannot be read is said once.
+    /// Reads the maps of a view in parallel; the plan then finds them in memory. One that cannot be read is reported once.
     pub(super) fn read_maps(&self, wanted: &Requirements) {
         let (overlays, maps): (Vec<_>, Vec<_>) = wanted
             .maps
@@ -132,7 +132,7 @@ impl Session {
         }
     }
 
-    /// The city lights of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
+    /// The city lights of a body's night side, for the light meter. An unreadable map is reported by whoever draws it.
     fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;

@@ -1,7 +1,7 @@
-//! A window that the drawing device shows itself.
+//! Presentation of the window by the GPU that draws.
 //!
-//! In: a window's handle, and the interface's pieces. Out: what the window shows. Always: a screen belongs to the device that draws the pictures; when that is another
-//! one, or none, the window is told so before it shows anything.
+//! In: a window's handle, and the primitives of the interface. Out: the presented frame. Always: a surface belongs to the device that draws the pictures; when another device
+//! draws, or none, the window learns of it before it presents anything.
 
 use super::Session;
 #[cfg(feature = "gpu")]
@@ -13,37 +13,37 @@ pub use none::{DeviceSurface, WindowHandle};
 #[cfg(feature = "gpu")]
 pub use some::{DeviceSurface, WindowHandle};
 
-/// What the user wishes a window to be shown by, where a device draws.
+/// The user's preference for presenting the window, where a GPU draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DisplayPreference {
-    /// By a device that is hardware. A driver on the processor would let the window wait for each picture, as long as that takes to draw.
+    /// By a hardware GPU. With a software driver the window would block for each frame until it is drawn.
     #[default]
     Auto,
-    /// By any device that draws.
+    /// By any GPU that draws.
     Device,
     /// By the CPU, whatever draws.
     Processor,
 }
 
-/// What a window is to be shown by.
+/// How the window is to be presented from now on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresenterChoice {
-    /// As it is now.
+    /// No change.
     AsBefore,
-    /// A device draws, for which the window has no screen yet.
+    /// By a GPU for which the window has no surface yet.
     AnotherDevice,
-    /// Software draws, and the processor shows it.
+    /// By the CPU, because the software renderer draws.
     Processor,
 }
 
-/// Why a device shows nothing in a window.
+/// Why the GPU cannot present in a window.
 #[derive(Debug, thiserror::Error)]
 pub enum DisplayError {
-    /// The interface's plan cannot be made.
+    /// No plan for the interface.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The device, or the window's surface, refuses.
+    /// The device, or the window's surface, failed.
     #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -57,25 +57,25 @@ mod some {
     use crate::session::gpu_device::DeviceState;
     use std::sync::Arc;
 
-    /// A window that a device can show pictures in.
+    /// A window in which a GPU can present.
     pub trait WindowHandle: gpu::WindowHandle {}
     impl<T: gpu::WindowHandle> WindowHandle for T {}
 
-    /// What a window shows, and the device that shows it.
+    /// A window's surface and the GPU renderer that it belongs to.
     pub struct DeviceSurface {
         renderer: Arc<GpuRenderer>,
         screen: GpuSurface,
     }
 
     impl DeviceSurface {
-        /// Whether the picture lies on this screen's device, and can be shown.
+        /// Whether the image is on this surface's device and can be presented.
         pub fn holds(&self, picture: &GpuImage) -> bool {
             self.renderer.holds(picture)
         }
     }
 
     impl Session {
-        /// What a window with this screen, or none, is to be shown by. Never waits.
+        /// How a window with this surface, or none, is to be presented. Never blocks.
         pub fn shown_by(&self, screen: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
             let shall = |renderer: &GpuRenderer| match preference {
                 DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
@@ -89,7 +89,7 @@ mod some {
             match (standing, screen) {
                 (DeviceState::Open(renderer), Some(screen)) if Arc::ptr_eq(&renderer, &screen.renderer) => PresenterChoice::AsBefore,
                 (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::AnotherDevice,
-                // What the window's own frames need is being made beside the picture's.
+                // The pipelines of the window's own frames are being compiled beside those of the picture.
                 (DeviceState::Open(_), _) => PresenterChoice::AsBefore,
                 (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::AsBefore,
                 (DeviceState::Software, Some(_)) => PresenterChoice::Processor,
@@ -100,10 +100,10 @@ mod some {
             plan::warm_up_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
         }
 
-        /// A screen of the device that draws; `None`: none draws just now.
+        /// A surface of the GPU that draws; `None`: no GPU draws at present.
         ///
         /// # Errors
-        /// Why the device cannot show anything in this window, in one line.
+        /// Why the device cannot present in this window, in one line.
         pub fn screen(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
             let DeviceState::Open(renderer) = self.devices.standing() else { return None };
             Some(match renderer.screen(window) {
@@ -112,10 +112,10 @@ mod some {
             })
         }
 
-        /// Shows the interface in the window; false where the system takes no picture just now. `about_to_show` is called only if it does.
+        /// Presents the interface in the window; false if the system accepts no frame at present. `before_present` is called only if it does.
         ///
         /// # Errors
-        /// Why it cannot, in one line; the screen is of no more use.
+        /// Why it failed, in one line; the surface must be dropped.
         pub fn show(
             &self,
             on: &mut DeviceSurface,
@@ -129,36 +129,36 @@ mod some {
     }
 }
 
-/// Without a GPU renderer there is no such screen.
+/// A build without the GPU renderer has no such surface.
 #[cfg(not(feature = "gpu"))]
 mod none {
     use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
 
-    /// There is none.
+    /// Has no values.
     pub enum DeviceSurface {}
     /// Any window.
     pub trait WindowHandle {}
     impl<T> WindowHandle for T {}
 
     impl DeviceSurface {
-        /// There is no such screen.
+        /// Never called: there is no such surface.
         pub fn holds(&self, _: &GpuImage) -> bool {
             match *self {}
         }
     }
 
     impl Session {
-        /// What a window is to be shown by: the processor, as ever.
+        /// Always the CPU.
         pub fn shown_by(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChoice {
             PresenterChoice::AsBefore
         }
 
-        /// No device draws.
+        /// Always `None`.
         pub fn screen(&self, _: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
             None
         }
 
-        /// Nothing to show on.
+        /// Never called: there is no such surface.
         ///
         /// # Errors
         /// None: there is no such screen.

@@ -1,7 +1,7 @@
-//! A folder of shader fragments that lie over those built in.
+//! A folder of shader fragments that override the built-in ones.
 //!
-//! In: a folder. Out: its `*.wesl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is used by one; another is named.
-//! Not done: to check what they say.
+//! In: a folder. Out: its `*.wesl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is imported by one; any other file is an error.
+//! Not here: checking their contents.
 
 use crate::files::read_text;
 use crate::shader::fragments::{FRAGMENTS, Fragments};
@@ -13,10 +13,10 @@ use std::time::SystemTime;
 /// Time of the last change and length of each file.
 pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 
-/// Folders in folders, and files, that are looked at; a link that leads round ends here.
+/// Maximum depth and number of files in the search; the depth limit also ends cycles of links.
 const DEEPEST: usize = 8;
 const MAX_FILES: usize = 2000;
-/// The longest built-in fragment has some 10 kB.
+/// Largest fragment file, bytes; the longest built-in fragment has some 10 kB.
 const LONGEST_FILE: u64 = 1 << 20;
 
 /// Why a folder's fragments cannot be used: the file or folder, and what is wrong with it.
@@ -30,16 +30,16 @@ pub enum FragmentFolderError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// More files than are looked at.
+    /// More files than the limit.
     #[error("{0}: more than {MAX_FILES} *.wesl files")]
     TooMany(String),
-    /// A fragment of an earlier version.
+    /// A `.wgsl` fragment of an earlier version.
     #[error("{0}: fragments are *.wesl files now; `orrery shader export` writes those of this version")]
     Outdated(String),
-    /// No fragment is there.
+    /// The folder has no fragment.
     #[error("{0}: no *.wesl file is here; `orrery shader export` writes the fragments into a folder")]
     Empty(String),
-    /// A file of more than a megabyte.
+    /// A file longer than a megabyte.
     #[error("{0}: longer than any fragment")]
     TooLong(String),
     /// A file that replaces no built-in fragment and that none imports.
@@ -94,7 +94,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
     Ok(found)
 }
 
-/// Whether a file has the path that a fragment had before fragments were WESL.
+/// Whether a file has the path of a fragment from before the move to WESL.
 fn is_old_fragment(folder: &Path, path: &Path) -> bool {
     let inside = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().replace('\\', "/");
     inside.strip_suffix(".wgsl").is_some_and(|stem| FRAGMENTS.iter().any(|(p, _)| p.strip_suffix(".wesl") == Some(stem)))
@@ -118,7 +118,7 @@ pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments,
     }
 }
 
-/// Which fragment a path may have meant: by its whole, or by its last part in another folder.
+/// The fragment that a path may have meant: by the whole path, or by the same file name in another folder.
 fn meant(path: &str) -> String {
     let last = |p: &str| p.rsplit('/').next().unwrap_or_default().to_owned();
     let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| last(p) == last(path)).collect();
