@@ -1,7 +1,7 @@
-//! `orrery bench`: milliseconds per frame of the standard scenes, by stage, wall and processor time, as JSON.
+//! `orrery bench`: milliseconds per frame of the standard scenes, by stage, elapsed and CPU time, as JSON.
 //!
-//! A scene is drawn once to fill caches and then counted. What is printed of it belongs to one frame, the median by wall time, so that
-//! its stages add up to it. Writing a file is no part of a frame here.
+//! A scene is drawn once to fill caches and then measured. The row describes one frame, the median by elapsed time, so that
+//! its stages add up. Writing files is not part of a frame here.
 
 use super::output::{progress, say};
 use super::view_words::size;
@@ -63,10 +63,10 @@ pub struct BenchArgs {
     json: bool,
 }
 
-/// Stages of a frame, without those of the start.
+/// The stages of a frame, without those of program start.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
-/// One drawn frame.
+/// The measurements of one frame.
 struct Measured {
     wall: Duration,
     cpu: Option<Duration>,
@@ -131,7 +131,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     super::output::put(&format!("{report:#}\n"))
 }
 
-/// What each effect that is on takes and changes, from pairs of frames drawn one after the other.
+/// Cost and effect of each active effect, from pairs of frames drawn one after the other.
 fn effects(
     session: &Session,
     sampling: SamplingQuality,
@@ -140,14 +140,14 @@ fn effects(
     measure: &dyn Fn(&ViewRequest) -> Result<Measured, CliError>,
 ) -> Result<Vec<Value>, CliError> {
     let whole = session.draw(request, sampling, true)?;
-    // The exposure stays: an effect less must not brighten the rest.
+    // Fixed exposure: without the effect the rest must not be brightened.
     let with = ViewRequest { exposure: ExposureRequest::Stops(whole.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
     let on = |e: Effect| whole.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
     for effect in Effect::ALL.into_iter().filter(|e| on(*e)) {
         let mut without = with.clone();
         without.effects.set(effect, false);
-        // Both have their modules and maps before any is timed.
+        // Load the modules and maps of both before timing.
         let bare = session.draw(&without, sampling, true)?;
         let pairs = in_turns(pairs as usize, &[&|| measure(&with), &|| measure(&without)])?;
         let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
@@ -167,7 +167,7 @@ fn effects(
     Ok(rows)
 }
 
-/// The cost that differences of pairs show, never below nothing, and its noise where there is more than one.
+/// Median of the differences, at least 0, and its noise if there are several.
 fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
     let median = |of: Vec<f64>| Spread::of(of).map(|s| s.median);
@@ -177,7 +177,7 @@ fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     (Some(to_microseconds(middle.max(0.0))), noise.map(to_microseconds))
 }
 
-/// What is printed of a scene; `frames` is not empty.
+/// The row of a scene; `frames` is not empty.
 fn row(name: &str, first: &Measured, frames: &mut [Measured]) -> Value {
     frames.sort_by_key(|f| f.wall);
     let median = &frames[(frames.len() - 1) / 2];

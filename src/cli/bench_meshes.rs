@@ -1,7 +1,7 @@
-//! `orrery bench --meshes`: what a shape model costs by its number of triangles.
+//! `orrery bench --meshes`: cost of a shape model by its number of triangles.
 //!
-//! In: a size and a number of rounds. Out: JSON, a row a model: triangles, files read, shadow traced, and the times of frames with and without, in turns. Always: the
-//! shapes are invented, spheres with bumps laid onto Phobos; they live in a folder that goes with the measurement.
+//! In: a size and a number of rounds. Out: JSON, one row per model: triangles, time to read the file, time to trace the shadow, and times of frames with and without, in turns. Always: the
+//! shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
 
 use super::output::{progress, put, say};
 use super::{CliError, Common};
@@ -19,14 +19,14 @@ use std::fmt::Write;
 use std::path::Path;
 
 const PHOBOS: NaifId = NaifId(401);
-/// Rows of the spheres, from pole to pole: a sphere has four times as many triangles as the square of it.
+/// Rows of vertices from pole to pole: a sphere has four times the square of it in triangles.
 const ROWS: [u32; 4] = [36, 72, 143, 286];
-/// Kilometres, less than the body's own: bumps stay near its ellipsoid.
+/// Less than the body's own radius, so that bumps stay near its ellipsoid.
 const RADIUS_KM: f64 = 11.0;
-/// 2013-08-20 00:00 TDB; any time does.
+/// 2013-08-20 00:00 TDB, chosen arbitrarily.
 const JD_TDB: f64 = 2_456_524.5;
 
-/// A bumpy sphere as a Wavefront OBJ, and its triangles.
+/// A bumpy sphere as a Wavefront OBJ, and its number of triangles.
 fn bumpy_sphere(rows: u32) -> (String, u32) {
     let columns = 2 * rows;
     let place = |i: u32, j: u32| {
@@ -42,7 +42,7 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
     vertex(place(0, 0));
     (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(place(i, j))));
     vertex(place(0, rows));
-    // Rows of vertices between the poles, numbered from 1 after the southern one.
+    // Index of a vertex between the poles; the southern pole is vertex 1.
     let at = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
     let north = 2 + (rows - 1) * columns;
     let mut triangles = 0;
@@ -71,7 +71,7 @@ fn write(folder: &Path, rows: u32) -> Result<u32, CliError> {
     Ok(triangles)
 }
 
-/// Median and quartiles of the ratios of times to those of the same rounds.
+/// Median and quartiles of the ratios of times, round by round.
 fn ratio(times: &[f64], to: &[f64]) -> Value {
     Spread::of_ratios(times, to)
         .map_or(Value::Null, |s| json!({ "median": rounded(s.median), "quartiles": [rounded(s.low), rounded(s.high)] }))
@@ -97,7 +97,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let (unshadowed, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, false).map(drop);
-    // What each adds to the first frame: maps and modules, then the file, then the shadow.
+    // What each adds to the first frame: maps and modules, then the mesh file, then its shadow.
     let first = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;

@@ -44,7 +44,7 @@ fn read(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
     DisplayImage::decode(&name, &bytes, max_megapixels).map_err(|e| CliError::Failed(e.to_string()))
 }
 
-/// Writes the bytes, unless a file with other bytes is there and may not be replaced.
+/// Writes the bytes, unless a file with other bytes exists that must not be replaced.
 fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
     let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
     if overwrite {

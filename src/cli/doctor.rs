@@ -7,7 +7,7 @@ use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
 use crate::session::{RendererPreference, SessionError, cache_folder, read_catalog};
 
-/// One line more. Printed at the end: a reader that has seen enough is no error.
+/// Appends a line. The text is printed at the end, where a closed pipe is no error.
 macro_rules! tell {
     ($out:expr, $($words:tt)*) => { $out.push_str(&format!("{}\n", format_args!($($words)*))) };
 }
@@ -37,7 +37,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
     }
 }
 
-/// How many of each kind, their names, and what belongs to nobody's list.
+/// Counts of each kind of body, their names, and bodies outside these kinds.
 fn bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
         (BodyKind::Star, "star"),
@@ -74,7 +74,7 @@ fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
             Some(path) => tell!(out, "kernel    {} over the embedded one, 1900 to 2100", path.display()),
             None => tell!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
         },
-        // One line a fault: a body that no source can follow is listed with its file.
+        // One line per fault: a body without any source is listed with its file.
         Err(e) => e.to_string().lines().for_each(|line| tell!(out, "kernel    {line}")),
     }
 }
@@ -105,7 +105,7 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
     }
 }
 
-/// The adapters, and what `--renderer` makes of them.
+/// The adapters, and which of them `--renderer` uses.
 #[cfg(feature = "gpu")]
 fn adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};

@@ -1,4 +1,4 @@
-//! `orrery completions` and `orrery man`: what shells and readers of manuals know of the command line, from the same tables that read it.
+//! `orrery completions` and `orrery man`: shell completions and manual pages, generated from clap's tables.
 
 use super::output::put;
 use super::{Cli, CliError};

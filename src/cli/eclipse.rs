@@ -1,4 +1,4 @@
-//! `orrery eclipse find`: a span of time comes in, a table or JSON of what happens in it goes out.
+//! `orrery eclipse find`: the events of a span of time, as a table or JSON.
 
 use super::eclipse_table::as_text;
 use super::output::put;
@@ -155,7 +155,7 @@ pub(super) fn parse_place(text: &str) -> Result<Place, String> {
     Ok(Place { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }
 
-/// Contacts as an object of UTC times.
+/// Contacts as an object from name to UTC time.
 fn times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
@@ -183,7 +183,7 @@ fn solar(e: &SolarEclipse, place: Option<Place>) -> Value {
     row
 }
 
-/// Contacts by the Moon's own heights, and the beads beside totality or a closed ring.
+/// Contacts by the Moon's limb profile, and the beads beside totality or a closed ring.
 fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let of = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.later_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
     let named = |name: &str| contacts.iter().find(|c| c.name == name).map_or(Value::Null, |c| json!(c.time.to_utc_iso()));
@@ -292,7 +292,7 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
     write_whole(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
 }
 
-/// What a place sees, under `local`; and the contacts of the discs beside the others.
+/// The circumstances at a place, under `local`; contacts of the discs beside those of the limb profile.
 fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
     let Some(seen) = seen else {
         row["local"] = json!({ "visible": false });

@@ -1,4 +1,4 @@
-//! `orrery ephemeris`: questions by words or JSON lines come in, states and angles go out.
+//! `orrery ephemeris`: states and angles for queries from options or JSON lines.
 
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
@@ -72,7 +72,7 @@ pub struct EphemerisArgs {
     json: bool,
 }
 
-/// What is asked of a body.
+/// What a query asks about a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Asked {
     State,
@@ -112,7 +112,7 @@ pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     put(&text)
 }
 
-/// What has rows, or a place.
+/// A table, or the sky of a place.
 fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
     let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
         body: NaifId::EARTH,
@@ -159,7 +159,7 @@ fn time_of(option: &str, text: &str) -> Result<Instant, String> {
     time(text).map_err(|e| format!("--{option}: {e}"))
 }
 
-/// One question, still in the user's words.
+/// A query in the user's words, not yet resolved.
 struct Question {
     body: String,
     center: String,
@@ -175,7 +175,7 @@ impl Question {
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
 
-    /// Apparent place or orientation; without a centre the Earth looks.
+    /// Apparent place or orientation; without a centre, as seen from the Earth.
     fn seen(&self, catalog: &Catalog, ephemeris: &Ephemeris, asked: Asked) -> Result<Value, String> {
         let id = place(catalog, "body", &self.body)?;
         let t = time(&self.time)?;
@@ -190,7 +190,7 @@ impl Question {
         value.map_err(|e| e.to_string())
     }
 
-    /// Reads a line; `source` is the default for lines that name none.
+    /// Parses a line; `source` is the default for lines without one.
     fn from_json(line: &str, source: Option<Source>, asked: Asked) -> Result<Self, String> {
         let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
@@ -222,7 +222,7 @@ fn place(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
     catalog.place(name).map_err(|e| format!("{field}: {e}"))
 }
 
-/// `now` is the one time that only the user's edge knows.
+/// `now` is resolved here, because nothing below this module reads the clock.
 fn time(text: &str) -> Result<Instant, String> {
     if text.trim().eq_ignore_ascii_case("now") {
         return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()).map_err(|e| e.to_string());

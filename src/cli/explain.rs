@@ -1,4 +1,4 @@
-//! `orrery explain`: every body of a view, what its draw got and did not get, and why.
+//! `orrery explain`: for every body of a view, the effects that are drawn, those that are not, and why.
 use super::output::say;
 use super::view_words::ViewArgs;
 use super::{CliError, Common};
@@ -58,12 +58,12 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     super::output::put(&text)
 }
 
-/// The keys of its draws, the globe's first.
+/// The keys of a body's draws, the globe's first.
 fn keys(body: &BodyInView) -> Vec<String> {
     body.features.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
 }
 
-/// What of the body's values rests on estimates.
+/// Notes on values of the body that are estimates.
 fn estimate_notes(catalog: &Catalog, b: &BodyInView) -> Vec<String> {
     catalog.body(b.id).map(Body::estimate_notes).unwrap_or_default()
 }

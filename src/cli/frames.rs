@@ -1,7 +1,7 @@
-//! Where the frames of a run go, which of them this process draws, and which are there already.
+//! The output files of a sequence: their names, which of them this process draws, and which exist already.
 //!
-//! In: the words of the command line, and the mark of each frame. Out: paths, and how many frames are kept. Always: nothing is drawn before every file of the run is known
-//! to be this request's own or free to be written.
+//! In: options of the command line, and the provenance of each frame. Out: paths, and the frames that are kept. Always: nothing is drawn before every file of the sequence is known
+//! to belong to the same request or to be free.
 
 use super::CliError;
 use crate::image::{AnimationFormat, animation_format};
@@ -10,14 +10,14 @@ use crate::wording::{echo, echo_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Where frames go.
+/// Where frames are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
     One(PathBuf),
-    /// Text before and after the frame number, and its width.
+    /// Text before the frame number, its width, and the text after it.
     Run(String, usize, String),
     Stream,
-    /// One moving picture.
+    /// One animation file.
     Animation(PathBuf, AnimationFormat),
 }
 
@@ -79,14 +79,14 @@ pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
         .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
 
-/// What a file that is not this request's says of itself.
+/// The error for an existing file that does not belong to this request.
 fn refusal(path: &Path, earlier: &ExistingPicture, mark: &Provenance, clock: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let instead = "--overwrite replaces it";
     let line = match earlier {
         ExistingPicture::None | ExistingPicture::Same => return None,
         ExistingPicture::Other(differ) => {
-            // A run that takes its time from the clock can never be gone on with.
+            // A sequence that starts at `now` can never be resumed.
             let hint = if clock && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
             format!("{path} is of another request: {differ}; {instead}{hint}")
         }
@@ -100,10 +100,10 @@ fn refusal(path: &Path, earlier: &ExistingPicture, mark: &Provenance, clock: boo
     Some(CliError::Failed(line))
 }
 
-/// The frames that are there already, whole and of this request; `wanted`: number, path and mark of each.
+/// The frames that exist already, complete and of this request; `wanted`: number, path and provenance of each.
 ///
 /// # Errors
-/// A file of another request, unless it may be replaced.
+/// A file of another request, unless it may be overwritten.
 pub fn kept(
     wanted: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),

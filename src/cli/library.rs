@@ -32,7 +32,7 @@ enum LibraryVerb {
     Clear,
 }
 
-/// The library that this command line asks for. Troubles with the disk go to standard error.
+/// The library of this command line. Disk errors are reported on standard error.
 pub fn open(common: &Common) -> Result<Library, CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(say));
@@ -68,7 +68,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
             ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Planet));
-            // Draws nothing where standard error is no terminal.
+            // Draws nothing unless standard error is a terminal.
             let bar = indicatif::ProgressBar::new(ids.len() as u64);
             let failures = library.warm(&ids, || bar.inc(1));
             bar.finish_and_clear();

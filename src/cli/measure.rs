@@ -119,7 +119,7 @@ fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -
     put(&text)
 }
 
-/// A bar on a terminal, nothing in a pipe.
+/// A progress bar on a terminal, nothing in a pipe.
 fn progress(steps: u64) -> indicatif::ProgressBar {
     if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }
@@ -132,7 +132,7 @@ fn names(qualities: &[Quality]) -> Vec<&'static str> {
     qualities.iter().map(|q| q.name()).collect()
 }
 
-/// To four digits: more is noise.
+/// Four significant digits; more would be noise.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

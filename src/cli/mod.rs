@@ -45,7 +45,7 @@ mod values;
 mod view;
 mod view_words;
 
-/// Text under the verbs.
+/// Text below the list of verbs.
 const DEFAULT_VERB: &str = "Without a command, the arguments are those of `view`:
   orrery --target saturn --time 2017-05-17T00:00:00Z
   orrery 'orrery://view?target=599&time=2015-01-24T06:45:00Z'
@@ -159,30 +159,30 @@ pub struct Common {
     pub verbose: u8,
 }
 
-/// Why a verb ended early.
+/// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
-    /// It could not be done: one line that says why and what to do.
+    /// One line that says why and what to do.
     #[error("{0}")]
     Failed(String),
-    /// Fields of catalog files are wrong: a line for each.
+    /// Invalid fields of catalog files, one per line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The reader of standard output has seen enough, as in `orrery shader keys | head`.
+    /// The reader of standard output has closed it, as in `orrery shader keys | head`.
     #[error("standard output was closed")]
     OutputClosed,
 }
 
 impl Common {
-    /// The sources that the user chose, for verbs that draw frames.
+    /// The user's sources, for verbs that draw frames.
     pub fn sources_to_draw(&self) -> Sources {
         Sources { draws: true, ..self.sources() }
     }
 
-    /// The sources that the user chose, for verbs that draw nothing.
+    /// The user's sources, for verbs that draw nothing.
     pub fn sources(&self) -> Sources {
         Sources {
             catalogs: self.catalogs.clone(),
@@ -221,19 +221,19 @@ impl From<SessionError> for CliError {
     }
 }
 
-/// More threads than this only wait for each other, and starting 1000 takes seconds.
+/// More threads only wait for each other, and starting 1000 takes seconds.
 const MAX_THREADS: usize = 256;
 
-/// 0 stands for one thread per core.
+/// 0 means one thread per core.
 fn thread_count(text: &str) -> Result<usize, String> {
     let allowed = || format!("write a whole number of threads from 1 to {MAX_THREADS}, or 0 for one per core");
     text.parse().ok().filter(|n| *n <= MAX_THREADS).ok_or_else(allowed)
 }
 
-/// Characters of an argument that messages repeat, at most.
+/// Longest argument that messages quote, characters.
 const WORD_ECHO: usize = 60;
 
-/// Parses the arguments; those that name no verb are `view`'s.
+/// Parses the arguments; without a verb they belong to `view`.
 fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
     let e = match Cli::try_parse_from(words) {
         Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
@@ -242,7 +242,7 @@ fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
     let verbs = Cli::command();
     let is_verb = |word: &OsString| verbs.get_subcommands().any(|v| word == v.get_name());
     let kept_view = match e.get(ContextKind::InvalidSubcommand) {
-        // A misspelt verb opens no window.
+        // A misspelt verb must not open the window.
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
@@ -253,7 +253,7 @@ fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
     Cli::try_parse_from(viewed)
 }
 
-/// Prints what was asked for: help or the version.
+/// Prints the requested help or version.
 fn print_help(e: &clap::Error) -> Result<(), CliError> {
     e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::to_stdout(&e))
 }
@@ -276,7 +276,7 @@ fn print_parser(e: &clap::Error, words: &[OsString]) {
     output::write_error(&escape_controls(&said));
 }
 
-/// Runs the program for the process's arguments.
+/// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().collect();
     let cli = match parsed(&words) {
@@ -309,7 +309,7 @@ pub fn run() -> ExitCode {
     exit_code(done)
 }
 
-/// Says why a verb failed, if it did.
+/// Reports the error of a verb, if any, and returns the exit status.
 fn exit_code(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,

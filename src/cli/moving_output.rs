@@ -1,7 +1,7 @@
-//! Where frames go that make one output: a y4m stream on standard output, or a moving picture in a file.
+//! Output of all frames in one: a y4m stream on standard output, or an animation file.
 //!
-//! In: frames in order. Out: bytes on standard output as they come, or a whole file at the end. Always: a file of that name is left as it is, unless it may be replaced; one that is
-//! interrupted leaves nothing. Not here: single pictures.
+//! In: frames in order. Out: bytes on standard output as they come, or a complete file at the end. Always: an existing file is kept unless it may be replaced; an
+//! interrupted run leaves no file. Not here: single pictures.
 
 use super::CliError;
 use super::frames::Output;
@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 pub enum MovingOutput {
-    /// Each frame has a file of its own.
+    /// Each frame is a file of its own.
     None,
     Stream {
         rate: u32,
@@ -34,7 +34,7 @@ fn failed(e: ImageError) -> CliError {
 
 impl MovingOutput {
     /// # Errors
-    /// A file that may not be replaced, or a size, number of frames or rate that the form does not know.
+    /// A file that must not be replaced, or a size, number of frames or rate that the format does not support.
     pub fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
             Output::One(_) | Output::Run(..) => Ok(Self::None),
@@ -60,7 +60,7 @@ impl MovingOutput {
     /// Adds the next frame.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// The reason why it cannot be written.
     pub fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
         match self {
             Self::None => Ok(()),
@@ -77,10 +77,10 @@ impl MovingOutput {
         }
     }
 
-    /// Writes what is written as a whole.
+    /// Writes the animation file.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// The reason why it cannot be written.
     pub fn finish(self) -> Result<(), CliError> {
         let Self::File { path, overwrite, writer, bytes } = self else { return Ok(()) };
         writer.finish().map_err(failed)?;

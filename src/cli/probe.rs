@@ -1,4 +1,4 @@
-//! `orrery probe`: questions by words or JSON lines come in, the emitted shaders' own answers go out.
+//! `orrery probe`: answers queries from the command line or JSON lines with the emitted shaders.
 
 use super::output::{put, say};
 use super::{CliError, Common};

@@ -47,10 +47,10 @@ const TOUR_FILE_HELP: &str = "Tour file: \"title\", and \"stops\" in order, each
   \"travel_s\": seconds of the way from the stop before; 0 is a cut [4]
 ";
 
-/// The group of options that are not of the view.
+/// Heading of the options that do not describe the view.
 const OUTPUT: &str = "Output";
 
-/// Text under the options: examples and the camera file.
+/// Text below the options: examples and the camera file.
 fn after_help() -> String {
     format!("{EXAMPLES}\n{CAMERA_FILE_HELP}\n{TOUR_FILE_HELP}")
 }
@@ -97,7 +97,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let begun = Moment::now();
     let mut first_frame = None;
     let tour_file = args.tour_file();
-    // How many frames a tour has is known once it is read.
+    // The number of frames of a tour is known once it has been read.
     let output = Output::parse(args.output.as_deref(), if tour_file.is_some() { u32::MAX } else { args.frames })?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
@@ -125,7 +125,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let clock = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     let mut kept = kept(wanted, size(&args.view.size)?, args.overwrite, clock)?;
     if views.count() == 1 {
-        // The same bytes once more.
+        // They would be the same bytes.
         kept.clear();
     }
     if !kept.is_empty() {
@@ -201,7 +201,7 @@ impl RenderArgs {
     }
 }
 
-/// Refuses what no bound is written for: sequences, other endings, files of other requests.
+/// Refuses error bounds that cannot be written: of sequences, in other formats, over files of other requests.
 fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, clock: bool) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
         return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
@@ -215,7 +215,7 @@ fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest
     kept(wanted, (request.width, request.height), args.overwrite, clock).map(drop)
 }
 
-/// A bar on a terminal, nothing in a pipe or for one frame.
+/// A progress bar on a terminal, nothing in a pipe or for one frame.
 fn progress(frames: u32) -> indicatif::ProgressBar {
     if frames > 1 && std::io::stderr().is_terminal() {
         indicatif::ProgressBar::new(u64::from(frames))
@@ -224,7 +224,7 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
     }
 }
 
-/// What a picture says of itself: no clock, so that the same command writes the same bytes.
+/// Metadata of a picture: without a clock, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
@@ -252,7 +252,7 @@ fn report(session: &Session, written: &Stages, frames: u32, first_frame: Option<
     if let Some(ran) = written.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, ran);
     }
-    // Stages without processor time were not counted: catalog and kernel, which come before, and all where the system does not tell.
+    // Stages without CPU time were not counted: catalog and kernel, which come first, and all of them where the system has no account.
     let counted =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();

@@ -267,10 +267,10 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
     }
 }
 
-/// Bytes of a fragment or a record of digests at the most.
+/// Largest fragment or digest file, bytes.
 const MAX_FILE_BYTES: u64 = 1 << 26;
 
-/// The built-in fragments as files. What is there and says the same is left as it is.
+/// Writes the built-in fragments as files. Files with the same content are left alone.
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     let shown = |path: &Path| echo(&path.display().to_string());
     let (mut new, mut same) = (Vec::new(), 0);

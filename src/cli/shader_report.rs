@@ -14,10 +14,10 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Keys that a group names in the text; `--json` names all.
+/// Keys of a group that the text lists; `--json` lists all.
 const NAMED: usize = 3;
 
-/// What folders of fragments are compared by: every pair of dimension values, simple modules and probes.
+/// The modules by which folders of fragments are compared: every pair of dimension values, simple shaders and probes.
 fn usual() -> Vec<ModuleId> {
     let keys = covering(2).into_iter().map(ModuleId::Planet);
     SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()
@@ -83,7 +83,7 @@ fn more(of: usize) -> String {
     if of > NAMED { format!(" and {} more", of - NAMED) } else { String::new() }
 }
 
-/// What a cause is called: a fragment by its path in the source tree.
+/// The name of a cause: a fragment by its path in the source tree.
 fn cause_words(cause: &str) -> String {
     let one = |what: &str| match what {
         "generator" => "the generator: lines without a fragment, or their order".to_owned(),
@@ -134,7 +134,7 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
     text
 }
 
-/// From the least to the greatest change of a figure, in parts of the first revision's.
+/// The smallest and greatest relative change of a figure.
 fn range(changes: &[&ModuleChange], of: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
     let part = |c: &&ModuleChange| {
         let (a, b) = (of(&c.first)?, of(&c.second)?);

@@ -1,4 +1,4 @@
-//! `orrery shader atlas` and `orrery shader corpus`: modules written for readers elsewhere.
+//! `orrery shader atlas` and `orrery shader corpus`: modules exported for readers elsewhere.
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{progress, put, say};
@@ -22,7 +22,7 @@ pub fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey
     Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
 }
 
-/// Which keys are written.
+/// The keys to export.
 #[derive(clap::Args, Debug)]
 pub struct WhichKeys {
     /// Keys that cover every combination of this many dimension values [default: for an atlas all keys that views can need, for a corpus 2]
@@ -49,10 +49,10 @@ impl WhichKeys {
     }
 }
 
-/// A longer manifest is none of ours.
+/// Largest manifest, bytes; a longer one was not written by this program.
 const MAX_MANIFEST_BYTES: u64 = 1 << 28;
 
-/// What an output folder holds: its manifest, the list in it by which it is ours, and the folders that are written anew.
+/// Contents of an output folder: its manifest, the list in it that identifies it, and the folders that are replaced.
 struct Site {
     what: &'static str,
     manifest: &'static str,
@@ -63,7 +63,7 @@ struct Site {
 const ATLAS: Site = Site { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", parts: ["pages", "pictures"] };
 const CORPUS: Site = Site { what: "a corpus", manifest: corpus::MANIFEST, list: "cases", parts: ["cases", "data"] };
 
-/// A folder that is new or empty, or, where overwriting is asked for, one that holds what is written again: its pages go first, since other keys have other pages.
+/// Prepares a folder that is new or empty, or, with `--overwrite`, one of an earlier export. Its pages are removed first, since other keys have other pages.
 fn prepare_folder(folder: &Path, site: &Site, overwrite: bool) -> Result<(), CliError> {
     let what = site.what;
     let shown = echo(&folder.display().to_string());
@@ -113,7 +113,7 @@ pub fn atlas(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), Cl
 
 pub fn corpus(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), CliError> {
     let keys = which.keys(common, || Ok(covering(2)))?;
-    // What counts operations draws a number for this renderer, and no light.
+    // A cost view shows the number of operations on the software renderer, not radiance.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     prepare_folder(folder, &CORPUS, which.overwrite)?;
     let bar = progress(keys.len() as u64);

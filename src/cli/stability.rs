@@ -1,4 +1,4 @@
-//! `orrery stability`: sweeps over the extremes, with the bound of each.
+//! `orrery stability`: sweeps over the extremes, each with its bound.
 
 use super::output::{progress, put, say};
 use super::{CliError, Common};
@@ -72,7 +72,7 @@ pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     }
 }
 
-/// JSON has no infinity: what is no number is null.
+/// JSON has no infinity or NaN: they become null.
 fn row(report: &SweepReport) -> Value {
     json!({
         "name": report.name, "cases": report.found.cases, "worst": report.found.worst, "bound": report.bound, "unit": report.unit,

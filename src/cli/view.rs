@@ -90,7 +90,7 @@ mod windowed {
         let usual = ViewState { quality: common.quality, ..first(&session, args)? };
         let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
         let warning = kept.as_ref().err().cloned();
-        // Who clicked on a link sees no standard error.
+        // A user who clicked on a link does not see standard error.
         warning.iter().for_each(|line: &String| say(line));
         let view = kept.ok().flatten().unwrap_or(usual);
         let viewer = Viewer::new(subjects(&session), view, clock);
@@ -106,7 +106,7 @@ mod windowed {
         window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()))
     }
 
-    /// The view of a link, or of the file that keeps one.
+    /// The view of a link, or of the file that contains one.
     fn kept(link: &str, session: &Session) -> Result<ViewState, String> {
         let named = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
         if is_link(link) {
@@ -124,11 +124,11 @@ mod windowed {
     }
 
     fn clock() -> Instant {
-        // J2000 when the clock shows what no calendar has.
+        // J2000 if the system clock is outside the calendar.
         instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
-    /// Every body, planets from the Sun outwards each with its moons.
+    /// Every body: planets from the Sun outwards, each followed by its moons.
     fn subjects(session: &Session) -> Vec<Subject> {
         by_distance(session.catalog(), session.ephemeris())
             .into_iter()
