@@ -1,8 +1,8 @@
 //! A view as text: a link, or a JSON file.
 //!
-//! In: a [`ViewState`], or text from anywhere. Out: the text, or the view that it describes. Always: text that is written restores the view to the
-//! last bit. Text may name bodies or give their codes, and may omit fields, which then have the defaults of a new window: the body of the eye, else
-//! the Earth; now; the lit side from 3.5 radii; on a surface, looking south. Text that describes no possible view is refused with all its errors.
+//! In: a [`ViewState`], or text from anywhere. Out: the text, or the view that it describes. Always: written text restores the view to the
+//! last bit. Text may name bodies or give their codes, and may omit fields, which then have the defaults of a new window: the camera's body, else
+//! the Earth; now; the lit side from 3.5 radii; on a surface, looking south. Text of an impossible view is refused with all its errors.
 //! It reads no file.
 
 use crate::catalog::{Catalog, NaifId};
@@ -19,27 +19,27 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 use std::borrow::Cow;
 
-/// What links begin with.
+/// The beginning of every link.
 pub const SCHEME: &str = "orrery://view?";
 
-/// Fields of a view that its text may have and its defaults do not write.
+/// Fields that a text may have although the default view does not write them.
 const UNWRITTEN: [&str; 2] = ["time", "paused"];
-/// A text of more bytes is no view: those that are written have some 600.
+/// Largest text, bytes; written ones have some 600.
 pub const MAX_BYTES: u64 = 65_536;
-/// Faults that are listed; of each so many characters.
+/// Largest number of listed errors, and of characters of each.
 const MAX_FAULTS: usize = 20;
 const FAULT_CHARACTERS: usize = 200;
 
 /// Why a text is no view, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewTextError {
-    /// What is wrong with the text, fault by fault.
+    /// Each error of the text.
     #[error("{}", faults_text(.0))]
     Faults(Vec<String>),
     /// Each field is possible, but not all of them together.
     #[error(transparent)]
     View(#[from] ViewStateError),
-    /// The ephemeris or the catalog does not know what it asks for.
+    /// The ephemeris or the catalog lacks something that it names.
     #[error(transparent)]
     Scene(#[from] SessionError),
 }
@@ -54,22 +54,22 @@ fn faults_text(faults: &[String]) -> String {
     }
 }
 
-/// Whether this is meant as a link, whatever it is worth.
+/// Whether a text is meant as a link, valid or not.
 pub fn is_link(text: &str) -> bool {
     text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
 }
 
-/// What a link asks for: of one as it was written, and of one that a system has put into another form (`Orrery://view/?…`).
+/// The query of a link, as written or as normalised by a system (`Orrery://view/?…`).
 fn query_of(link: &str) -> Option<&str> {
     let (place, query) = link.trim().split_once('?').unwrap_or((link.trim(), ""));
     let place = place.trim_end_matches('/');
     SCHEME.trim_end_matches('?').eq_ignore_ascii_case(place).then_some(query)
 }
 
-/// The view that a link or a file's text keeps. `now`: the time of one that tells none.
+/// The view of a link or a file's text. `now`: the time if none is given.
 ///
 /// # Errors
-/// One line that names each field that cannot be read, or what no view can have.
+/// One line that names each unreadable field and each impossible value.
 pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
     let catalog = session.catalog();
     let mut told = PartialView::of(text);
@@ -78,7 +78,7 @@ pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState
     let time = told.time().unwrap_or(now);
     let usual = initial_view(catalog, &SessionPlaces(session), target, time)?;
     let view = told.over(&usual, catalog)?;
-    // What fields say together, and what the ephemeris knows, is found now, not with each picture.
+    // Combinations of fields and coverage by the ephemeris are checked now, not for each picture.
     let request = view.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request)?;
     Ok(view)
@@ -97,7 +97,7 @@ impl ViewState {
     }
 }
 
-/// The fields that a text tells, and what is wrong with it.
+/// The fields of a text, and its errors.
 struct PartialView {
     fields: Map<String, Value>,
     faults: Vec<String>,
@@ -120,7 +120,7 @@ impl PartialView {
         told
     }
 
-    /// Texts come from anywhere: a fault is of one line and of no more than can be read.
+    /// Texts may come from anywhere: an error has one line of limited length.
     fn fault(&mut self, why: String) {
         let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
         let mut line: String = why.chars().take(FAULT_CHARACTERS).map(plain).collect();
@@ -144,7 +144,7 @@ impl PartialView {
     fn take_pair(&mut self, pair: &str) -> Result<(), String> {
         let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", brief(pair)))?;
         let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", brief(pair)))?;
-        // A field that is text says so by not being a JSON scalar.
+        // A text field is whatever is no JSON scalar.
         let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
         let Some((above, name)) = path.split_once('.') else {
             if self.fields.get(path).is_some_and(Value::is_object) {
@@ -169,7 +169,7 @@ impl PartialView {
         }
     }
 
-    /// Puts codes where bodies are named. One that the catalog does not have is a fault, and is left out.
+    /// Replaces names of bodies by their codes. An unknown name is an error, and is left out.
     fn name_bodies(&mut self, catalog: &Catalog) {
         let mut faults = Vec::new();
         let code = |field: &str, value: &Value| match value {
@@ -199,13 +199,13 @@ impl PartialView {
         faults.into_iter().for_each(|why| self.fault(why));
     }
 
-    /// The body that the view is of, once bodies have codes.
+    /// The target, once names are codes.
     fn target(&self) -> NaifId {
         let of = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
         of(self.fields.get("target")).or(of(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
-    /// `tdb_s`, or `time` as people write it.
+    /// `tdb_s`, or `time` as a date.
     fn time(&mut self) -> Option<Instant> {
         let (seconds, written) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if seconds.is_some() && written.is_some() {
@@ -215,11 +215,11 @@ impl PartialView {
             let read = read::<String>("time", &written).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
             return read.map_err(|why| self.fault(why)).ok();
         }
-        // Whether it is a number is asked with the other fields.
+        // Its type is checked with the other fields.
         read("tdb_s", &seconds?).ok().map(Instant::from_tdb_seconds_past_j2000)
     }
 
-    /// The view; what is not told is as in `usual`, an orbit. The written time is in that already.
+    /// The view; omitted fields are those of `usual`, an orbit. The given time is in `usual` already.
     fn over(mut self, usual: &ViewState, catalog: &Catalog) -> Result<ViewState, ViewTextError> {
         let fields = std::mem::take(&mut self.fields);
         let mut whole = object_of(usual);
@@ -234,11 +234,11 @@ impl PartialView {
         }
         let mut view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
         if let Some(view) = &mut view {
-            // The two layers that have fields, and switches in the window, of their own.
+            // These two layers also have fields, and switches in the window, of their own.
             view.orbits |= std::mem::take(&mut view.layers.orbits);
             view.bloom |= std::mem::take(&mut view.layers.bloom);
         }
-        // Where a field could not be read its usual value stands, which has no fault.
+        // An unreadable field has its default, which has no error.
         view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
         match view {
             Some(view) if self.faults.is_empty() => Ok(view),
@@ -246,7 +246,7 @@ impl PartialView {
         }
     }
 
-    /// Puts a field into the whole of a `T`, if that can be read with it.
+    /// Sets a field of a serialised `T`, if the result can be read.
     fn put<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
         let before = whole.insert(name.to_owned(), value);
         if let Err(e) = serde_json::from_value::<T>(Value::Object(whole.clone())) {
@@ -263,7 +263,7 @@ impl PartialView {
         }
     }
 
-    /// The eye that a text tells: an orbit unless it says otherwise.
+    /// The camera of a text: an orbit unless it says otherwise.
     fn eye_over(&mut self, mut told: Map<String, Value>, usual: &ViewState) -> Option<Map<String, Value>> {
         let body = usual.target;
         let kind = told.remove("kind").unwrap_or_else(|| "orbit".into());
@@ -289,7 +289,7 @@ impl PartialView {
     }
 }
 
-/// The beginning of what someone wrote, for a message that has to say more.
+/// The beginning of a user's text, for a message.
 fn brief(text: &str) -> String {
     const CHARACTERS: usize = 60;
     let mut all = text.chars();
@@ -297,7 +297,7 @@ fn brief(text: &str) -> String {
     if all.next().is_some() { begun + "…" } else { begun }
 }
 
-/// A value, or why it is none, with its field's name.
+/// A value, or why it is invalid, with its field's name.
 fn read<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, String> {
     serde_json::from_value(value.clone()).map_err(|e| format!("{field}: {e}"))
 }
@@ -322,7 +322,7 @@ fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// Bytes that a link's values keep as they are, besides letters and digits.
+/// Bytes that are not escaped in a link's values, besides letters and digits.
 const UNESCAPED: &AsciiSet =
     &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b'~').remove(b'+').remove(b',').remove(b':').remove(b'[').remove(b']');
 

@@ -1,7 +1,7 @@
-//! Eclipses, transits and moons' events for the window: a search in short steps, and the best view of each event.
+//! Eclipses, transits and moons' events for the window: an incremental search, and the best view of each event.
 //!
 //! In: an instant, kinds, a direction in time. Out: events step by step, nearest first; the view that shows one. Always: a step takes well under a second, so that a
-//! search can be stopped and nothing else waits long for it. Not here: the geometry (`events`), the thread, the list on screen.
+//! search can be stopped and blocks nothing. Not here: the geometry (`events`), the thread, the list on screen.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{Observer, ObserverSky};
@@ -14,12 +14,12 @@ use crate::view::app::settings::Home;
 use crate::view::app::time_text::{place_text, utc_minute};
 use crate::view::app::view_state::{CameraPose, ViewState};
 
-/// What is searched for.
+/// The kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EventKind {
     Solar,
     Lunar,
-    /// Mercury and Venus before the Sun.
+    /// Mercury and Venus in front of the Sun.
     Transit,
     /// The Galilean moons and Titan.
     Moons,
@@ -37,7 +37,7 @@ impl EventKind {
         }
     }
 
-    /// Days of one step: some eclipses, a dozen events of moons.
+    /// Length of one step, days: a few eclipses, a dozen events of moons.
     fn step_days(self) -> f64 {
         match self {
             Self::Solar | Self::Lunar => 1000.0,
@@ -47,7 +47,7 @@ impl EventKind {
     }
 }
 
-/// One event, with all that its geometry says.
+/// One event with its geometry.
 #[derive(Clone, Debug)]
 pub enum SkyEvent {
     Solar(Box<SolarEclipse>),
@@ -56,7 +56,7 @@ pub enum SkyEvent {
     Moons(MoonEvent),
 }
 
-/// An instant of an event, and how high the body stands over a place then.
+/// A contact, and the altitude of the body at a place at that time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactLine {
     pub name: &'static str,
@@ -66,10 +66,10 @@ pub struct ContactLine {
     pub is_up: bool,
 }
 
-/// Events of some kinds that are greatest from `from` to before `to`, by time.
+/// Events of the given kinds whose greatest phase is in `from..to`, by time.
 ///
 /// # Errors
-/// The theories do not reach the span.
+/// The ephemeris does not cover the span.
 pub fn events_between(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -103,14 +103,14 @@ fn seconds(t: Instant) -> f64 {
     t.tdb_seconds_past_j2000()
 }
 
-/// A search away from an instant, forward or backward.
+/// A search from an instant, forward or backward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EventSearch {
     kinds: Vec<EventKind>,
     start: Instant,
     reach_s: f64,
     backward: bool,
-    /// Searched so far.
+    /// Length searched so far.
     done_s: f64,
 }
 
@@ -119,7 +119,7 @@ impl EventSearch {
         Self { kinds, start, reach_s, backward, done_s: 0.0 }
     }
 
-    /// Searched part, 0 to 1.
+    /// Searched fraction, 0 to 1.
     pub fn progress(&self) -> f32 {
         (self.done_s / self.reach_s) as f32
     }
@@ -128,10 +128,10 @@ impl EventSearch {
         self.kinds.is_empty() || self.done_s >= self.reach_s
     }
 
-    /// Searches one step more: what it finds, nearest first.
+    /// Searches the next step: what it finds, nearest first.
     ///
     /// # Errors
-    /// The theories do not reach so far.
+    /// The ephemeris does not reach so far.
     pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
         let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
         let until_s = (self.done_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
@@ -145,10 +145,10 @@ impl EventSearch {
         Ok(found)
     }
 
-    /// Searches on to the first event.
+    /// Searches until the first event.
     ///
     /// # Errors
-    /// The theories do not reach so far.
+    /// The ephemeris does not reach so far.
     pub fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
         while !self.is_over() {
             if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
@@ -159,21 +159,21 @@ impl EventSearch {
     }
 }
 
-/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; around a covered Sun there is the corona.
+/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; the corona surrounds an eclipsed Sun.
 const COVERED_SUN_DEG: f64 = 3.0;
 const SUN_DEG: f64 = 0.8;
 const MOON_DEG: f64 = 0.8;
-/// Of moons' events, in the planet's diameters; of events of two moons, in the moon's.
+/// Field of view for moons' events, in diameters of the planet; for mutual events, of the moon.
 const PLANET_WIDTHS: f64 = 2.2;
 const MOON_WIDTHS: f64 = 12.0;
-/// Where the Sun stands on the horizon, the eye is raised so far that the horizon sinks by 1.8 degrees, km.
+/// Height of the camera where the Sun is near the horizon, km: the dip of the horizon is then 1.8 degrees.
 const LOW_SUN_EYE_KM: f64 = 3.0;
 const STANDING_EYE_KM: f64 = 0.01;
-/// The Sun is low up to here, degrees.
+/// Altitude below which the Sun counts as low, degrees.
 const LOW_SUN_DEG: f64 = 2.0;
-/// Real seconds in which *watch* runs through an event, about.
+/// Approximate real seconds in which *watch* plays an event.
 const WATCH_S: f64 = 30.0;
-/// Part of an event's length that is shown before its first contact.
+/// Fraction of an event's length that is shown before its first contact.
 const LEAD: f64 = 0.05;
 
 impl SkyEvent {
@@ -205,7 +205,7 @@ impl SkyEvent {
         }
     }
 
-    /// What is seen, by whom: `Total solar eclipse`.
+    /// Type and bodies of the event: `Total solar eclipse`.
     pub fn title(&self, catalog: &Catalog) -> String {
         let name = |id: NaifId| catalog.body(id).map_or("?", |b| b.name.as_str());
         match self {
@@ -242,7 +242,7 @@ impl SkyEvent {
         }
     }
 
-    /// Date, magnitude and where, in one line.
+    /// Date, magnitude and place, in one line.
     pub fn summary(&self) -> String {
         let date = utc_minute(self.greatest());
         match self {
@@ -262,7 +262,7 @@ impl SkyEvent {
         }
     }
 
-    /// Few are greater: a Sun that is covered or a ring, a Moon in the umbra, a planet before the Sun, a shadow on a planet.
+    /// Whether the event is among the most notable: a total or annular solar eclipse, a Moon in the umbra, a transit of the Sun, a shadow on a planet.
     pub fn is_great(&self) -> bool {
         match self {
             Self::Solar(e) => e.class != SolarType::Partial,
@@ -278,7 +278,7 @@ impl SkyEvent {
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
     }
 
-    /// The best view of it, time at rest at its greatest; what is not said of it is as in `habits`.
+    /// The best view of it, paused at its greatest phase; other settings as in `habits`.
     pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, habits: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
         let widths = |id: NaifId, count: f64| {
@@ -296,7 +296,7 @@ impl SkyEvent {
         habits.standing_still(self.greatest(), target, eye, fov_deg)
     }
 
-    /// As a place on the Earth sees it, where the body stands at an altitude.
+    /// The view from a place on the Earth, where the body is at the given altitude.
     pub fn view_from(&self, place: Place, altitude_deg: f64, habits: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, COVERED_SUN_DEG),
@@ -316,7 +316,7 @@ impl SkyEvent {
         habits.standing_still(self.greatest(), target, eye, fov_deg)
     }
 
-    /// From a little before the first contact to a little after the last one, and the rate that passes it in half a minute.
+    /// From shortly before the first contact to shortly after the last one, at a rate that takes half a minute.
     pub fn watched(&self) -> Watch {
         let (first, last) = self.local_span();
         let length_s = (seconds(last) - seconds(first)).max(1.0);
@@ -327,7 +327,7 @@ impl SkyEvent {
         }
     }
 
-    /// The contacts that the best view sees: an eclipse of the Sun passes a place in less time than the Earth.
+    /// The contacts seen in the best view: a solar eclipse at one place is shorter than for the whole Earth.
     fn local_span(&self) -> (Instant, Instant) {
         let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
         match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
@@ -336,10 +336,10 @@ impl SkyEvent {
         }
     }
 
-    /// Contacts as a place sees them, and whether any of it is above its horizon; no contacts where it misses the place.
+    /// Contacts as seen from a place, and whether any of it is above the horizon; no contacts if the event is not visible there.
     ///
     /// # Errors
-    /// The ephemeris does not reach the event.
+    /// The ephemeris does not cover the event.
     pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactLine>, bool), EphemerisError> {
         let place = Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
         let seen = match self {
@@ -368,10 +368,10 @@ impl SkyEvent {
     }
 }
 
-/// Refraction at the horizon as almanacs have it: 34 arcminutes.
+/// Refraction at the horizon as in almanacs: 34 arcminutes.
 const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
-/// Time that runs through an event.
+/// Span and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Watch {
     pub from_tdb_s: f64,

@@ -1,17 +1,17 @@
-//! The way from one view to another: smooth, without overshoot, from metres to the Kuiper belt in the same two seconds.
+//! A flight from one view to another: smooth, without overshoot, from metres to the Kuiper belt in the same two seconds.
 //!
-//! In: both ends as poses about the body flown to (ICRF kilometres). Out: the pose after some part of the time. Always: the distance changes
-//! monotonically on a logarithmic scale, the direction along a great circle, the gaze settles in the first half; the ends are met exactly.
-//! It does not know what lies in between.
+//! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the distance changes
+//! monotonically on a logarithmic scale, the direction along a great circle, the gaze reaches the target in the first half; the ends are met exactly.
+//! It ignores bodies on the way.
 
 use glam::{DQuat, DVec3};
 
-/// Seconds that a flight takes.
+/// Length of a flight, seconds.
 pub const FLIGHT_S: f64 = 2.0;
-/// Part of the time after which the gaze rests on the goal.
+/// Fraction of the time after which the camera faces the target.
 const GAZE_SETTLES: f64 = 0.5;
 
-/// Where and how the eye stands, relative to the body flown to.
+/// Position and orientation of the camera, relative to the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     pub offset_km: DVec3,
@@ -26,13 +26,13 @@ pub struct Flight {
     pub passed_s: f64,
 }
 
-/// Starts and ends at rest.
+/// Ease-in and ease-out: starts and ends at rest.
 pub(super) fn eased(part: f64) -> f64 {
     let p = part.clamp(0.0, 1.0);
     p * p * p * (p * (6.0 * p - 15.0) + 10.0)
 }
 
-/// Between two unit vectors along the great circle; opposite ones turn by way of a third.
+/// Spherical interpolation of unit vectors; opposite ones go through a third.
 fn turned(from: DVec3, to: DVec3, part: f64) -> DVec3 {
     DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), part) * from
 }
@@ -42,7 +42,7 @@ impl Flight {
         Self { from, to, passed_s: 0.0 }
     }
 
-    /// Lets seconds pass; true while it lasts.
+    /// Advances time; true while the flight lasts.
     pub fn pass(&mut self, seconds: f64) -> bool {
         self.passed_s += seconds.max(0.0);
         self.passed_s < FLIGHT_S
@@ -59,7 +59,7 @@ impl Flight {
         let distance = far.ln() + (near.ln() - far.ln()) * s;
         let direction = turned(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
         let gaze = eased(part / GAZE_SETTLES);
-        // From halfway on the eye faces the goal from wherever it is.
+        // From halfway on the camera faces the target from wherever it is.
         let facing = (-b).try_normalize().unwrap_or(self.to.forward);
         let aside = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), s);
         let towards = (aside * -direction).normalize();
@@ -110,7 +110,7 @@ mod tests {
         assert!(last.offset_km.length() / f.to.offset_km.length() < 1.001);
     }
 
-    /// From halfway on the goal is before the eye.
+    /// From halfway on the target is in front of the camera.
     #[test]
     fn the_goal_is_in_sight_from_halfway() {
         let mut f = flight();

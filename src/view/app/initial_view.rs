@@ -8,15 +8,15 @@ use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{ViewState, ViewStateError};
 use glam::{DQuat, DVec3};
 
-/// The first picture is taken from this far, in equatorial radii.
+/// Distance of the first view, equatorial radii.
 const START_RADII: f64 = 3.5;
-/// So far off the Sun's direction, so that the terminator shows.
+/// Angle from the Sun's direction, so that the terminator shows.
 const ASIDE_DEG: f64 = 62.0;
-/// And so far towards the pole, as a part of the distance.
+/// Offset towards the pole, as a fraction of the distance.
 const ABOVE: f64 = 0.25;
 
 /// # Errors
-/// That the catalog has no such body, in one line.
+/// One line: the catalog has no such body.
 pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
     let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);

@@ -1,7 +1,7 @@
-//! Events around a time that moves: what is known of them, and what is to be searched next.
+//! Events around a moving time: the known ones, and the next span to search.
 //!
-//! In: a span of time, found events. Out: the next short search; the known events by time. Always: what is searched is one stretch without gaps, and grows towards the side of the span that is
-//! nearer to its middle; a span elsewhere begins anew. Not here: the thread that searches, and what is painted.
+//! In: a span of time, found events. Out: the next short search; the known events by time. Always: the searched span has no gaps, and grows on the side where the wanted span is
+//! nearer to its middle; a span elsewhere starts again. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -16,24 +16,24 @@ pub struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Beyond these years no theory reaches, and nothing is searched.
+/// Distance from J2000, years, beyond which no theory reaches, and nothing is searched.
 const YEARS: f64 = 3000.0;
-/// More are forgotten, with the stretch that they are of.
+/// Number of events above which all are dropped, with their span.
 const MOST: usize = 5000;
 
-/// Events of some kinds, as far as they are known.
+/// The events of some kinds found so far.
 #[derive(Debug)]
 pub struct KnownEvents {
     kinds: &'static [EventKind],
     step_s: f64,
     /// TDB seconds past J2000, from and to.
     searched: Option<(f64, f64)>,
-    /// Nothing is found beyond: the theories end.
+    /// On this side the ephemeris ends.
     ends: [bool; 2],
     events: Vec<KnownEvent>,
 }
 
-/// A short search, and the side that it is on.
+/// A short search, and the side that it extends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NextSearch {
     pub search: EventSearch,
@@ -42,12 +42,12 @@ pub struct NextSearch {
 }
 
 impl KnownEvents {
-    /// `step_days`: of one search.
+    /// `step_days`: length of one search.
     pub fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
         Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, ends: [false; 2], events: Vec::new() }
     }
 
-    /// What to search so that a span is known; `None`: it is.
+    /// The next search for a span; `None` if the span is known.
     pub fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
         let middle_s = 0.5 * (from_s + to_s);
         let apart = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
@@ -68,7 +68,7 @@ impl KnownEvents {
         Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, self.step_s, backward), backward, from_s: start_s })
     }
 
-    /// What a search found; `None`: the theories do not reach there. Answers of a stretch that was left meanwhile are dropped.
+    /// Takes the result of a search; `None`: outside the ephemeris. Results for a span that was left meanwhile are dropped.
     pub fn take(&mut self, of: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
         let end_s = if of.backward { first_s } else { last_s };

@@ -1,6 +1,6 @@
 //! The view of a well-known moment of the catalog.
 //!
-//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or nothing where the ephemeris does not cover the moment.
+//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or `None` if the ephemeris does not cover the moment.
 
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
@@ -8,7 +8,7 @@ use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 
-/// The view of a moment; what is not said of it is as in `habits` (quality, effects).
+/// The view of a moment; settings that it leaves open (quality, effects) are those of `habits`.
 pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPositions, habits: &ViewState) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
     let (eye, fov_deg) = match moment.vantage {

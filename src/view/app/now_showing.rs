@@ -1,6 +1,6 @@
-//! What there is to see now: five views for someone who has just come.
+//! *What to see now*: five views for a user who has just started.
 //!
-//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality and layers are the user's; what the ephemeris or the catalog does not have is left out.
+//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality and layers are the user's; views outside the ephemeris or the catalog are left out.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
@@ -15,20 +15,20 @@ use crate::time::Instant;
 use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
-/// Vertical field of view that the Moon fills, degrees.
+/// Vertical field of view around the Moon, degrees.
 const MOON_DEG: f64 = 0.7;
-/// Equatorial radii from which Saturn's rings have room in a wide picture.
+/// Distance from Saturn in equatorial radii at which its rings fit into a wide picture.
 const SATURN_RADII: f64 = 6.0;
-/// So far from the Sun's direction, and above the rings from where the Sun stands.
+/// Angle from the Sun's direction, and above the ring plane on the Sun's side.
 const SATURN_ASIDE_DEG: f64 = 35.0;
 const SATURN_ABOVE_DEG: f64 = 12.0;
-/// The next eclipse is looked for so far, seconds: there are four to seven a year.
+/// Length of the search for the next eclipse, seconds: a year has four to seven.
 const ECLIPSES_S: f64 = 400.0 * 86_400.0;
 
 /// The moment of the catalog whose shader is shown.
 const ECLIPSE: &str = "Total eclipse over North America";
 
-/// What a picture of the row is of.
+/// The items of the row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NowItem {
     Moon,
@@ -38,22 +38,22 @@ pub enum NowItem {
     Shader,
 }
 
-/// A view with words.
+/// A view with its texts.
 #[derive(Clone, Debug)]
 pub struct NowView {
     pub title: String,
     pub about: String,
     pub view: ViewState,
-    /// It is of the time when it is looked at.
+    /// The view is of the time at which it is opened.
     pub is_now: bool,
-    /// The event that it shows, of which the Events panel knows more.
+    /// The event that it shows, for the Events panel.
     pub event: Option<Arc<SkyEvent>>,
 }
 
 impl NowItem {
     pub const ALL: [Self; 5] = [Self::Moon, Self::Eclipse, Self::Saturn, Self::Shadows, Self::Shader];
 
-    /// What stands there until it is known.
+    /// The title until the view is known.
     pub fn name(self) -> &'static str {
         match self {
             Self::Moon => "The Moon tonight",
@@ -64,12 +64,12 @@ impl NowItem {
         }
     }
 
-    /// The view; `None`: there is none.
+    /// The view; `None` if there is none.
     pub fn view(self, session: &Session, now: Instant, habits: &ViewState) -> Option<NowView> {
         let (catalog, places) = (session.catalog(), SessionPlaces(session));
         let title = self.name().to_owned();
         let named = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // Time that runs goes on to do so.
+        // The clock keeps running.
         let running = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };
@@ -115,7 +115,7 @@ fn day_of(moment: &Moment) -> String {
     moment.time.to_utc_iso().get(..10).unwrap_or_default().to_owned()
 }
 
-/// Part of a disc that is lit as the Earth sees it.
+/// Illuminated fraction of a disc as seen from the Earth.
 fn lit_part(places: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
     let towards = |to| places.between_km(body, to, time)?.try_normalize();
     Some(0.5 * (1.0 + towards(NaifId::SUN)?.dot(towards(NaifId::EARTH)?)))

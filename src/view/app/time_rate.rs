@@ -1,21 +1,21 @@
 //! The rate of time in the window: forward, backward, faster, slower, paused.
 //!
-//! In: keys, and real seconds that passed. Out: seconds of simulated time. It reads no clock.
+//! In: keys, and elapsed real seconds. Out: seconds of simulated time. It reads no clock.
 
-/// Scene seconds per real second on each step of the ladder: real time up to a year a second.
+/// The preset rates, scene seconds per real second: real time up to a year per second.
 const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// A stall (a hidden window, a long frame) moves time by this many real seconds at the most, where it does not go as the clock does: the sky as it is now
-/// stays the sky as it is now.
+/// Longest real time that one frame advances, seconds, except at real-time rate: after a stall (a hidden window, a slow frame)
+/// a fast clock does not leap, while the current sky stays current.
 const LONGEST_STEP_S: f64 = 2.0;
 
-/// The slowest and the fastest pace that can be chosen, scene seconds per real second.
+/// Limits of the rate, scene seconds per real second.
 pub const SLOWEST: f64 = LADDER[0];
 pub const FASTEST: f64 = LADDER[LADDER.len() - 1];
 
-/// How fast and which way scene time runs.
+/// Rate and direction of scene time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRate {
-    /// Scene seconds per real second, either way, [`SLOWEST`] to [`FASTEST`].
+    /// Scene seconds per real second without sign, [`SLOWEST`] to [`FASTEST`].
     pace: f64,
     backward: bool,
     paused: bool,
@@ -28,7 +28,7 @@ impl Default for TimeRate {
 }
 
 impl TimeRate {
-    /// The next step of the ladder.
+    /// The next preset.
     pub fn faster(&mut self) {
         self.pace = LADDER.into_iter().find(|step| *step > self.pace * (1.0 + 1e-9)).unwrap_or(FASTEST);
         self.paused = false;
@@ -47,13 +47,13 @@ impl TimeRate {
         (self.backward, self.paused) = (true, false);
     }
 
-    /// Runs forward, or backward where the rate is negative.
+    /// Runs forward, or backward if the rate is negative.
     pub fn run_at(&mut self, rate: f64) {
         self.set_pace(rate.abs());
         (self.backward, self.paused) = (rate < 0.0, false);
     }
 
-    /// Either way; time that stands still goes on to do so.
+    /// Sets the speed and keeps the direction; paused time stays paused.
     pub fn set_pace(&mut self, pace: f64) {
         if pace.is_finite() {
             self.pace = pace.clamp(SLOWEST, FASTEST);
@@ -68,7 +68,7 @@ impl TimeRate {
         self.paused = !self.paused;
     }
 
-    /// Time stands still, or goes on as it went.
+    /// Pauses time, or resumes it at its former rate.
     pub fn set_paused(&mut self, paused: bool) {
         self.paused = paused;
     }
@@ -88,7 +88,7 @@ impl TimeRate {
         if self.paused { 0.0 } else { rate }
     }
 
-    /// Scene seconds that pass in `real_s`.
+    /// Scene seconds that pass in `real_s` real seconds.
     pub fn scene_seconds(&self, real_s: f64) -> f64 {
         let rate = self.rate();
         let longest_s = if rate == 1.0 { f64::INFINITY } else { LONGEST_STEP_S };
@@ -101,7 +101,7 @@ impl TimeRate {
     }
 }
 
-/// Scene time per real second, in the largest unit that goes into it: `6 h/s`, `2.5 min/s`.
+/// Scene time per real second, in the largest unit up to it: `6 h/s`, `2.5 min/s`.
 pub fn pace_text(rate: f64) -> String {
     const UNITS: [(f64, &str); 6] =
         [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];

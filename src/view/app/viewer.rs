@@ -1,7 +1,7 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
-//! In: actions of mouse, keys and panels; real seconds that passed. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
-//! carries it; time moves only by its rate; going back restores the previous view. It reads no clock but the one it is given.
+//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
+//! it is relative to; time advances only by its rate; going back restores the previous view. It reads no clock but the one it is given.
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -38,41 +38,41 @@ impl Subject {
     }
 }
 
-/// What a key, a button or the mouse asks for. Pixels are those of the window.
+/// A user's input. Pixels are those of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     Select(NaifId),
-    /// The next body of the list, or the one before.
+    /// The next body of the list (1), or the previous one (-1).
     SelectNext(i32),
     FlyTo(NaifId),
-    /// Drag by pixels, right and down.
+    /// Drag in pixels, right and down.
     Turn(f64, f64),
-    /// Look around by pixels.
+    /// Look around, in pixels.
     LookAround(f64, f64),
     /// Degrees, clockwise.
     Roll(f64),
-    /// Wheel notches; positive nears.
+    /// Wheel notches; positive moves closer.
     Zoom(f64),
     /// Wheel notches; positive narrows the field of view.
     Lens(f64),
     /// Stand at a latitude and an east longitude of the selected body, degrees.
     StandOn(f64, f64),
-    /// From the body that carries the eye, look at another.
+    /// Look at another body from the current position.
     LookAt(NaifId),
-    /// From the centre of a body, look at the selected one.
+    /// Look at the selected body from the centre of another.
     LookFrom(NaifId),
-    /// The frame turns with the body, or rests among the stars.
+    /// Rotate with the body (body-fixed), or keep to the ICRF.
     TurnWithBody(bool),
     /// Keep facing the target.
     Track(bool),
-    /// Face the selected body again, level.
+    /// Face the selected body again and reset the roll.
     Level,
     SetTime(Instant),
     /// Scene seconds.
     Step(f64),
     /// Forward, at scene seconds per real second.
     RunAt(f64),
-    /// Scene seconds per real second, whichever way time runs.
+    /// Scene seconds per real second, keeping the direction.
     SetPace(f64),
     Faster,
     Slower,
@@ -86,23 +86,23 @@ pub enum Action {
     Show(Box<ViewState>),
 }
 
-/// A new body is shown from this many radii.
+/// Distance at arrival, in radii of the body.
 const ARRIVAL_RADII: f64 = 3.5;
-/// A ringed or tiny body wants no other distance; the Sun is bright enough from afar.
+/// The same for the Sun, which is bright enough from further away.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
-/// The side shown on arrival leans this far from the Sun's direction, so that the terminator shows.
+/// Angle from the Sun's direction at arrival, so that the terminator shows.
 const ARRIVAL_ASIDE_DEG: f64 = 35.0;
-/// And so far above the equator.
+/// Angle above the equator at arrival.
 const ARRIVAL_ABOVE_DEG: f64 = 12.0;
 const HISTORY: usize = 64;
 
-/// The state behind the window.
+/// The state of the window.
 pub struct Viewer {
     pub view: ViewState,
     pub time_rate: TimeRate,
-    /// Highlighted; panels tell about it.
+    /// Highlighted, and described by the panels.
     pub selected: NaifId,
-    /// A tour moves the view: every frame differs.
+    /// A tour moves the view, so every frame differs.
     pub is_led: bool,
     subjects: Vec<Subject>,
     flight: Option<(Flight, ViewState)>,
@@ -112,7 +112,7 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Starts with `view`; `subjects` in the order in which people name them.
+    /// Starts with `view`; `subjects` in the usual order of naming.
     pub fn new(subjects: Vec<Subject>, mut view: ViewState, clock: fn() -> Instant) -> Self {
         let selected = view.target;
         let mut time_rate = TimeRate::default();
@@ -132,7 +132,7 @@ impl Viewer {
         self.subject(id).map_or("?", |s| s.name.as_str())
     }
 
-    /// What the clock shows.
+    /// The current time.
     pub fn now(&self) -> Instant {
         (self.clock)()
     }
@@ -164,7 +164,7 @@ impl Viewer {
         begins.chain(contains).take(most).collect()
     }
 
-    /// Changes the state. `height_px` is the picture's height.
+    /// Applies an action. `height_px` is the picture's height.
     pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
@@ -207,7 +207,7 @@ impl Viewer {
         }
     }
 
-    /// Lets `real_s` seconds pass.
+    /// Advances by `real_s` real seconds.
     pub fn pass(&mut self, real_s: f64) {
         self.view.tdb_s += self.time_rate.scene_seconds(real_s);
         let Some((flight, goal)) = &mut self.flight else { return };
@@ -221,7 +221,7 @@ impl Viewer {
         }
     }
 
-    /// Seconds between frames that time alone asks for: none when paused, one in real time, else as fast as they come.
+    /// Interval of frames due to time alone, seconds: `None` when paused, one in real time, else 0.
     pub fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
             _ if self.flight.is_some() || self.is_led => Some(1.0 / 60.0),
@@ -231,7 +231,7 @@ impl Viewer {
         }
     }
 
-    /// Every frame differs.
+    /// Whether every frame differs.
     pub fn races(&self) -> bool {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_led
     }
@@ -254,12 +254,12 @@ impl Viewer {
         self.future.clear();
     }
 
-    /// The view itself; during a flight where it leads.
+    /// The view itself; during a flight its destination.
     pub fn settled(&self) -> &ViewState {
         self.flight.as_ref().map_or(&self.view, |(_, goal)| goal)
     }
 
-    /// The view as it is kept and shared: with it goes whether time stands still.
+    /// The view as it is saved and shared, including whether time is paused.
     pub fn shared(&self) -> ViewState {
         ViewState { paused: Some(self.time_rate.is_paused()), ..self.settled().clone() }
     }
@@ -286,7 +286,7 @@ impl Viewer {
         self.subject(id).map_or(1.0, |s| s.radii_km.x)
     }
 
-    /// Where the eye is and how it faces, seen from a body.
+    /// Position and orientation of the camera relative to a body.
     fn pose_from(&self, body: NaifId, places: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let carrier = self.view.eye.body();
@@ -327,7 +327,7 @@ impl Viewer {
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_from(id, places);
-        // The lit side; of the Sun the side it is seen from.
+        // The lit side; for the Sun the side from which it is seen.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
         let mut orbit = Orbit::from_offset(side * radii * radius_km, radius_km, pole);
@@ -361,7 +361,7 @@ impl Viewer {
         }
     }
 
-    /// Ends a flight where it leads, so that hands on the mouse have an orbit to turn.
+    /// Ends a flight at its destination, so that a drag has an orbit to change.
     fn land(&mut self) {
         if let Some((_, goal)) = self.flight.take() {
             self.view = ViewState { tdb_s: self.view.tdb_s, ..goal };
@@ -385,7 +385,7 @@ impl Viewer {
         }
     }
 
-    /// The picture follows the mouse: a drag to the right turns the gaze to the left.
+    /// The picture follows the mouse: a drag to the right turns the camera to the left.
     fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
         self.land();
         let deg_per_px = self.view.fov_deg / height_px.max(1.0);
@@ -397,7 +397,7 @@ impl Viewer {
             CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
                 *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
                 *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
-                // Who looks around follows nothing else.
+                // Looking around stops the tracking of another target.
                 self.view.target = *body;
             }
             CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
@@ -437,7 +437,7 @@ impl Viewer {
         if from == target {
             return;
         }
-        // Wide enough for the disc and its surroundings; the wheel does the rest.
+        // Wide enough for the disc and its surroundings.
         self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (CameraPose::Centre { body: from }, target, true, 1.0, 0.0));
     }
 

@@ -12,7 +12,7 @@ fn view() -> ViewState {
     s
 }
 
-/// Another view than those that are written here.
+/// A view that differs from the written ones.
 fn usual() -> ViewState {
     let time = Instant::from_tdb_seconds_past_j2000(5.0);
     ViewState::around(NaifId::MOON, DVec3::new(0.0, 6e3, 1e3), 1737.4, DVec3::Z, time)
@@ -63,7 +63,7 @@ fn links_and_files_restore_the_view_to_the_last_bit() {
 #[test]
 fn what_a_link_leaves_out_is_as_the_window_begins() {
     assert_eq!(of_link("orrery://view"), Ok(usual()));
-    // Whichever way two layers are asked for, the window's switches for them show it and can take it back.
+    // Both ways to request these two layers set the window's switches for them.
     let with_both = ViewState { orbits: true, bloom: true, ..usual() };
     assert_eq!(of_link("orrery://view?layers=%2Borbits,%2Bbloom"), Ok(with_both.clone()));
     assert_eq!(of_link("orrery://view?orbits=true&bloom=true"), Ok(with_both));
@@ -100,7 +100,7 @@ fn the_body_and_the_time_of_a_link_are_found_first() {
     }
 }
 
-/// Every body, by its name, its name in capitals, each of its aliases and its code, where it is looked at and where it carries the eye.
+/// Every body by its name, in capitals, by each of its aliases and its code, as target and as the camera's body.
 #[test]
 fn bodies_are_named_or_given_by_code() {
     for body in catalog().bodies() {
@@ -123,7 +123,7 @@ fn bodies_are_named_or_given_by_code() {
     }
 }
 
-/// As programs of earlier versions wrote them.
+/// As earlier versions wrote them.
 #[test]
 fn names_of_earlier_versions_are_read() {
     let old = of_link("orrery://view?tone_map=plain&pixels=shaded&quality=reference&effects=-rings").expect("a view");
@@ -179,7 +179,7 @@ fn broken_links_are_refused_in_one_line() {
     }
 }
 
-/// Any few of these faults together are all told, each once, by the field's name.
+/// Any combination of a few of these errors is reported completely, each once, by the field's name.
 #[test]
 fn all_faults_of_a_link_are_listed() {
     let faults = [

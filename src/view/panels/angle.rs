@@ -1,7 +1,7 @@
 //! The angle between two places of the picture: Ctrl and a click on each.
 //!
-//! The places are directions from the eye, so that the line stays on the sky while the view turns. A click near a star or a small body means its middle. After two places a third
-//! begins anew; Escape takes the line away. Two bodies have a distance, too: that of where they are seen.
+//! The places are directions from the camera, so that the line stays in place on the sky while the view rotates. A click near a star or a small body means its centre. After two places a third
+//! starts again; Escape removes the line. Two bodies also have a distance, between their apparent positions.
 
 use super::fact::grouped;
 use super::information::degrees;
@@ -12,23 +12,23 @@ use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::{DVec2, DVec3};
 
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
-/// Straight pieces of the line.
+/// Line segments of the great circle.
 const PIECES: u32 = 48;
 
-/// Directions of the places that were clicked, ICRF unit vectors: two at most.
+/// Directions of the clicked places, ICRF unit vectors: two at most.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredAngle {
     places: Vec<Place>,
 }
 
-/// What was clicked.
+/// A clicked place.
 #[derive(Debug)]
 struct Place {
     direction: DVec3,
     body: Option<SeenBody>,
 }
 
-/// A body under a click: its name, and its apparent centre from the camera, kilometres.
+/// A body under a click: its name, and its apparent centre relative to the camera, kilometres.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SeenBody {
     pub name: String,
@@ -36,7 +36,7 @@ pub(super) struct SeenBody {
 }
 
 impl MeasuredAngle {
-    /// Adds a place of the picture; what to say about it.
+    /// Adds a place of the picture; returns a message.
     pub(super) fn add(&mut self, camera: &Camera, at_px: DVec2, body: Option<SeenBody>) -> String {
         if self.places.len() >= 2 {
             self.places.clear();
@@ -46,7 +46,7 @@ impl MeasuredAngle {
         self.distance().map_or_else(|| format!("Angle: {angle}"), |distance| format!("Angle: {angle}; {distance}"))
     }
 
-    /// Whether there was anything to take away.
+    /// Removes the line; whether there was one.
     pub(super) fn clear(&mut self) -> bool {
         !std::mem::take(&mut self.places).is_empty()
     }
@@ -56,13 +56,13 @@ impl MeasuredAngle {
         Some(degrees(angle_rad(a.direction, b.direction).to_degrees()))
     }
 
-    /// Between the centres of two bodies, where they are seen.
+    /// Distance between the apparent centres of two bodies.
     fn distance(&self) -> Option<String> {
         let [Place { body: Some(a), .. }, Place { body: Some(b), .. }] = &self.places[..] else { return None };
         (a != b).then(|| format!("from {} to {} {} km", a.name, b.name, grouped(a.centre_km.distance(b.centre_km), 0)))
     }
 
-    /// Draws the places, the great circle between them and its length. `at`: where the window has a pixel of the picture.
+    /// Draws the places, the great circle between them and its length. `at`: from pixels of the picture to positions in the window.
     pub(super) fn paint(&self, painter: &egui::Painter, camera: &Camera, at: impl Fn(DVec2) -> Pos2) {
         let seen = |direction: DVec3| camera.clip(direction).map(|clip| at(camera.pixel_from_clip(clip)));
         for place in self.places.iter().filter_map(|place| seen(place.direction)) {
@@ -101,7 +101,7 @@ mod tests {
         }
     }
 
-    /// From the middle to the edge it is half the field of view, at any field; a third click begins anew.
+    /// From the centre to the edge it is half the field of view, at any field of view; a third click starts again.
     #[test]
     fn an_angle_is_that_of_the_field_of_view() {
         for half_deg in [1.0 / 120.0, 0.5, 20.0, 45.0, 80.0] {

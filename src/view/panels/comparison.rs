@@ -1,6 +1,6 @@
 //! Sizes and distances to scale, in the Information panel: the selected body beside another, and the planets along a line from the Sun.
 //!
-//! In: radii, distances at the shown time. Out: two drawings, each with a sentence that says the same. Always: one scale for all that a drawing holds.
+//! In: radii, distances at the displayed time. Out: two drawings, each with an equivalent sentence. Always: one scale within a drawing.
 
 use super::Interface;
 use super::fact::grouped;
@@ -14,14 +14,14 @@ use glam::DVec3;
 
 const SIZES_HEIGHT: f32 = 110.0;
 const DISTANCES_HEIGHT: f32 = 44.0;
-/// Of a body that is too small for its scale, points.
+/// Smallest radius of a drawn body, points.
 const LEAST: f32 = 1.0;
-/// Corners of an ellipse.
+/// Vertices of an ellipse.
 const CORNERS: usize = 96;
 const MARK: Color32 = Color32::from_rgb(255, 206, 110);
 const GREY: Color32 = Color32::from_gray(190);
 
-/// With what the selected body is compared; `None`: with the Earth, the Earth with the Moon.
+/// The body to compare with; `None`: the Earth, or the Moon for the Earth.
 #[derive(Default)]
 pub struct Comparison {
     with: Option<NaifId>,
@@ -56,7 +56,7 @@ pub fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) 
     let time = viewer.view.time();
     let places = SessionPlaces(worker.session());
     let distance_km = |id: NaifId| places.between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
-    // A moon is where its planet is.
+    // A moon is marked at its planet.
     let carrier = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
     let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == carrier && s.id != NaifId::SUN);
     let along: Vec<(&str, f64, bool)> = planets.map(|s| (s.name.as_str(), distance_km(s.id) / KM_PER_AU, s.id == carrier)).collect();
@@ -83,10 +83,10 @@ fn distance_text(name: &str, au: f64) -> String {
     }
 }
 
-/// That light takes (IAU 2012 au, speed of light).
+/// Light time per au (IAU 2012 au, speed of light).
 const MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
 
-/// A drawing's ground; `said` for those who do not see it.
+/// The background of a drawing; `said`: its accessible description.
 fn ground(ui: &mut Ui, height: f32, said: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, said));
@@ -94,7 +94,7 @@ fn ground(ui: &mut Ui, height: f32, said: &str) -> Rect {
     rect
 }
 
-/// Points per kilometre at which two discs fit beside each other.
+/// Points per kilometre at which two discs fit side by side.
 fn scale(room: [f64; 2], a: DVec3, b: DVec3) -> f64 {
     let across = 2.0 * (a.x + b.x);
     let down = 2.0 * a.z.max(b.z);
@@ -125,7 +125,7 @@ fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Sh
     Shape::convex_polygon((0..CORNERS).map(corner).collect(), fill, Stroke::NONE)
 }
 
-/// The colour of the mean disc, as bright as a screen shows it well.
+/// The mean colour of the disc, brightened for the screen.
 fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
     let Some(body) = catalog.body(id) else { return GREY };
     let peak = body.colour.max_element().max(1e-6);
@@ -145,7 +145,7 @@ fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
     painter.circle_filled(pos2(from, line), 4.0, Color32::from_rgb(255, 235, 170));
     let font: FontId = TextStyle::Small.resolve(ui.style());
     let mut free = from + 6.0;
-    // The selected one is named first: no other name takes its place.
+    // The selected body is labelled first, so that no other label displaces its own.
     let mut order: Vec<&(&str, f64, bool)> = along.iter().collect();
     order.sort_by(|a, b| b.2.cmp(&a.2).then(a.1.total_cmp(&b.1)));
     let mut taken: Option<(f32, f32)> = None;

@@ -1,4 +1,4 @@
-//! Effects on and off: each with what the scene decided and why, and what it costs in time and light; who draws, how bright, how fine.
+//! The Effects panel: each effect with the scene's decision, its reason, and its cost in time and light; renderer, exposure, quality.
 
 use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
@@ -71,14 +71,14 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
     let of_body = interface.effects_of_one.then(|| name.clone());
-    // What is drawn or was switched off by hand has a price.
+    // Costs are measured for effects that are drawn or were switched off by hand.
     let priced = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
     let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && priced(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
     weigh(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
-        // What is drawn, or was switched by hand, comes first; what the scene leaves out follows in short.
+        // Effects that are drawn or were switched by hand come first; the rest follows in short form.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()
             .partition(|e| asked.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
@@ -97,18 +97,18 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     interface.viewer.view.effects = overrides;
 }
 
-/// What the effects of the view at rest cost, as far as it is measured.
+/// Measured costs of the effects in a view at rest.
 #[derive(Default)]
 pub struct Prices {
-    /// The view, and the body that is asked about alone.
+    /// The view, and the body if the switches apply to one body.
     of: Option<(ViewRequest, Option<String>)>,
     known: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
-/// A view is measured when it has been at rest so long.
+/// Delay after which a view at rest is measured, seconds.
 const WEIGHED_AFTER_S: f64 = 1.0;
 
-/// Measures one effect after the other while the view rests, so that a click waits for one at most.
+/// Measures one effect at a time while the view is at rest, so that a click waits for one at most.
 fn weigh(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, of_body: Option<String>, effects: &[(Effect, bool)]) {
     let Some(drawing) = &interface.viewport.drawing else { return };
     let request = &drawing.job.request;
@@ -134,7 +134,7 @@ fn weigh(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWork
     }
 }
 
-/// Who draws, and who shows what is drawn.
+/// Choice of the renderer and of the presentation.
 fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut DisplayPreference) {
     let (choices, now) = worker.session().renderers();
     if choices.len() < 2 {
@@ -149,7 +149,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
                 RendererPreference::Software => "CPU only",
             };
             if ui.selectable_label(now == preference, preference.name()).on_hover_text(hover).clicked() {
-                // Off this thread: a device may be at work.
+                // Off this thread, since the device may be busy.
                 worker.run(Box::new(move |session| session.choose_renderer(preference)));
             }
         }
@@ -170,7 +170,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
     });
 }
 
-/// One effect: drawn or not, by whom, in which way, for what price, and why; in one line where `short`.
+/// The row of one effect: its switch, model, cost and reason; in one line if `short`.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
@@ -193,7 +193,7 @@ fn row(
             let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
                 for way in effect.variants() {
                     if ui.selectable_label(now == *way, *way).clicked() {
-                        // A way of the list is one that the effect has.
+                        // The list only has models of this effect.
                         let _ = overrides.choose(effect, way);
                     }
                 }
@@ -224,7 +224,7 @@ fn row(
     }
 }
 
-/// As `+1.2 ms, -3.9 % light (4.1 %)`.
+/// Formats as `+1.2 ms, -3.9 % light (4.1 %)`.
 fn price_words(price: &EffectCost) -> String {
     let [light, moved] = [price.light.net, price.light.moved].map(|p| 100.0 * p);
     let digits = if moved.abs() < 0.1 { 3 } else { 1 };

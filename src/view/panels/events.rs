@@ -1,7 +1,7 @@
-//! Eclipses, transits and moons' events around the shown date: searched in the background, each one click away.
+//! The Events panel: eclipses, transits and moons' events around the displayed date, searched in the background.
 //!
-//! In: kinds, a range, clicks. Out: actions that show an event, run time through it, or show it from a place. Always: rows are only added at the end of the list, nearest
-//! first, so that none moves under a click; a search goes on while the panel is closed, and stops when asked to.
+//! In: kinds, a range, clicks. Out: actions that show an event, play it, or show it from a place. Always: rows are only appended, nearest event
+//! first, so that none moves under the pointer; a search continues while the panel is closed, and stops on request.
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
@@ -17,28 +17,28 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Button, ComboBox, Grid, Label, Panel, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
-/// How far from the shown date is searched.
+/// Ranges of the search around the displayed date, days.
 const REACHES: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "10 years"), (36_525.0, "100 years")];
-/// Of [`REACHES`].
+/// Index into [`REACHES`].
 const YEAR: usize = 1;
-/// Of the line above the list, points.
+/// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Of the contacts of an event: five, and what is said above them.
+/// Height of the contacts of an event, points: five, and the line above them.
 const CONTACTS_HEIGHT: f32 = 146.0;
-/// A list of more is no list to read.
+/// Largest number of rows.
 const MAX_ROWS: usize = 1000;
 
-/// A line of the list.
+/// A row of the list.
 struct Row {
     event: Arc<SkyEvent>,
     title: String,
     summary: String,
 }
 
-/// One step of a search: the search as it goes on, and what it found.
+/// The answer of one search step: the advanced search, and what it found.
 type StepAnswer = (EventSearch, Result<Vec<Row>, String>);
 
-/// What a place sees of the chosen event.
+/// The chosen event as seen from a place.
 struct LocalView {
     event: Arc<SkyEvent>,
     home: Home,
@@ -48,12 +48,12 @@ struct LocalView {
 
 pub struct EventsPanel {
     kinds: [bool; EventKind::ALL.len()],
-    /// Of [`REACHES`].
+    /// Index into [`REACHES`].
     reach: usize,
     backward: bool,
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// What the rows answer.
+    /// The kinds and the range that the rows belong to.
     asked: Option<String>,
     failure: Option<String>,
     chosen: Option<Arc<SkyEvent>>,
@@ -62,7 +62,7 @@ pub struct EventsPanel {
 }
 
 impl EventsPanel {
-    /// From before to after the event that is chosen.
+    /// The span and rate at which the chosen event is played.
     pub fn watch_of_chosen(&self) -> Option<Watch> {
         self.chosen.as_ref().map(|event| event.watched())
     }
@@ -96,7 +96,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     list(interface, ui, worker, actions);
 }
 
-/// Kinds, direction and range; true: search anew.
+/// Kinds, direction and range; returns whether to search again.
 fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     let panel = &mut interface.events;
     let mut changed = false;
@@ -121,7 +121,7 @@ fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     changed
 }
 
-/// Starts a search from the shown date; one that runs is dropped.
+/// Starts a search from the displayed date; a running one is dropped.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
     begin_at(interface, worker, interface.viewer.settled().time());
 }
@@ -136,7 +136,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     panel.running = next_step(search, worker);
 }
 
-/// Searches for some kinds: in the year that begins at `from`, else from the shown date on.
+/// Searches for some kinds: in the year that begins at `from`, or else from the displayed date on.
 pub fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
@@ -150,7 +150,7 @@ pub fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &
     }
 }
 
-/// Asks for the next step, unless the search is over.
+/// Starts the next step, unless the search is over.
 fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pending<StepAnswer>, f32)> {
     if search.is_over() {
         return None;
@@ -165,7 +165,7 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
     Some((ask(worker, step), done))
 }
 
-/// Takes what was found and searches on; ends a watch where its event ends. Each turn, whether the panel is open or not.
+/// Takes the results of a step and starts the next; stops playback at the end of its event. Runs every frame, whether the panel is open or not.
 pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
     let panel = &mut interface.events;
     if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
@@ -190,12 +190,12 @@ pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
     end_watch(interface);
 }
 
-/// Time that runs through an event stands still where the event ends. Whoever has gone to another time meanwhile watches no more.
+/// Pauses time at the end of a played event, unless the user has gone to another time meanwhile.
 fn end_watch(interface: &mut Interface) {
     let Some(watch) = interface.events.watch else { return };
     let view = &mut interface.viewer.view;
     let rate = interface.viewer.time_rate.rate();
-    // A slow turn passes the end by some seconds of real time.
+    // A slow frame passes the end by some seconds of real time.
     let past_s = view.tdb_s - watch.to_tdb_s;
     if past_s >= 0.0 && past_s <= 10.0 * watch.rate && rate > 0.0 {
         view.tdb_s = watch.to_tdb_s;
@@ -206,7 +206,7 @@ fn end_watch(interface: &mut Interface) {
     }
 }
 
-/// How far a search is, or what it found; always as high, so that the list below stays where it is.
+/// Progress or result of a search; of constant height, so that the list below stays in place.
 fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     let stopped = ui.horizontal(|ui| {
         ui.set_min_height(STATUS_HEIGHT);
@@ -223,7 +223,7 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     }
 }
 
-/// What a search found, and what to do.
+/// The result of a search, and a hint.
 fn told(panel: &EventsPanel) -> (String, &'static str) {
     let asked = panel.asked.as_deref().unwrap_or_default();
     match (&panel.failure, panel.rows.len()) {
@@ -236,7 +236,7 @@ fn told(panel: &EventsPanel) -> (String, &'static str) {
     }
 }
 
-/// A row of two lines: what it is; when, how large and where. Its list says that times are UTC.
+/// A row of two lines: the event; its time, size and place. The list says that times are UTC.
 fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     let response = ui.add_sized([ui.available_width(), height], Button::selectable(is_chosen, ""));
     let visuals = ui.visuals();
@@ -278,14 +278,14 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
     event.view(session.catalog(), &SessionPlaces(session), &interface.viewer.view)
 }
 
-/// Shows an event from its best standpoint and chooses it: for whoever found it elsewhere.
+/// Selects an event that was found elsewhere and shows it from its best standpoint.
 pub fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     interface.events.watch = None;
     interface.events.chosen = Some(event);
 }
 
-/// The chosen event: what to do with it, and its contacts.
+/// The chosen event: its actions, and its contacts.
 fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>, actions: &mut Vec<Action>) {
     ui.add_space(4.0);
     ui.strong(event.title(worker.session().catalog()));
@@ -316,7 +316,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // As high for every event and place, so that no button moves when a place is chosen.
+    // Of constant height, so that no button moves when a place is chosen.
     ui.allocate_ui(vec2(ui.available_width(), CONTACTS_HEIGHT), |ui| {
         ui.set_min_height(CONTACTS_HEIGHT);
         contacts(interface, ui, worker, event);
@@ -324,7 +324,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.add_space(4.0);
 }
 
-/// The contacts over the place of the fields, and those of the Earth as a whole where it sees none.
+/// The contacts at the chosen place, or those of the whole Earth if the event is not visible there.
 fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;

@@ -1,4 +1,4 @@
-//! Facts about the selected body now, and where it stands in the sky over a place on the Earth.
+//! The Information panel: facts about the selected body now, and its place in the sky of an observer on the Earth.
 
 use super::comparison::{self, Comparison};
 use super::fact::{grouped, line};
@@ -40,22 +40,22 @@ impl Unit {
     }
 }
 
-/// Cities offered at once.
+/// Largest number of suggested cities.
 const CITIES: usize = 4;
 
-/// The answers for one body, place and minute.
+/// Answers for one body, place and minute.
 struct SkyReport {
     apparent: Option<ApparentPlace>,
     /// `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
-    /// Likewise.
+    /// `None` as above.
     day: Option<Result<RiseSetTimes, String>>,
     passage: Result<Option<DiscPassage>, String>,
-    /// Of the Sun and the Moon in that passage.
+    /// The radii of the Sun and the Moon used for the eclipse.
     radii: String,
 }
 
-/// What a report is of: it is made anew when this changes.
+/// The inputs of a report, which is computed again when they change.
 #[derive(Clone, Copy, PartialEq)]
 struct Question {
     body: NaifId,
@@ -68,7 +68,7 @@ pub struct InformationPanel {
     pub unit: Unit,
     pub home: Home,
     pub comparison: Comparison,
-    /// What is typed for a city's name.
+    /// Text in the field for a city.
     city: String,
     asked: Option<Question>,
     pending: Option<Pending<SkyReport>>,
@@ -116,7 +116,7 @@ pub(super) fn degrees(value: f64) -> String {
     }
 }
 
-/// As the eye of the picture sees it.
+/// As seen from the camera.
 fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
@@ -206,7 +206,7 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rende
     eclipse(ui, report);
 }
 
-/// The observer's place, for all panels that have one: a city, or degrees.
+/// The observer's place, shared by all panels that need one: a city, or degrees.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.city).hint_text("City").desired_width(110.0);
@@ -239,7 +239,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     });
 }
 
-/// What the Moon does to the Sun over the place that day.
+/// The solar eclipse of that day at the place, if any.
 fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     ui.add_space(6.0);
     ui.strong("Solar eclipse today");

@@ -1,4 +1,4 @@
-//! The list of well-known moments, one click away, and the views that were kept.
+//! The Moments panel: well-known moments, tours, and *What to see now*.
 
 use super::share::dialog::{self, FileField};
 use super::{Interface, now, tour};
@@ -11,7 +11,7 @@ use egui::ScrollArea;
 
 #[derive(Default)]
 pub struct MomentsPanel {
-    /// Part of a name.
+    /// Filter for names.
     wanted: String,
 }
 
@@ -47,7 +47,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     });
 }
 
-/// The tours that ship, and those of files.
+/// Built-in tours, and a field for tour files.
 fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add_space(6.0);
     ui.strong("Tours");

@@ -1,4 +1,4 @@
-//! Where the time of the last frames went: a plot, the same in words for a screen reader, and the account of the last one.
+//! Timings of the last frames: a plot, its description for screen readers, and the stages of the last frame.
 
 use super::Interface;
 use crate::session::Stage;
@@ -7,10 +7,10 @@ use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use std::collections::VecDeque;
 
-/// Frames that the plot shows.
+/// Number of frames in the plot.
 const FRAMES: usize = 240;
 
-/// One frame's account, milliseconds.
+/// Timings of one frame, milliseconds.
 struct Frame {
     by_stage: [f64; Stage::ALL.len()],
     by_pass: Vec<(String, f64)>,
@@ -20,23 +20,23 @@ struct Frame {
 #[derive(Default)]
 pub struct PerformancePanel {
     frames: VecDeque<Frame>,
-    /// When the last of them came, interface seconds.
+    /// Arrival times of the frames, interface seconds.
     came_s: VecDeque<f64>,
-    /// Of the interface itself, milliseconds.
+    /// Time of the interface itself, milliseconds.
     pub interface_ms: f64,
-    /// What the session said of drivers and devices.
+    /// The session's messages about drivers and devices.
     pub messages: Vec<String>,
-    /// The plot in words, and when they were found, interface seconds.
+    /// Description of the plot, and when it was made, interface seconds.
     said: Option<(String, f64)>,
 }
 
-/// Whether a line of the session tells only who draws or displays.
+/// Whether a session message is only about drivers and devices.
 pub fn is_about_drivers(line: &str) -> bool {
     line.contains("drawing in software") || line.contains("displaying via the CPU")
 }
 
 impl PerformancePanel {
-    /// Takes a finished frame into the account.
+    /// Adds a finished frame.
     pub fn note(&mut self, drawing: &RenderedView, now_s: f64) {
         self.came_s.push_back(now_s);
         while self.came_s.front().is_some_and(|first| now_s - first > RATED_S) {
@@ -49,7 +49,7 @@ impl PerformancePanel {
         }
     }
 
-    /// What the plot shows. It stays for a while: a screen reader would speak of each frame.
+    /// Description of the plot. It changes rarely, because a screen reader would read out every frame.
     fn words(&mut self, now_s: f64) -> String {
         let old = |(_, found_s): &(String, f64)| now_s - found_s > RATED_S;
         if self.said.as_ref().is_none_or(old) {
@@ -70,15 +70,15 @@ fn words_of(frames: &VecDeque<Frame>) -> String {
     format!("{} frames: mean {whole:.1} ms, maximum {most:.1} ms; {}", frames.len(), stages.join(", "))
 }
 
-/// Milliseconds by pass: of the device where it tells, of the processor in software.
+/// Milliseconds by pass: on the GPU if it has timestamps, on the CPU in software.
 fn passes_ms(drawing: &RenderedView) -> Vec<(String, f64)> {
     let software = drawing.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     drawing.by.passes_ms.iter().cloned().chain(software).collect()
 }
 
-/// Pictures are counted over so long.
+/// Interval over which the frame rate is counted, seconds.
 const RATED_S: f64 = 2.0;
-/// What a frame goes through.
+/// The stages of a frame.
 const SHOWN: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
@@ -93,7 +93,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             for stage in SHOWN {
                 plot.line(Line::new(stage.name(), line(&|f| f.by_stage[stage as usize])));
             }
-            // A pass that a frame has not took nothing in it.
+            // A pass that some frame lacks took no time in it.
             for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
                 let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
                 plot.line(Line::new(format!("pass {pass}"), line(&of)));
@@ -102,7 +102,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         },
     );
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Frame times"));
-    // Not every system passes on the value of a picture.
+    // Not every platform announces the value of an image.
     ui.ctx().accesskit_node_builder(plot.response.id, |node| {
         node.set_value(words.clone());
         node.set_description(words);
@@ -147,13 +147,13 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line("shaders repaired", library.healed.to_string());
         line("memory", resident_mib().map_or("not available".into(), |m| format!("{m:.0} MiB")));
     };
-    // A small window has no room for all of it.
+    // A small window does not show all of it.
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         egui::Grid::new("account").num_columns(2).striped(true).show(ui, account_of);
     });
 }
 
-/// Memory that the process holds, where the system tells.
+/// Resident memory of the process, if the system reports it.
 fn resident_mib() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let kib: f64 = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;

@@ -1,11 +1,11 @@
-//! The keyboard, and the sheet that explains it.
+//! Keyboard shortcuts, and the window that lists them.
 
 use super::{Interface, Tab};
 use crate::view::app::settings::ZOOMS;
 use crate::view::app::viewer::Action;
 use egui::{Key, Modifiers, Popup};
 
-/// What a key does, for the sheet.
+/// Keys and their effects, for the help window.
 const SHEET: &[(&str, &str)] = &[
     ("Drag", "orbit the body; on its surface look around"),
     ("Right drag, Shift+drag", "look around"),
@@ -38,12 +38,12 @@ const SHEET: &[(&str, &str)] = &[
     ("Ctrl+Q", "quit"),
 ];
 
-/// Pixels that an arrow key turns by.
+/// Rotation by an arrow key, as a drag in pixels.
 const ARROW_PX: f64 = 24.0;
-/// By which a key changes the size of text.
+/// Step of a key for the scale of text.
 const ZOOM_STEP: f32 = 0.1;
 
-/// In a slow turn what follows `/` may come with it: that is for the search field, which has the keyboard in the next turn, and no shortcut.
+/// In a slow frame, text after `/` can arrive in the same frame: it belongs to the search field, which gets the focus in the next, and is no shortcut.
 fn hold_back(interface: &mut Interface, ctx: &egui::Context) {
     let slash = egui::Event::Text("/".into());
     interface.typed_ahead = ctx.input_mut(|i| {
@@ -80,7 +80,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
         interface.share.wants_picture = true;
     }
-    // Whoever types wants letters.
+    // Typed text is no shortcut.
     if ctx.egui_wants_keyboard_input() {
         return;
     }
@@ -129,7 +129,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
         interface.message = "Link copied".into();
     }
     let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    // An open menu is closed by the key itself; a control that had the keyboard has lost it by now.
+    // egui closes an open menu by Escape itself; a focused control has lost the focus by now.
     if !Popup::is_any_open(ctx) && down(Key::Escape) {
         close_topmost(interface);
     }
@@ -152,7 +152,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     }
 }
 
-/// Closes what lies on top, one thing at a time: the program is left by closing its window or Ctrl+Q.
+/// Closes the topmost item. The program itself is ended by closing its window or by Ctrl+Q.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
     if interface.warning.take().is_some() || interface.search.give_up() || had_keyboard || interface.angle.clear() || interface.tour.end() {

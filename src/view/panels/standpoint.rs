@@ -1,4 +1,4 @@
-//! Controls of the camera, below the list of bodies: where it stands and which way it looks.
+//! Camera controls below the list of bodies: position and direction of view.
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible};
@@ -7,7 +7,7 @@ use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG};
 use crate::view::app::viewer::Action;
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
-/// A place that is being chosen, degrees.
+/// A place being chosen, degrees.
 #[derive(Default)]
 pub struct Standpoint {
     latitude_deg: f64,
@@ -62,7 +62,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     ui.add(lens).on_hover_text("Vertical field of view, degrees");
 }
 
-/// The selected body through a lens, from the centre of another.
+/// Views the selected body from the centre of another.
 fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
     let now = match interface.viewer.view.eye {
         CameraPose::Centre { body } => interface.viewer.name(body),

@@ -1,4 +1,4 @@
-//! Facts about the star that was clicked or found: what the catalogue holds, and what follows from it.
+//! Facts about the star that was clicked or found: catalogue values, and quantities derived from them.
 
 use super::fact::line;
 use crate::catalog::stars::{Star, star_name};
@@ -11,10 +11,10 @@ use glam::DVec3;
 
 /// Light years in a parsec (IAU 2015 Resolution B2 and the Julian year).
 const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
-/// Nearer parallaxes than this, milliarcseconds, tell no distance: Hipparcos' errors are about as large.
+/// Smallest parallax that gives a distance, milliarcseconds: Hipparcos' errors are about as large.
 const LEAST_PARALLAX_MAS: f64 = 1.0;
 
-/// Its proper name and its number, or what of them it has.
+/// Proper name and catalogue number, as far as the star has them.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
@@ -28,7 +28,7 @@ pub(super) fn title(star: &Star) -> String {
     format!("{}, magnitude {:.2}", name(star), star.v_magnitude)
 }
 
-/// Each fact with its words. `years`: from the catalogue's epoch to the shown time.
+/// Each fact with its label. `years`: from the catalogue's epoch to the displayed time.
 fn facts_of(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     let mut facts = vec![("magnitude V", format!("{:+.2}", star.v_magnitude))];
     if let Some(b_v) = star.b_v {
@@ -44,7 +44,7 @@ fn facts_of(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     } else {
         facts.push(("distance", "too far to tell by its parallax".into()));
     }
-    // North and east at the star.
+    // Directions of north and east at the star.
     let east = DVec3::Z.cross(star.direction).normalize_or_zero();
     let north = star.direction.cross(east);
     let mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;

@@ -1,7 +1,7 @@
-//! The timeline below the sky: dates around the shown time, with the events among them.
+//! The timeline below the sky: dates around the displayed time, and events.
 //!
-//! In: drags, clicks, the wheel, keys. Out: actions that move time or show an event; a span in the settings. Always: the shown time is in its middle, so that a drag moves time as it moves the
-//! dates; events are searched in the background and appear as they are found; moons' events, of which there are dozens a week, while the span is short. Not here: where a date is (`app::timeline`).
+//! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; a span in the settings. Always: the displayed time is in the middle, so that a drag moves time with the
+//! dates; events are searched in the background and appear when found; moons' events, dozens a week, only on short spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
 use super::{Interface, events};
@@ -17,23 +17,23 @@ use egui::{Align2, Color32, EventFilter, Key, Rect, Response, Sense, Stroke, Tex
 use std::sync::Arc;
 
 const HEIGHT: f32 = 34.0;
-/// Of the lower part, which has the dates.
+/// Height of the lower part with the dates.
 const DATES_HEIGHT: f32 = 15.0;
-/// So far from an event's mark a click means it, points.
+/// Distance from an event's mark within which a click selects it, points.
 const REACH: f64 = 5.0;
-/// Radii of marks: of what is total or annular, and of the rest.
+/// Radii of marks: of notable events, and of the others.
 const RADII: [f32; 2] = [4.0, 2.5];
-/// Longer spans have the great events alone, seconds.
+/// Span above which only notable events are shown, seconds.
 const ALL_EVENTS_S: f64 = 40.0 * 365.25 * SECONDS_PER_DAY;
-/// Longer spans have no moons' events, seconds.
+/// Span above which moons' events are hidden, seconds.
 const MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
-/// Part of the span that an arrow key moves time by.
+/// Fraction of the span by which an arrow key changes the time.
 const KEY_PART: f64 = 0.02;
 
 const FAR: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
 const NEAR: &[EventKind] = &[EventKind::Moons];
 
-/// Events of some kinds as far as they are found.
+/// Known events of some kinds and the running search for more.
 struct Strip {
     known: KnownEvents,
     running: Option<(NextSearch, Pending<Option<Vec<KnownEvent>>>)>,
@@ -52,7 +52,7 @@ impl Default for Timeline {
 }
 
 impl Strip {
-    /// Takes what was found and asks on.
+    /// Takes the results of a search and starts the next.
     fn work(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
         if let Some((of, found)) = self.running.take() {
             match found.take() {
@@ -107,7 +107,7 @@ pub fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, 
     interface.settings.panels.timeline_span_s = zoomed_span_s(span_s, notches);
 }
 
-/// Marks of the events that show, with their places.
+/// The displayed events, with their positions.
 fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
     let Timeline { far, near } = &interface.timeline;
     let (from_s, to_s, span_s) = (axis.from_s(), axis.to_s(), axis.span_s);
@@ -117,7 +117,7 @@ fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = 
     near.iter().chain(far).map(move |e| (axis.place(e.tdb_s), e))
 }
 
-/// The event whose mark is nearest to a place, if one is near.
+/// The event whose mark is nearest to a position, if one is near.
 fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, points: f64) -> Option<&'t KnownEvent> {
     let away = |place: f64| (place - points).abs();
     let near = marks(interface, axis).filter(|(place, _)| away(*place) <= REACH);
@@ -164,9 +164,9 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     painter.vline(rect.center().x, rect.top()..=dates, needle);
 }
 
-/// For those who do not see it: a slider of time.
+/// For screen readers: a slider of time.
 fn told(interface: &Interface, response: &Response) {
-    // In whole minutes: a screen reader is told of each change.
+    // In whole minutes, since a screen reader announces each change.
     let time = interface.viewer.view.time();
     let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
     response.widget_info(|| egui::WidgetInfo {
@@ -175,7 +175,7 @@ fn told(interface: &Interface, response: &Response) {
     });
 }
 
-/// Says what is under the mouse.
+/// The tooltip of the event or date under the pointer.
 fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis) -> Response {
     let Some(at) = response.hover_pos() else {
         return response.on_hover_text("Drag to move time, scroll to zoom, click an event to show it");
@@ -188,7 +188,7 @@ fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis)
     response.on_hover_text_at_pointer(said)
 }
 
-/// Drags and clicks.
+/// Handles drags and clicks.
 fn hands(
     interface: &mut Interface,
     ui: &Ui,
@@ -211,7 +211,7 @@ fn hands(
     }
 }
 
-/// Notches of the wheel over it.
+/// Wheel notches over the timeline.
 fn wheel(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;
@@ -220,7 +220,7 @@ fn wheel(ui: &Ui, response: &Response) -> f64 {
     if pinch == 0.0 { wheel } else { pinch }
 }
 
-/// Arrow keys while it has the keyboard; and what a screen reader asks for. The answer is notches.
+/// Arrow keys while it has the focus, and increments from assistive technology. Returns notches.
 fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) -> f64 {
     if !response.has_focus() {
         return 0.0;

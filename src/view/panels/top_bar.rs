@@ -1,6 +1,6 @@
-//! The line over the sky: what there is to explore, see, understand and share.
+//! The bar above the sky, in groups: explore, see, understand, share.
 //!
-//! In: clicks. Out: panels that open, switches, actions. Always: each button has an icon, a word and, in its tooltip, its key.
+//! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a text and a tooltip with its key.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, search};
@@ -9,7 +9,7 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{PopupCloseBehavior, Ui};
 
-/// Points from which on the groups of the bar have names.
+/// Window width above which the groups of the bar have captions, points.
 const CAPTIONED_WIDTH: f32 = 1500.0;
 
 impl Tab {
@@ -68,7 +68,7 @@ fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
     }
 }
 
-/// A list of switches that stays open while they are pressed.
+/// A menu of switches that stays open while they are pressed.
 fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Layers, "Layers");
@@ -76,7 +76,7 @@ fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     button.on_hover_text("Names, markers, orbits, outline (n, m, o, x)");
 }
 
-/// What is shown beside the bodies.
+/// Switches of everything besides the bodies.
 fn layers(interface: &mut Interface, ui: &mut Ui) {
     let settings = &mut interface.settings;
     ui.toggle_value(&mut settings.names, "Names").on_hover_text("Label bodies with their names (n)");
@@ -97,7 +97,7 @@ fn layers(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// The name of a group of controls, where there is room.
+/// The caption of a group of controls, in a wide window.
 pub fn caption(ui: &mut Ui, name: &str) {
     if ui.ctx().content_rect().width() >= CAPTIONED_WIDTH {
         ui.small(name);

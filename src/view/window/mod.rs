@@ -1,7 +1,7 @@
 //! The event loop: winit events in, egui between, pixels out by a [`Presenter`].
 //!
-//! In: an [`Interface`] and a session. Out: a window, until it is closed; its place goes into the settings. Always: the window is redrawn only when
-//! input, a finished picture or running time asks for it; a thread of its own draws the pictures; a window shrunk to nothing draws nothing.
+//! In: an [`Interface`] and a session. Out: a window, until it is closed; its placement goes into the settings. Always: the window is redrawn only for
+//! input, a finished picture or running time; pictures are drawn on a thread of their own; a window of size zero draws nothing.
 
 pub mod cpu_painter;
 pub mod file_dialog;
@@ -30,26 +30,26 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::monitor::MonitorHandle;
 use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
-/// The window could not be opened or lost what it needs.
+/// The window could not be opened or lost a resource.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
     #[error("no window can be opened here ({0}); to draw to a file: orrery render --target earth -o earth.png")]
     NoDisplay(String),
     #[error("the window stopped: {0}")]
     Stopped(String),
-    /// What `keep` says.
+    /// The error of `keep`.
     #[error(transparent)]
     NotKept(WriteError),
 }
 
-/// When to try again where the system took no picture.
+/// Delay before the next attempt if the system accepted no frame.
 const NO_ROOM: Duration = Duration::from_millis(250);
-/// So long what is at work may take to end by itself after the window.
+/// Time for running work to end by itself after the window is closed.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// What wakes the loop besides input.
+/// Events that wake the loop besides input.
 enum Wake {
-    /// A picture or an answer is there.
+    /// A picture or an answer has arrived.
     Ready,
     Access(accesskit_winit::Event),
 }
@@ -60,8 +60,8 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watch`: fragments that are read again when they change. `keep` is called once the window is gone,
-/// whatever is still at work then.
+/// Opens the window and runs until it is closed. `watch`: fragments that are reloaded when they change. `keep` is called after the window is closed,
+/// even if work is still running.
 pub fn run(
     interface: &mut Interface,
     session: &Session,
@@ -72,7 +72,7 @@ pub fn run(
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
     let bell = Mutex::new(proxy.clone());
     let worker = ThreadedWorker::new(session, move || {
-        // A loop that has ended wants no waking.
+        // The loop may have ended.
         let _ = bell.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
@@ -109,11 +109,11 @@ pub fn run(
     })
 }
 
-/// Ends the process beside a picture, a question or a driver's compiler that is at work. A usual end would wait for them: a driver takes down at the
-/// process's exit what its compiler still stands on. Files are written whole or not at all, so that nothing is left half done.
+/// Exits the process while a picture, a query or a driver's compiler is still running. A normal exit would wait for them, since a driver's exit handlers free
+/// what its compiler uses. Files are written atomically, so none is left half written.
 fn end_at_once() -> ! {
     #[cfg(unix)]
-    // SAFETY: it takes any status, runs nothing at the process's exit and does not return.
+    // SAFETY: it takes any status, runs no exit handlers and does not return.
     unsafe {
         libc::_exit(0)
     }
@@ -121,13 +121,13 @@ fn end_at_once() -> ! {
     std::process::exit(0)
 }
 
-/// winit puts its own source line before the reason: the reason alone is for people.
+/// Removes winit's source location from the start of a message.
 fn plain(message: &str) -> String {
     let after_place = message.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, reason)| reason);
     after_place.trim_end_matches('.').to_owned()
 }
 
-/// The screens that there are, the primary one first.
+/// All monitors, the primary one first.
 fn screens(event_loop: &ActiveEventLoop) -> Vec<Monitor> {
     let primary = event_loop.primary_monitor();
     let others = event_loop.available_monitors().filter(|m| primary.as_ref() != Some(m));
@@ -138,15 +138,15 @@ fn screen(monitor: &MonitorHandle) -> Monitor {
     Monitor { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
 }
 
-/// The monitor that shows most of a window; `None` where the system does not tell, and knows by itself. (On X11 winit's own answer is that of the last
-/// move of which it heard.)
+/// The monitor that shows most of a window; `None` if the system does not tell. (On X11 winit's own answer dates from the last
+/// move event.)
 fn monitor_of(window: &Window) -> Option<MonitorHandle> {
     let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
     let shown = |m: &MonitorHandle| screen(m).shows_px(corner, size);
     window.available_monitors().filter(|m| shown(m) > 0).max_by_key(shown)
 }
 
-/// Tells the desktop which program the window is of, as its desktop file does.
+/// Tells the desktop which program the window belongs to, as its desktop file does.
 #[cfg(target_os = "linux")]
 fn named(attributes: WindowAttributes) -> WindowAttributes {
     winit::platform::wayland::WindowAttributesExtWayland::with_name(attributes, "orrery", "orrery")
@@ -157,7 +157,7 @@ fn named(attributes: WindowAttributes) -> WindowAttributes {
     attributes
 }
 
-/// On Wayland egui drops the first movement of two fingers, and what it has not used when they are lifted: there each movement counts alike.
+/// On Wayland egui drops the first movement of a two-finger scroll, and the rest when the fingers are lifted: this makes every movement count.
 fn scrolled_whole(event: WindowEvent) -> Option<WindowEvent> {
     match event {
         WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
@@ -173,13 +173,13 @@ struct Shown {
     window: Arc<Window>,
     input: egui_winit::State,
     title: String,
-    /// As the interface last asked; a desktop may have its own way to it.
+    /// As the interface last requested; a desktop may change it by itself.
     fullscreen: bool,
     place: WindowPlacement,
 }
 
 impl Shown {
-    /// Looks where the window is. Maximised or over its whole screen it keeps the place that it comes back to; minimised it has none.
+    /// Records the window's placement. A maximised or fullscreen window keeps the one that it returns to; a minimised one has none.
     fn note_place(&mut self) {
         let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
         self.place.maximised = self.window.is_maximized();
@@ -200,16 +200,16 @@ struct App<'a> {
     /// The interface's textures, which outlive a window.
     painter: Painter,
     shown: Option<Shown>,
-    /// A device was asked to show a window and could not.
+    /// A GPU failed to present in a window.
     refused: bool,
-    /// When the interface wants its next turn.
+    /// When the interface wants its next frame.
     due: Option<Moment>,
     failure: Option<WindowError>,
 }
 
 impl App<'_> {
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<Shown, String> {
-        // Screen readers are served from before the window shows.
+        // Accessibility must be set up before the window is shown.
         let place = self.interface.settings.place.unwrap_or_default().on(&screens(event_loop));
         let [width, height] = place.size;
         let mut attributes = named(Window::default_attributes()).with_title("Orrery").with_visible(false);
@@ -223,14 +223,14 @@ impl App<'_> {
         let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
-        // A window manager hears of this only once it has the window.
+        // A window manager accepts this only for an existing window.
         if place.maximised {
             window.set_maximized(true);
         }
         Ok(Shown { presenter, window, input, title: String::new(), fullscreen: false, place })
     }
 
-    /// Ends the loop; the place of the window is kept.
+    /// Ends the loop and records the window's placement.
     fn leave(&mut self, event_loop: &ActiveEventLoop) {
         if let Some(shown) = &mut self.shown {
             shown.note_place();
@@ -289,7 +289,7 @@ impl App<'_> {
         Ok(())
     }
 
-    /// A window that the processor shows takes the place of one that the device showed.
+    /// Replaces a window that the GPU presented by one that the CPU presents.
     fn open_anew(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.refused = true;
@@ -381,7 +381,7 @@ impl ApplicationHandler<Wake> for App<'_> {
         }
     }
 
-    /// What is shown goes before the connection to the system on which it was made: a driver's surface on a connection that is gone ends the process.
+    /// The presenter is dropped before the connection to the display server: a driver's surface on a closed connection ends the process.
     fn exiting(&mut self, _: &ActiveEventLoop) {
         self.shown = None;
     }

@@ -1,15 +1,15 @@
 //! Position and size of the window: saved between runs, and always on a monitor.
 //!
-//! In: the saved placement, the monitors. Out: where to open. Always: a size that fits the monitor; a position only where the window can be seen
-//! and moved. It knows no window.
+//! In: the saved placement, the monitors. Out: where to open. Always: a size that fits the monitor; a position only if the window can be seen
+//! and moved there. It knows no window.
 
 use serde::{Deserialize, Serialize};
 
-/// A window's place on the desktop, as it is when it is neither maximised nor over its whole screen.
+/// A window's placement on the desktop when it is neither maximised nor fullscreen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WindowPlacement {
-    /// Upper left corner of the frame, pixels of the desktop; `None` where the system does not tell.
+    /// Upper left corner of the frame, pixels of the desktop; `None` if the system does not tell.
     pub corner_px: Option<[i32; 2]>,
     /// Width and height without the frame, points.
     pub size: [f64; 2],
@@ -22,22 +22,22 @@ impl Default for WindowPlacement {
     }
 }
 
-/// A screen of the desktop.
+/// A monitor of the desktop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor {
     pub corner_px: [i32; 2],
     pub size_px: [u32; 2],
-    /// Pixels of a point.
+    /// Pixels per point.
     pub scale: f64,
 }
 
-/// A smaller window shows nothing.
+/// Smallest useful size of a window, points.
 const MINIMAL: [f64; 2] = [320.0, 240.0];
-/// What a frame and a taskbar may take of a screen, points.
+/// Space for a frame and a taskbar, points.
 const FRAME: [f64; 2] = [16.0, 64.0];
-/// A system that knows of no screen tells of one of a pixel.
+/// A system without monitors reports one of a pixel; smaller ones are ignored.
 const MIN_SCREEN: f64 = 64.0;
-/// So far below the upper edge a window is grabbed.
+/// Distance from the upper edge at which a window is grabbed.
 const GRIP_PX: f64 = 8.0;
 
 impl Monitor {
@@ -58,7 +58,7 @@ impl Monitor {
         along(0) * along(1)
     }
 
-    /// Points; `None`: the system does not tell.
+    /// Space for a window, points; `None`: the system does not tell.
     fn room(&self) -> Option<[f64; 2]> {
         let sides = self.size_px.map(|side| f64::from(side) / self.scale);
         let told = sides.iter().all(|side| side.is_finite() && *side >= MIN_SCREEN);
@@ -67,7 +67,7 @@ impl Monitor {
 }
 
 impl WindowPlacement {
-    /// Where to open on these screens, the first of which is the usual one: a corner is kept if the middle of the upper edge is on a screen.
+    /// Where to open on these monitors, the first of which is the default: the position is kept if the middle of the upper edge is on a monitor.
     pub fn on(&self, screens: &[Monitor]) -> Self {
         let grip_on = |screen: &Monitor, [x, y]: [i32; 2]| {
             screen.holds([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + GRIP_PX * screen.scale])
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_place_on_no_screen_is_forgotten_and_its_size_is_not() {
         let gone = WindowPlacement { corner_px: None, ..at(0, 0) };
-        // The right screen is gone, or the upper edge is over, below or beside all of them.
+        // The right monitor is gone, or the upper edge is above, below or beside all of them.
         for (place, screens) in [
             (at(1600, 300), &[LEFT][..]),
             (at(100, -200), &[LEFT, RIGHT]),
@@ -121,7 +121,7 @@ mod tests {
     fn no_window_is_larger_than_its_screen_or_too_small_to_see() {
         let of = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
         let everywhere = [LEFT, RIGHT, BELOW];
-        // On the screen of two pixels a point there is room for 640 by 360 points with their frame.
+        // The monitor with two pixels per point has room for 640 by 360 points with their frame.
         assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
         assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
         assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MINIMAL);

@@ -20,20 +20,20 @@ enum PresentBackend {
     Device(Box<DeviceSurface>),
 }
 
-/// The way in which one window is shown.
+/// The presentation of one window.
 pub struct Presenter {
     window: Arc<Window>,
-    /// `None` only while one way is exchanged for another.
+    /// `None` only during a change of backend.
     way: Option<PresentBackend>,
-    /// A device could not show this window: it is not asked again.
+    /// A GPU failed to present in this window and is not tried again.
     refused: bool,
 }
 
-/// Why a window shows nothing.
+/// Why a window cannot be presented.
 pub enum Unshown {
-    /// The device cannot, for this reason if it is news: the processor can, in a new window.
+    /// The GPU failed, with the reason if it is new; the CPU can present a new window.
     ByDevice(Option<String>),
-    /// Nothing can.
+    /// The CPU failed too.
     AtAll(String),
 }
 
@@ -43,28 +43,28 @@ fn of_processor(window: &Arc<Window>) -> Result<PresentBackend, String> {
 }
 
 impl Presenter {
-    /// By the processor at first: that waits for no driver.
+    /// Starts with the CPU, which needs no driver.
     ///
     /// # Errors
-    /// Why the system takes no pixels.
+    /// Why the system accepts no pixels.
     pub fn new(window: &Arc<Window>, refused: bool) -> Result<Self, String> {
         Ok(Self { window: window.clone(), way: Some(of_processor(window)?), refused })
     }
 
-    /// Whether pictures may stay on the device.
+    /// Whether images may stay on the GPU.
     pub fn is_on_gpu(&self) -> bool {
         matches!(self.way, Some(PresentBackend::Device(_)))
     }
 
-    /// Whether a picture that stayed on a device can be shown: it lies on the one that shows this window.
+    /// Whether an image on a GPU can be presented: it must be on the GPU that presents this window.
     pub fn holds(&self, picture: &GpuImage) -> bool {
         matches!(&self.way, Some(PresentBackend::Device(screen)) if screen.holds(picture))
     }
 
-    /// Follows the renderer and the wish: the device that draws shall show, too. Answers a line worth saying.
+    /// Follows the renderer and the preference: the GPU that draws should also present. Returns a message, if any.
     ///
     /// # Errors
-    /// The device draws no more, or shall not show.
+    /// The GPU no longer draws, or should no longer present.
     pub fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, Unshown> {
         let screen = match &self.way {
             Some(PresentBackend::Device(screen)) => Some(&**screen),
@@ -76,7 +76,7 @@ impl Presenter {
             PresenterChoice::AnotherDevice if self.refused => return Ok(None),
             PresenterChoice::AnotherDevice => {}
         }
-        // A window has one owner of its pixels at a time.
+        // Only one backend at a time can own the window's surface.
         let was_on_device = self.is_on_gpu();
         self.way = None;
         match session.screen(self.window.clone()) {
@@ -98,10 +98,10 @@ impl Presenter {
         }
     }
 
-    /// Shows the interface, with the sky's picture where that lies on the device. False: the system takes no picture just now.
+    /// Presents the interface, with the sky's image if it is on the GPU. False: the system accepts no frame at present.
     ///
     /// # Errors
-    /// Why not.
+    /// Why it failed.
     pub fn show(
         &mut self,
         session: &Session,
@@ -115,7 +115,7 @@ impl Presenter {
             Some(PresentBackend::Device(screen)) => {
                 let size = [width.get(), height.get()];
                 let pieces = pieces(painter, size, pixels_per_point, primitives, sky);
-                // On Wayland the next turn waits until the system has shown this one: a picture that is never sent would be the last.
+                // On Wayland the next frame waits for the presentation of this one: after a frame that is never sent there would be no other.
                 let about_to_show = || self.window.pre_present_notify();
                 session.show(screen, pieces, size, about_to_show).map_err(|why| Unshown::ByDevice(Some(why.to_string())))
             }

@@ -9,12 +9,12 @@ use parking_lot::Mutex;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Files are looked at this often.
+/// Interval of checks.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// The end of the window is noticed this soon.
+/// Interval at which the end of the window is noticed.
 const NOTICE: Duration = Duration::from_millis(50);
 
-/// The folder, and what it was like when it was read.
+/// The folder, and its state when it was last read.
 pub struct ShaderWatcher {
     folder: PathBuf,
     read: Mutex<FragmentTimes>,
@@ -31,7 +31,7 @@ impl ShaderWatcher {
         Ok(Self { folder: folder.to_owned(), read: Mutex::new(stamps) })
     }
 
-    /// Reads the folder again if a file changed since.
+    /// Reads the folder again if a file has changed.
     pub fn look(&self, worker: &dyn RenderWorker) {
         let Ok(now) = fragment_times(&self.folder) else { return };
         let mut before = self.read.lock();
@@ -40,13 +40,13 @@ impl ShaderWatcher {
         }
         match read_fragments(&self.folder, &now) {
             Ok(fragments) => worker.run(Box::new(move |session| session.make_shaders_of(fragments))),
-            // Said once for each state of the folder.
+            // Reported once for each state of the folder.
             Err(why) => worker.run(Box::new(move |session| session.tell(&why.to_string()))),
         }
         *before = now;
     }
 
-    /// Looks once a second until `closed`: for a thread of its own.
+    /// Checks once a second until `closed`: for a thread of its own.
     pub fn work(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
         let mut waited = Duration::ZERO;
         while !closed() {

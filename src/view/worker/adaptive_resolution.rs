@@ -1,24 +1,24 @@
 //! The resolution of images while things move, so that they keep the frame rate.
 //!
-//! In: pixels and milliseconds of finished images. Out: the whole number that divides the window's sides for the next moving image. It reads no
+//! In: pixels and milliseconds of finished images. Out: the divisor of the window's width and height for the next moving image. It reads no
 //! clock.
 
-/// Milliseconds that a moving frame may take: 30 a second, with room for the interface.
+/// Time budget of a moving frame, milliseconds: 30 per second, with room for the interface.
 const BUDGET_MS: f64 = 26.0;
-/// Coarser than this is no picture.
+/// Largest divisor; coarser images would be unrecognisable.
 pub const COARSEST: u32 = 5;
 /// Weight of the last frame in the running mean.
 const NEWEST: f64 = 0.4;
 
-/// What frames cost lately.
+/// Recent cost of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AdaptiveResolution {
-    /// Running mean; a frame's fixed cost is counted as if it were its pixels'.
+    /// Running mean; a frame's fixed cost is attributed to its pixels.
     ms_per_megapixel: Option<f64>,
 }
 
 impl AdaptiveResolution {
-    /// A frame of so many pixels took so long.
+    /// Records the time of a frame of `pixels`.
     pub fn learn(&mut self, pixels: u64, ms: f64) {
         if pixels == 0 || !ms.is_finite() {
             return;

@@ -1,6 +1,6 @@
 use super::*;
 
-/// The Sun at the origin, bodies on the x axis, all turned alike.
+/// The Sun at the origin, bodies on the x axis, all with the same orientation.
 struct Line;
 
 impl BodyPositions for Line {
@@ -14,7 +14,7 @@ impl BodyPositions for Line {
         };
         Some(DVec3::new(x(to)? - x(from)?, 0.0, 0.0))
     }
-    /// Light takes no time here.
+    /// Without light time.
     fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
         Some(self.between_km(body, carrier, time)? + offset_km)
     }
@@ -92,7 +92,7 @@ fn the_other_frame_leaves_the_eye_where_it_is() {
     do_it(&mut v, Action::TurnWithBody(true));
     let after = v.pose_from(NaifId::EARTH, &Line).expect("a place");
     assert!((before.offset_km - after.offset_km).length() < 1e-6 * before.offset_km.length());
-    // Later the frame has turned, and the eye with it.
+    // Later the frame has rotated, and the camera with it.
     v.view.tdb_s += 1000.0;
     let later = v.pose_from(NaifId::EARTH, &Line).expect("a place");
     let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();

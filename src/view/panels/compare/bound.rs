@@ -1,7 +1,7 @@
-//! How far each pixel of the left picture may be from the reference quality's: colours by doubling numbers of 255ths, with a legend.
+//! Error bounds of the left picture relative to reference quality: colours for powers of two of 255ths, with a legend.
 //!
-//! In: a request. Out: the picture of bounds and what part of it each colour has. Always: the bounds are those of `render --error`, made off the window's thread and only while they are
-//! looked at; while things move the last ones stay.
+//! In: a request. Out: a picture of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`, computed off the window's thread and only while they are
+//! shown; while the view moves the last ones stay.
 
 use super::pair;
 use crate::measure::error_bounds;
@@ -12,7 +12,7 @@ use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
-/// The most that each colour stands for, 255ths, and the colour: from dark to bright, so that those who see no hues read it too.
+/// Largest bound of each colour, 255ths, and the colour: from dark to bright, so that colour-blind users can read it too.
 const STEPS: [(u8, Color32); 7] = [
     (1, Color32::from_rgb(20, 20, 60)),
     (2, Color32::from_rgb(48, 45, 125)),
@@ -23,12 +23,12 @@ const STEPS: [(u8, Color32); 7] = [
     (255, Color32::from_rgb(252, 250, 190)),
 ];
 
-/// Which colour a bound has.
+/// Index of the colour of a bound.
 fn step_of(levels: u8) -> usize {
     STEPS.iter().position(|(most, _)| levels <= *most).unwrap_or(STEPS.len() - 1)
 }
 
-/// What a colour stands for.
+/// The label of a colour.
 fn name_of(step: usize) -> String {
     match (step, STEPS[step].0) {
         (0, most) => format!("up to {most}"),
@@ -37,19 +37,19 @@ fn name_of(step: usize) -> String {
     }
 }
 
-/// Bounds of a picture.
+/// Error bounds of a picture.
 pub struct Bounds {
     width: u32,
     height: u32,
     rgba: Vec<[u8; 4]>,
-    /// Part of the pixels that each colour has.
+    /// Fraction of the pixels with each colour.
     parts: [f64; STEPS.len()],
     mean: f64,
     most: u8,
 }
 
 impl Bounds {
-    /// Of the worst channel of each pixel.
+    /// From the worst channel of each pixel.
     fn of(width: u32, height: u32, display: &[[u8; 4]]) -> Self {
         let (mut counts, mut sum, mut most) = ([0_usize; STEPS.len()], 0.0, 0);
         let rgba = display.iter().map(|pixel| {
@@ -65,7 +65,7 @@ impl Bounds {
     }
 }
 
-/// What is shown, and what is on its way.
+/// The displayed bounds, and the pending ones.
 #[derive(Default)]
 pub struct BoundView {
     asked: Option<ViewRequest>,
@@ -74,7 +74,7 @@ pub struct BoundView {
 }
 
 impl BoundView {
-    /// Asks for the bounds of another request, where none is on its way.
+    /// Starts the computation for another request, unless one is running.
     pub fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         if self.coming.is_some() || self.asked.as_ref() == Some(request) {
             return;
@@ -115,7 +115,7 @@ impl BoundView {
     }
 }
 
-/// Colours with what they stand for and how much of the picture they have.
+/// Colours with their bounds and fractions.
 fn legend(ui: &mut Ui, bounds: &Bounds) {
     ui.horizontal_wrapped(|ui| {
         ui.label("Error bound, 255ths:");

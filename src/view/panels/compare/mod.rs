@@ -1,7 +1,7 @@
-//! Two ways to draw the view that is on screen, side by side: quality, effects, what pixels show, who computes.
+//! The Compare panel: the current view drawn in two variants (quality, effects, pixel view, renderer), side by side.
 //!
-//! In: the view, two ways. Out: their pictures, the difference and figures. Always: both are drawn off the window's thread, from one request
-//! but for what the ways say; while things move the last pair stays.
+//! In: the view, two variants. Out: their pictures, the difference and statistics. Always: both are drawn off the window's thread from one request,
+//! except for what the variants change; while the view moves the last pair stays.
 
 mod bound;
 pub mod pair;
@@ -21,14 +21,14 @@ use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
 use std::time::Instant as Moment;
 
-/// Who computes.
+/// The renderer of a variant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Renderer {
-    /// As the window does.
+    /// The same as the window's.
     #[default]
     Window,
     Software,
-    /// In software, in f64.
+    /// Software, in f64.
     Double,
 }
 
@@ -41,17 +41,17 @@ impl Renderer {
     }
 }
 
-/// One way to draw the view.
+/// One variant of the view.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Way {
     quality: Quality,
-    /// What is typed: as `--effects` takes them, over those of the view.
+    /// Typed overrides in the syntax of `--effects`, on top of those of the view.
     effects: String,
     pixels: PixelView,
     renderer: Renderer,
 }
 
-/// What is drawn: the ways and the view that they share.
+/// The variants and the view that they share.
 #[derive(Clone, PartialEq)]
 struct Asked {
     request: ViewRequest,
@@ -60,7 +60,7 @@ struct Asked {
 }
 
 impl Asked {
-    /// What one of the ways asks for.
+    /// The request of one of the variants.
     fn request_of(&self, way: usize) -> Result<ViewRequest, String> {
         let way = &self.variants[way];
         let text = format!("{},{}", self.view_effects.to_text(), way.effects);
@@ -68,7 +68,7 @@ impl Asked {
         Ok(ViewRequest { effects, quality: way.quality, pixel_view: way.pixels, ..self.request.clone() })
     }
 
-    /// Equal but for a size that a line more or less beside the picture makes.
+    /// Whether two differ at most by a small change of size, as when a line appears beside the picture.
     fn is_as_good_as(&self, other: &Self) -> bool {
         const STEP_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
@@ -88,7 +88,7 @@ pub struct ComparePanel {
     bound: BoundView,
 }
 
-/// At the start the view itself against the quickest one.
+/// Initially the view itself and the fastest variant.
 fn first_ways(view: &ViewState) -> [Way; 2] {
     let as_seen = Way { quality: view.quality, pixels: view.pixels, ..Way::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
@@ -152,7 +152,7 @@ impl ComparePanel {
         });
     }
 
-    /// Asks for both once the view stands still.
+    /// Draws both once the view is at rest.
     fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Way; 2]) {
         let Some(drawing) = interface.drawing() else { return };
         let quality = interface.viewer.view.quality;
@@ -173,19 +173,19 @@ impl ComparePanel {
             let [left, right] = [0, 1].map(|side| draw(session, &asked.request_of(side)?, &asked.variants[side]));
             Pair::of(left, right)
         }));
-        // An inline worker has the answer already.
+        // An inline worker has answered already.
         ui.ctx().request_repaint();
     }
 }
 
-/// The longer side of a compared picture, pixels, at most.
+/// Longer side of a compared picture, pixels.
 const MAX_PX: f32 = 1024.0;
 
-/// The request at the panel's size, in the shape of the sky.
+/// The request at the panel's size, with the sky's aspect ratio.
 fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
     let [width, height] = [request.width, request.height].map(|side| side.max(1) as f32);
     let room = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
-    // One scale for both sides: the pair shows what the sky shows.
+    // One scale for both sides keeps the aspect ratio.
     let room = room * (MAX_PX / room.max_elem()).min(1.0);
     let [width, height] = [room.x, room.y].map(|side| side.round().max(1.0) as u32);
     ViewRequest { width, height, ..request.clone() }
@@ -226,7 +226,7 @@ fn name_of(way: &Way) -> String {
 fn draw(session: &Session, request: &ViewRequest, way: &Way) -> Result<Half, String> {
     let sampling = SamplingQuality::of(request.quality);
     let failed = |e: crate::session::SessionError| e.to_string();
-    // Modules and maps come in before the clock runs.
+    // Load modules and maps before timing.
     session.plan(request, sampling).map_err(failed)?;
     let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
     let start = Moment::now();

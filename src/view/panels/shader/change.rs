@@ -1,4 +1,4 @@
-//! What lies between two keys: whether views can need them, source by feature, cost, pictures.
+//! The difference of two keys: whether views can need them, source by feature, cost, pictures.
 
 use super::text::{feature_colour, job};
 use super::work::{Examined, Swap, Work};
@@ -16,13 +16,13 @@ use std::sync::Arc;
 
 #[derive(Default)]
 pub struct ChangeView {
-    /// The view drawn with both keys.
+    /// The comparison is of the current view.
     in_view: bool,
     pair: PairView,
     last: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
-/// The two keys that are compared and what they are called.
+/// The two compared keys and their labels.
 fn two(panel: &ShaderPanel, seen: &Seen<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
     let (drawn, key) = (seen.drawn?, seen.key()?);
     Some(match panel.pins {
@@ -33,7 +33,7 @@ fn two(panel: &ShaderPanel, seen: &Seen<'_>) -> Option<([ShaderKey; 2], [&'stati
     })
 }
 
-/// Whether a view can need it, and the change in a line or two.
+/// Whether a view can need the key, and the change in a line or two.
 pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let Some((keys, names)) = two(panel, seen) else { return };
     if let (Some(key), Some(reachable)) = (seen.key(), panel.work.reachable(seen.worker)) {
@@ -75,7 +75,7 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
 }
 
 fn both(work: &mut Work, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<(Arc<Examined>, Arc<Examined>)> {
-    // Both are asked for before either is waited for.
+    // Request both before waiting for either.
     let [first, second] = [work.whole(worker, &ids[0]), work.whole(worker, &ids[1])];
     Some((first?, second?))
 }
@@ -91,12 +91,12 @@ fn signed(from: usize, to: usize) -> String {
     if from == to { format!("{to} (unchanged)") } else { format!("{from} to {to} ({:+})", to as i64 - from as i64) }
 }
 
-/// Operations over lanes of the software renderer's tapes.
+/// Lane operations of the software renderer's tapes.
 pub fn lane_operations(m: &Examined) -> usize {
     m.tapes.iter().flat_map(|t| t.operations.values()).sum()
 }
 
-/// Values kept at a time: slots of a lane and registers of all, of the fragment stage.
+/// Live values of the fragment stage: slots of a lane and registers of all.
 pub fn registers(m: &Examined) -> usize {
     m.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
 }
@@ -134,7 +134,7 @@ fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, keys: &
     });
 }
 
-/// The view on screen with this key in place of the drawn one.
+/// The current view with this key in place of the drawn one.
 fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let (Some(draw), Some(key), true) = (seen.draw, seen.key(), seen.is_changed()) else { return };
     ui.checkbox(&mut panel.change.in_view, "Draw in this view").on_hover_text("Draw the current view with this key in place of its own");
@@ -147,7 +147,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     if let Some(drawn) = panel.work.swap(seen.worker, &swap, &request) {
         change.last = Some((key, drawn));
     }
-    // Until the next one is there the last stays, as long as it is of this key.
+    // The last picture of this key stays until the next one arrives.
     match change.last.as_ref().filter(|(of, _)| *of == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
@@ -190,7 +190,7 @@ fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
     });
 }
 
-/// What is counted, and how.
+/// A label, and the function that counts.
 type CostRow = (&'static str, fn(&Examined) -> usize);
 
 /// Rows of a table of costs.

@@ -1,4 +1,4 @@
-//! What a module costs, by the IR and by the software renderer's tapes, and how the library came by it.
+//! The Cost page: operations of the IR and of the software renderer's tapes, and the library's statistics.
 
 use super::change::grid;
 use super::{Seen, ShaderPanel};
@@ -58,7 +58,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     });
 }
 
-/// What the library did since the session was opened.
+/// Statistics of the library since the session was opened.
 fn statistics(ui: &mut egui::Ui, s: &Statistics) {
     let each = |seconds: f64, n: u64| if n == 0 { String::new() } else { format!("{:.2} ms each", 1e3 * seconds / n as f64) };
     Grid::new("library").num_columns(3).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
@@ -78,7 +78,7 @@ fn statistics(ui: &mut egui::Ui, s: &Statistics) {
     });
 }
 
-/// Counts by kind, most first, in two columns.
+/// Counts by kind, largest first, in two columns.
 fn kinds(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
     let mut all: Vec<_> = counts.iter().collect();
     all.sort_by_key(|(name, n)| (Reverse(**n), **name));

@@ -1,4 +1,4 @@
-//! Keys around the one that is shown, each as a small picture of the sample body.
+//! The Gallery page: keys near the current one, each with a sample picture.
 
 use super::words::{is_switch, value_text};
 use super::work::{SAMPLE_PX, Work};
@@ -11,7 +11,7 @@ use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, p
 
 #[derive(Default)]
 pub struct GalleryPage {
-    /// A dimension's name; none: one step away in every dimension.
+    /// A dimension's name; `None`: one step in every dimension.
     dimension: Option<&'static str>,
 }
 
@@ -94,12 +94,12 @@ fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
     all
 }
 
-/// The sample body drawn by a key, as a picture that can be clicked.
+/// The sample picture of a key, as a button.
 pub fn sample(work: &mut Work, ui: &mut egui::Ui, worker: &dyn RenderWorker, key: &ShaderKey, name: &str) -> egui::Response {
     let side = Vec2::splat(SAMPLE_PX as f32);
     let (rect, response) = ui.allocate_exact_size(side, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    // What is out of sight is not drawn, and not asked for.
+    // Only visible pictures are drawn.
     if !ui.is_rect_visible(rect) {
         return response;
     }
@@ -134,7 +134,7 @@ mod tests {
         let all = tiles(&base, None);
         let keys: std::collections::BTreeSet<_> = all.iter().map(|t| t.key).collect();
         assert!(keys.len() == all.len() && all.len() > rings.len(), "{} tiles", all.len());
-        // Haze without air changes nothing and has no tile.
+        // Mie scattering without an atmosphere changes nothing and has no tile.
         assert!(all.iter().all(|t| t.words != "with mie"));
     }
 }

@@ -1,4 +1,4 @@
-//! The key by dimension, and what a change of it would change.
+//! The Key page: the key by dimension, and the effect of changing it.
 
 use super::words::{is_switch, meaning, value_text};
 use super::{Seen, ShaderPanel};
@@ -27,12 +27,12 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         ui.separator();
         super::change::details(panel, ui, seen);
     });
-    // Needs that draw the same picture are no change.
+    // Features with the same canonical key are no change.
     let same = asked == base || (panel.asked.is_none() && asked == *drawn.features());
     panel.asked = if same { None } else { Some(asked) };
 }
 
-/// A key by its text.
+/// A field for the key's text.
 fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut DrawFeatures) {
     let page = &mut panel.key;
     ui.horizontal(|ui| {
@@ -55,7 +55,7 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut DrawFeatures) {
 }
 
 fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures, shown: &DrawFeatures) {
-    // A rule that takes a value away says why; the first of each dimension counts.
+    // The first rule that removes a value of a dimension is its explanation.
     let rules = reductions(asked);
     let because = |d: &Dimension| rules.iter().find(|r| r.of == d.name).map(|r| r.because);
     let room = ui.available_width();
@@ -86,7 +86,7 @@ fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures,
     });
 }
 
-/// A switch or a list, named for screen readers.
+/// A switch or a list with an accessible name.
 fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, asked: &mut DrawFeatures, label: egui::Id) {
     if is_switch(d) {
         let mut on = value == 1;

@@ -1,7 +1,7 @@
-//! The module that draws what is selected: its key, its source, its values, its cost, one pixel of it, and what other keys would draw.
+//! The Shader panel: the module that draws the selected body, with its key, source, values, cost, the values of one pixel, and the pictures of other keys.
 //!
-//! In: the last drawing, the selected body. Out: shapes; a key changed by hand stays here and changes no picture on screen. Always: what takes
-//! longer than a frame is asked of the worker; what is shown belongs to the module that is named above it.
+//! In: the last drawing, the selected body. Out: shapes; a key changed by hand stays here and does not change the picture on screen. Always: slow queries
+//! run on the worker; everything shown belongs to the module named at the top.
 
 mod change;
 mod cost;
@@ -46,7 +46,7 @@ impl Page {
     ];
 }
 
-/// Which module of the picture.
+/// The inspected module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wanted {
     /// A draw of the selected body, by its part's name.
@@ -59,11 +59,11 @@ enum Wanted {
 pub struct ShaderPanel {
     page: Page,
     wanted: Option<Wanted>,
-    /// Whose draw was inspected last: with another, what was changed by hand is over.
+    /// The draw inspected last; for another one, manual changes are dropped.
     of: Option<(NaifId, Wanted)>,
-    /// Needs changed by hand, not made canonical.
+    /// Features changed by hand, not canonical.
     asked: Option<DrawFeatures>,
-    /// Of a key that was searched for, until it is shown.
+    /// The features of a key from the search field, until it is shown.
     found: Option<DrawFeatures>,
     pins: [Option<ShaderKey>; 2],
     work: Work,
@@ -75,22 +75,22 @@ pub struct ShaderPanel {
     gallery: gallery::GalleryPage,
 }
 
-/// What is inspected in this turn.
+/// What is inspected in this frame.
 struct Seen<'a> {
     worker: &'a dyn RenderWorker,
     drawing: &'a RenderedView,
-    /// The draw; none for a module that all bodies share.
+    /// The draw; `None` for a module that all bodies share.
     draw: Option<&'a Draw>,
-    /// The draw's key, as the picture has it.
+    /// The draw's key in the picture.
     drawn: Option<ShaderKey>,
-    /// What is shown: the drawn module, or that of the key changed by hand.
+    /// The displayed module: the drawn one, or that of the key changed by hand.
     id: ModuleId,
-    /// Counts the pictures on screen.
+    /// Number of the drawing on screen.
     view: u64,
 }
 
 impl Seen<'_> {
-    /// The key that is shown.
+    /// The displayed key.
     fn key(&self) -> Option<ShaderKey> {
         match &self.id {
             ModuleId::Planet(key) => Some(*key),
@@ -110,19 +110,19 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
 }
 
 impl ShaderPanel {
-    /// Opens a key's page on a key that was found elsewhere.
+    /// Shows a key that was found elsewhere on the Key page.
     pub fn ask_for(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
         self.found = Some(*key.features());
     }
 
-    /// Opens the source at the lines of a feature of the selected body's own draw.
+    /// Opens the source at the lines of a feature of the selected body's draw.
     pub fn ask_for_feature(&mut self, feature: &str) {
         (self.page, self.wanted, self.asked) = (Page::Source, None, None);
         self.source.ask_for(feature);
     }
 
-    /// Whether a click on the sky picks a pixel that is told about.
+    /// Whether a click on the sky picks a pixel for the probe.
     pub fn probes(&self) -> bool {
         self.page == Page::Probe
     }
@@ -180,7 +180,7 @@ impl ShaderPanel {
         }
     }
 
-    /// Which draw of the body, or which shared module.
+    /// The choice of a draw of the body, or of a shared module.
     fn choose(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
         let current = self.of.map(|(_, wanted)| wanted);
         ui.horizontal_wrapped(|ui| {
@@ -205,7 +205,7 @@ impl ShaderPanel {
         });
     }
 
-    /// The module's name, and the way back from a changed key.
+    /// The module's name, and a button that resets a changed key.
     fn name(&mut self, ui: &mut egui::Ui, seen: &Seen<'_>) {
         ui.add(egui::Label::new(RichText::new(seen.id.to_string()).monospace().strong()).wrap());
         ui.horizontal_wrapped(|ui| {

@@ -1,6 +1,6 @@
-//! One pixel: every value that each draw computes there, in f32 and in f64.
+//! The Probe page: every value that each draw computes at one pixel, in f32 and in f64.
 //!
-//! Always: both precisions are asked of one view and one pixel; nothing is asked until someone clicks the sky with the probe on.
+//! Always: both precisions are of one view and one pixel; nothing is computed before a click on the sky with the probe on.
 
 use super::values::number_text;
 use super::{Seen, ShaderPanel};
@@ -19,9 +19,9 @@ type Both = [PixelReport; 2];
 #[derive(Default)]
 pub struct ProbePage {
     wanted: String,
-    /// Chosen by number, for the sky.
+    /// Typed pixel coordinates, for the sky.
     pub typed_px: Option<[u32; 2]>,
-    /// Which of the draws there.
+    /// Index of the draw at the pixel.
     draw: usize,
     asked: Option<([u32; 2], ViewRequest)>,
     coming: Option<Pending<Result<Both, ProbeError>>>,
@@ -92,7 +92,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     if let Some([latitude, longitude]) = first.ground_deg {
         ui.label(format!("surface at latitude {latitude:+.4}°, longitude {longitude:+.4}° (E)"));
     }
-    // The two precisions may disagree on who covers an edge pixel.
+    // The precisions may disagree on the coverage of an edge pixel.
     let second = double.draws.iter().find(|d| d.body == first.body && d.part == first.part);
     ui.horizontal(|ui| {
         let label = ui.label("Filter");
@@ -107,7 +107,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
 }
 
 impl ProbePage {
-    /// Asks when the pixel or a standing view changes.
+    /// Queries when the pixel or a view at rest changes.
     fn ask(&mut self, seen: &Seen<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..seen.drawing.job.request.clone() };
@@ -124,7 +124,7 @@ impl ProbePage {
     }
 }
 
-/// One number by its name in both precisions.
+/// One value by its name in both precisions.
 struct Row {
     name: String,
     single: f64,
@@ -141,7 +141,7 @@ impl Row {
     }
 }
 
-/// Every number of a draw at the pixel; a vector's by component.
+/// Every value of a draw at the pixel; vectors by component.
 fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
     let of = |name: &str, k: usize| second.and_then(|s| s.seen.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());

@@ -1,4 +1,4 @@
-//! A module's text in one language, line by line, with the colours that tell its words apart and the feature that asked for each line.
+//! A module's text in one language, line by line, with syntax colours and the feature of each line.
 
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;
@@ -7,7 +7,7 @@ use egui::ecolor::HsvaGamma;
 use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;
 
-/// One line and who asked for it.
+/// One line and its origin.
 pub struct Line {
     pub text: String,
     /// Index into [`Text::features`].
@@ -19,11 +19,11 @@ pub struct Line {
 pub struct Text {
     pub language: Language,
     pub lines: Vec<Line>,
-    /// Name and number of lines; empty where the language has no source map.
+    /// Name and number of lines of each feature; empty if the language has no source map.
     pub features: Vec<(String, usize)>,
 }
 
-/// Writes a module in a language.
+/// Translates a module to a language.
 pub fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String> {
     let text = translate(module, language).map_err(|e| e.to_string())?;
     let map = &module.source_map;
@@ -39,7 +39,7 @@ pub fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String
     Ok(Text { language, lines, features })
 }
 
-/// What a word is, as far as colours go.
+/// Token kinds, for syntax colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Plain,
@@ -120,7 +120,7 @@ fn word_kind(word: &str, rest: &str) -> Kind {
     }
 }
 
-/// The words of a line, in order, without gaps. A comment runs to the line's end.
+/// The tokens of a line, in order, without gaps. A comment runs to the end of the line.
 pub fn words(line: &str) -> Vec<(Range<usize>, Kind)> {
     let mut found: Vec<(Range<usize>, Kind)> = Vec::new();
     let mut push = |range: Range<usize>, kind: Kind| match found.last_mut() {
@@ -138,7 +138,7 @@ pub fn words(line: &str) -> Vec<(Range<usize>, Kind)> {
         }
         if is_word(c) {
             let number = c.is_ascii_digit();
-            // A number keeps its point and a signed exponent.
+            // A number includes its point and a signed exponent.
             let mut end = 0;
             let mut before = ' ';
             for (i, c) in rest.char_indices() {
@@ -177,19 +177,19 @@ fn colour(kind: Kind, dark: bool) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// The colour of a feature, the same in every module: a place on the colour circle for each feature that there is.
+/// The colour of a feature, the same in every module: each known feature has its own hue.
 pub fn feature_colour(name: &str, dark: bool) -> Color32 {
     let (negated, name) = name.strip_prefix("not ").map_or((false, name), |n| (true, n.split(", ").next().unwrap_or(n)));
     let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
     let Some(place) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
-    // Steps of the golden angle keep neighbours apart.
+    // Steps of the golden angle separate neighbours.
     let hue = (place as f32 * 0.381_966).fract();
     let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
-    // What is there because a feature is not has its colour, paler.
+    // A negated feature has the same hue, paler.
     HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
 }
 
-/// A line with its number, its colours, and what is looked for marked in it.
+/// A line with its number, syntax colours, and search results highlighted.
 pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
     let format = |color: Color32| TextFormat { font_id: font.clone(), color, ..TextFormat::default() };
     let mut job = LayoutJob::default();
@@ -209,7 +209,7 @@ pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -
             };
             let mut as_is = format(colour(kind, dark));
             if inside.is_some() {
-                // Every colour of code would not be read on the mark.
+                // Not every syntax colour is legible on the highlight.
                 as_is.color = colour(Kind::Plain, dark);
                 as_is.background = mark;
             }
@@ -220,12 +220,12 @@ pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -
     job
 }
 
-/// Where a text occurs in a line, in any case of Latin letters.
+/// Occurrences of a text in a line, ignoring ASCII case.
 pub fn found_in(line: &str, needle: &str) -> Vec<Range<usize>> {
     if needle.is_empty() {
         return Vec::new();
     }
-    // Only Latin letters change, so that places stay.
+    // ASCII case conversion keeps byte offsets.
     let (line, needle) = (line.to_ascii_lowercase(), needle.to_ascii_lowercase());
     line.match_indices(&needle).map(|(at, _)| at..at + needle.len()).collect()
 }

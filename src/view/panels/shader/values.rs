@@ -1,6 +1,6 @@
-//! What a draw's module reads: uniforms by name with their bytes' places, textures with their files.
+//! The Values page: uniforms of a draw by name with their byte offsets, textures with their files.
 //!
-//! Always: the numbers are those that the last drawing was made with; under a key changed by hand, what this draw would give it.
+//! Always: the numbers are those of the last drawing; under a key changed by hand, those that this draw would give it.
 
 use super::{Seen, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
@@ -13,7 +13,7 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 #[derive(Default)]
 pub struct ValuesPage {
     wanted: String,
-    /// Which draw of a shared module.
+    /// Index of the draw, for a shared module.
     draw: usize,
 }
 
@@ -49,7 +49,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     });
 }
 
-/// What a shared module was given, for the draw that is chosen where it has several.
+/// The uniform bytes of a shared module, for the chosen draw if it has several.
 fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, module: &str) -> Option<Vec<u8>> {
     let draws: Vec<_> = seen.drawing.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
@@ -74,7 +74,7 @@ fn numbers(field: &Field, bytes: &[u8]) -> Vec<f32> {
     of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
-/// Seven digits, short where fewer tell all.
+/// At most seven significant digits, fewer if they suffice.
 pub fn number_text(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {
@@ -84,7 +84,7 @@ pub fn number_text(v: f32) -> String {
 }
 
 fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &str) {
-    /// Rows of four that are shown of a long array.
+    /// Rows shown of a long array.
     const ROWS: usize = 3;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in ["offset", "bytes", "type", "name", "value"] {

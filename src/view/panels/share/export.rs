@@ -1,7 +1,7 @@
-//! Pictures, sequences and moving pictures on their way to files.
+//! Export of pictures, sequences and animations to files.
 //!
-//! In: a view or a tour, names, sizes. Out: files. Always: no file that exists is written over; one frame after the other is drawn in the background, so that all of it can be stopped, and what was
-//! begun goes on when the panel is closed; a moving picture is written whole at its end.
+//! In: a view or a tour, names, sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background one after the other, so that the export can be stopped; it
+//! continues when the panel is closed; an animation is written at its end as a whole file.
 
 use crate::files::{FileAccess, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, animation_format};
@@ -21,15 +21,15 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Format {
     pub size: [u32; 2],
-    /// Names of bodies are drawn into it.
+    /// Draw the names of bodies.
     pub names: bool,
 }
 
-/// What the frames show.
+/// The views of the frames.
 pub enum Frames {
-    /// A view at times that are so far apart.
+    /// One view at times `step_s` apart.
     Steps { view: Box<ViewState>, step_s: f64 },
-    /// A tour at so many frames a second, with the quality of the window.
+    /// A tour at `rate` frames per second, with the quality of the window.
     Tour { tour: Arc<Tour>, rate: u32, habits: Box<ViewState> },
 }
 
@@ -49,16 +49,16 @@ struct MovingPicture {
 }
 
 enum Output {
-    /// A file a frame.
+    /// One file per frame.
     Files(NumberedName),
-    /// One for all; `None` while a frame is being added.
+    /// One file for all frames; `None` while a frame is being added.
     Moving(Option<Box<MovingPicture>>),
 }
 
-/// The file of a frame, if it has one by now; the moving picture, if it is not finished.
+/// The file of a frame, if it has been written; the animation, if it is not finished.
 type FrameAnswer = Result<(Option<PathBuf>, Option<Box<MovingPicture>>), String>;
 
-/// Frames on their way.
+/// A running export.
 pub struct Export {
     frames: Arc<Frames>,
     output: Output,
@@ -70,7 +70,7 @@ pub struct Export {
 }
 
 impl Export {
-    /// Frames as files of their own.
+    /// Exports frames to one file each.
     ///
     /// # Errors
     /// How to write a frame's number into a name.
@@ -79,10 +79,10 @@ impl Export {
         Ok(Self::of(frames, Output::Files(files), count, format))
     }
 
-    /// Frames as one moving picture, `rate` a second.
+    /// Exports frames as one animation at `rate` frames per second.
     ///
     /// # Errors
-    /// An ending that is no moving picture's, or what its form does not know.
+    /// An extension that is no animation format's, or a size or rate that the format does not support.
     pub fn of_moving(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| format!("{name}: an animation's file ends in .gif or .apng"))?;
         let [width, height] = format.size;
@@ -99,14 +99,14 @@ impl Export {
         Self { frames: Arc::new(frames), output, format, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
     }
 
-    /// Begins.
+    /// Starts the export.
     pub fn begin(mut self, worker: &dyn RenderWorker, now_s: f64) -> Self {
         self.began_s = now_s;
         self.next(worker);
         self
     }
 
-    /// Part that is done, 0 to 1.
+    /// Finished fraction, 0 to 1.
     pub fn part(&self) -> f32 {
         self.done as f32 / self.count.max(1) as f32
     }
@@ -120,7 +120,7 @@ impl Export {
         format!("{} of {}{left}", self.done, self.count)
     }
 
-    /// Takes a finished frame and draws the next one. `Some`: what to say; the export is over where it says so.
+    /// Takes a finished frame and starts the next one. `Some`: a message, and whether the export has ended.
     pub fn go_on(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, moving) = match self.frame.take()? {
             Ok(answer) => answer,
@@ -168,7 +168,7 @@ fn left_text(seconds: f64) -> String {
     }
 }
 
-/// Draws a frame into a moving picture, and writes that once it is whole.
+/// Adds a frame to an animation, and writes the file after the last frame.
 fn added(session: &Session, mut moving: Box<MovingPicture>, view: &ViewState, format: Format, is_last: bool) -> FrameAnswer {
     let (_, drawn) = drawn(session, view, format, false)?;
     moving.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
@@ -192,7 +192,7 @@ fn drawn(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> R
     Ok((request, drawn))
 }
 
-/// Draws a view and writes it under the first of the names that is free; answers which.
+/// Draws a view and writes it under the first name that is free; returns that name.
 pub fn save(session: &Session, view: &ViewState, format: Format, files: impl Iterator<Item = PathBuf>) -> Result<PathBuf, String> {
     let mut files = files.peekable();
     let path = files.peek().cloned().unwrap_or_default();

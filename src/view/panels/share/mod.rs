@@ -1,7 +1,7 @@
-//! Keeping and sharing: links, files, bookmarks, pictures, sequences of frames, moving pictures.
+//! The Share panel: links, files, bookmarks, pictures, sequences of frames, animations.
 //!
-//! In: the view, names of files. Out: files, and where they are. Always: no file that exists is written over; what was begun goes on when the panel is closed. Not here: how
-//! frames become files (`export`).
+//! In: the view, names of files. Out: files, and their paths. Always: no existing file is overwritten; exports continue when the panel is closed. Not here: how
+//! frames are written (`export`).
 
 pub mod dialog;
 mod export;
@@ -35,22 +35,22 @@ pub struct SharePanel {
     shot: Option<Pending<Result<PathBuf, String>>>,
     export: Option<Export>,
     dialog: Option<dialog::OpenDialog>,
-    /// A picture was asked for.
+    /// The user asked for a picture.
     pub wants_picture: bool,
     wants: Option<Wanted>,
 }
 
-/// A moving picture that is being planned.
+/// Settings of an animation.
 struct Animation {
     file: String,
     format: Format,
-    /// Frames a second.
+    /// Frames per second.
     rate: u32,
-    /// Half of the frames come before the shown time.
+    /// The displayed time is in the middle of the animation.
     is_centred: bool,
 }
 
-/// Frames that were asked for.
+/// The requested export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wanted {
     Sequence,
@@ -84,12 +84,12 @@ impl Default for SharePanel {
 }
 
 impl SharePanel {
-    /// A picture or a run of frames is being made.
+    /// Whether a picture or sequence is being exported.
     pub fn is_busy(&self) -> bool {
         self.shot.is_some() || self.export.is_some()
     }
 
-    /// Asks for the tour that plays as a moving picture.
+    /// Requests an animation of the current tour.
     pub fn record_tour(&mut self) {
         self.wants = Some(Wanted::Tour);
     }
@@ -138,7 +138,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| e.to_string());
             let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
             if let Ok(path) = &written {
-                // What was saved is what *Open view* opens.
+                // *Open view* then opens the saved file.
                 interface.share.file = path.display().to_string();
             }
             interface.message = written.map_or_else(|why| why, |path| saved(&path));
@@ -162,7 +162,7 @@ fn saved(path: &Path) -> String {
     format!("Saved {}", whole(path))
 }
 
-/// Begins what was asked for and takes what is done, whether the panel is open or not.
+/// Starts requested exports and takes finished frames, whether the panel is open or not.
 pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     dialog::work(interface, ctx);
     let panel = &mut interface.share;
@@ -196,7 +196,7 @@ pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderW
     }
 }
 
-/// The frames that are wanted, and where they go.
+/// The export for a request: its frames and files.
 fn planned(interface: &Interface, wanted: Wanted) -> Result<Export, String> {
     let panel = &interface.share;
     let Animation { file, format, rate, is_centred } = &panel.animation;

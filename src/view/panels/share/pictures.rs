@@ -13,7 +13,7 @@ fn side(value: &mut u32) -> DragValue<'_> {
     DragValue::new(value).range(1..=16_384)
 }
 
-/// Width, height and labels; `of` goes before their names.
+/// Width, height and labels; `labels` are their accessible names.
 fn format_fields(ui: &mut Ui, format: &mut Format, [width, height, labels]: [&str; 3]) {
     accessible::number(ui, side(&mut format.size[0]), width);
     ui.label("x");
@@ -43,14 +43,14 @@ pub fn images(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// How many frames, and how far apart: for sequences and animations alike.
+/// Number of frames and their interval: for sequences and animations.
 pub fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong("Frames over time");
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
         accessible::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), "Number of frames");
         ui.label("frames,");
-        // A century at the most.
+        // At most a century.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
         accessible::number(ui, step, "Simulated seconds between frames");
         ui.label("apart");
@@ -99,7 +99,7 @@ pub fn animation(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// What is being drawn: its bar, what is left, its end.
+/// Progress of an export: bar, remaining time, button to stop it.
 pub fn progress(interface: &mut Interface, ui: &mut Ui) {
     let now_s = interface.viewport.last_s;
     let Some(export) = &interface.share.export else { return };
