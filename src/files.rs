@@ -1,8 +1,8 @@
-//! Files: bounded reading of what comes from outside, whole writing of what is kept.
+//! Files: reads with a size limit, and atomic writes.
 //!
-//! In: paths. Out: bytes of regular files, of bounded length; files that are written whole or not at all. Always: a pipe, a device or a folder is refused at once; what is
-//! written is created under a name that nobody can foresee, in the folder of its target and never through a link, and is on the disk before it takes the target's name;
-//! temporary files that a killed process left are removed when a day old. It knows no format, and decides on no place.
+//! In: paths. Out: bytes of regular files, of bounded length; files that are written completely or not at all. Always: a pipe, a device or a folder is refused at once; a new
+//! file is created under an unpredictable name in the folder of its target, never through a link, and is synced to disk before it is renamed to its target;
+//! temporary files of a killed process are removed after a day. It knows no format, and chooses no location.
 
 use crate::wording::echo;
 use parking_lot::Mutex;
@@ -13,19 +13,19 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
 
-/// What the names of temporary files begin with.
+/// Prefix of temporary files.
 const TEMPORARY: &str = ".orrery-writing-";
-/// Age from which a temporary file is of no process that still runs: none takes so long to write one file.
+/// Age above which a temporary file cannot belong to a running process, since no file takes so long to write.
 const LITTER_AGE: Duration = Duration::from_secs(86_400);
 
 /// The bytes of a regular file of at most `max_bytes`.
 ///
 /// # Errors
-/// Why it cannot be opened or read, that it is no regular file, or that it is longer.
+/// It cannot be opened or read, is no regular file, or is longer.
 pub fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let mut options = OpenOptions::new();
     options.read(true);
-    // Opening a pipe that nobody writes would wait for ever.
+    // Opening a pipe without a writer would block forever.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
     let file = options.open(path)?;
@@ -42,12 +42,12 @@ pub fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
         return Err(too_long(about.len()));
     }
     let mut bytes = Vec::new();
-    // Files of the kernel say that they have no bytes; others may grow.
+    // Files of procfs have length 0; others may grow.
     file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max_bytes { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
 }
 
-/// The same of text in UTF-8.
+/// The same for UTF-8 text.
 ///
 /// # Errors
 /// As [`read_bytes`], or that it is not UTF-8.
@@ -55,10 +55,10 @@ pub fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))
 }
 
-/// That a file of a folder lies in it, links followed: the folder may be a stranger's, and its catalog names the file.
+/// Checks that a file is inside a folder after links are resolved: the folder may come from somebody else, and its catalog names the file.
 ///
 /// # Errors
-/// That it lies elsewhere, or that it or the folder is not there.
+/// It is elsewhere, or it or the folder does not exist.
 pub fn check_inside(folder: &Path, path: &Path) -> Result<()> {
     match path.canonicalize()?.starts_with(folder.canonicalize()?) {
         true => Ok(()),
@@ -66,11 +66,11 @@ pub fn check_inside(folder: &Path, path: &Path) -> Result<()> {
     }
 }
 
-/// Who may read a file that is kept.
+/// Who may read a written file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileAccess {
     All,
-    /// Settings tell where someone lives.
+    /// For settings, which include the user's home.
     Owner,
 }
 
@@ -78,13 +78,13 @@ pub enum FileAccess {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {why}")]
 pub struct WriteError {
-    /// As it was named, escaped and cut for a message.
+    /// The path as it was named, escaped and shortened for a message.
     pub path: String,
-    /// What the system says, or which folder is missing.
+    /// The system's error, or the missing folder.
     pub why: String,
 }
 
-/// Writes beside the target and moves it there whole.
+/// Writes a file atomically.
 ///
 /// # Errors
 /// The path and why.
@@ -96,10 +96,10 @@ pub fn write_whole(
     replace(path, readers, fill).map_err(|e| failure(path, &e))
 }
 
-/// Writes beside the target and moves it whole to the first of `names`, all of one folder, that no file has; answers which it is.
+/// Writes a file atomically under the first of `names`, all in one folder, that does not exist; returns that name.
 ///
 /// # Errors
-/// The path and why: no name is free, for one.
+/// The path and why, such as that no name is free.
 pub fn write_new(
     names: impl IntoIterator<Item = PathBuf>,
     readers: FileAccess,
@@ -110,7 +110,7 @@ pub fn write_new(
     let mut name = names.next().ok_or_else(none)?;
     let mut file = filled(&name, readers, fill).map_err(|e| failure(&name, &e))?;
     loop {
-        // One step of the system: between looking and moving another program could take the name.
+        // One system call: between a check and a rename another program could take the name.
         match file.persist_noclobber(&name) {
             Ok(_) => return Ok(name),
             Err(e) if e.error.kind() == ErrorKind::AlreadyExists => {
@@ -123,7 +123,7 @@ pub fn write_new(
     }
 }
 
-/// Writes an entry of a cache whole, for this user alone, and makes the folders that it lacks.
+/// Writes a cache entry atomically, readable by this user only, and creates missing folders.
 ///
 /// # Errors
 /// Why it cannot be written.
@@ -137,7 +137,7 @@ pub fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 fn replace(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<()> {
-    // Moving a file there would put an end to the device or pipe.
+    // A rename would replace the device or pipe.
     if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return Err(Error::new(ErrorKind::InvalidInput, "not a regular file, which cannot be replaced"));
     }
@@ -145,7 +145,7 @@ fn replace(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&m
     Ok(())
 }
 
-/// The content of `path`, whole and on the disk, under another name of its folder.
+/// Writes the content for `path`, completely and synced to disk, to a temporary file in the same folder.
 fn filled(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
     let folder = folder_of(path);
     remove_litter_once(folder);
@@ -153,7 +153,7 @@ fn filled(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mu
     options.read(true).write(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    // Opened here: the crate's own opening puts the temporary name into its message.
+    // Opened here, because the crate's own error message contains the temporary name.
     let mut file = tempfile::Builder::new().prefix(TEMPORARY).make_in(folder, |at| options.open(at))?;
     let mut out = BufWriter::new(file.as_file_mut());
     fill(&mut out)?;
@@ -170,7 +170,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Which folder is missing says more than that something is.
+/// The error for a failed write. It names the missing folder, where that is the reason.
 pub fn failure(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());
     let why = match e.kind() {
@@ -181,11 +181,11 @@ pub fn failure(path: &Path, e: &Error) -> WriteError {
     WriteError { path: echo(&path.display().to_string()), why }
 }
 
-/// Temporary files are private; a picture is not.
+/// Temporary files are private, while pictures are not.
 #[cfg(unix)]
 fn open_to_others(file: &File) {
     use std::os::unix::fs::PermissionsExt;
-    // Failing leaves the picture readable by its owner alone, which is no reason to lose it.
+    // On failure only the owner can read the picture, which is better than losing it.
     let _ = file.set_permissions(std::fs::Permissions::from_mode(0o644));
 }
 
@@ -210,18 +210,18 @@ fn remove_litter_once(folder: &Path) {
         changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > LITTER_AGE)
     };
     let entries = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
-    // Another user's, or gone already: neither stops anybody.
+    // A file of another user, or already removed: neither matters.
     entries.filter(|path| is_temporary(path) && is_old(path)).for_each(|path| drop(std::fs::remove_file(path)));
 }
 
-/// Why a folder is not this user's alone to write: another's, or open to others. `is_above`: our own folder is below it and is looked at itself, so that a group may write
-/// here, and everybody where nobody can remove what is another's (the sticky bit of /tmp). A folder that does not exist is nobody's.
+/// Why other users could write to a folder: its owner or its mode. `is_above`: a parent of our own folder, which is checked itself; a parent may be group-writable,
+/// and world-writable if only owners can remove files (the sticky bit of /tmp). `None` for a folder that does not exist.
 #[cfg(unix)]
 pub fn who_else_writes(folder: &Path, is_above: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
     // SAFETY: it takes nothing, cannot fail and changes nothing.
     let own = unsafe { libc::geteuid() };
-    // Of a link both count: what it is and where it leads.
+    // For a link, both itself and its target count.
     for about in [folder.symlink_metadata().ok()?, folder.metadata().ok()?] {
         if about.uid() != own && about.uid() != 0 {
             return Some(format!("it belongs to user {}", about.uid()));
@@ -251,7 +251,7 @@ mod tests {
         (1..).map(move |n| folder.join(format!("a-{n}.txt")))
     }
 
-    /// Eight writers at once, each ten files, beside files of others: nothing is lost and nothing replaced.
+    /// Eight concurrent writers with ten files each, beside existing files: nothing is lost or replaced.
     #[test]
     fn what_is_written_under_a_new_name_replaces_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -277,7 +277,7 @@ mod tests {
         for n in others {
             assert_eq!(std::fs::read_to_string(folder.path().join(format!("a-{n}.txt"))).expect("a file"), "another's");
         }
-        // No name is left out, and nothing else is left behind.
+        // No name is skipped, and no other file remains.
         let expected: BTreeSet<String> = (1..=83).map(|n| format!("a-{n}.txt")).collect();
         assert_eq!(names_in(folder.path()), expected);
     }
@@ -299,7 +299,7 @@ mod tests {
         assert!(write_new([nowhere], FileAccess::All, |_| Ok(())).is_err_and(|e| e.path.ends_with("b.txt")));
     }
 
-    /// A failure half-way leaves the old file as it was and nothing beside it.
+    /// A write that fails half-way leaves the old file unchanged and no other behind.
     #[test]
     fn a_write_that_fails_leaves_what_was_there() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -353,7 +353,7 @@ mod tests {
         }
     }
 
-    /// Each of these would never end, or never begin.
+    /// Reading any of these would block or never end.
     #[cfg(unix)]
     #[test]
     fn pipes_and_devices_are_refused_at_once() {
@@ -368,7 +368,7 @@ mod tests {
             assert!(write_whole(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
         }
         assert!(read_bytes(&round, 1 << 20).is_err());
-        // A file of the kernel that says it has no bytes.
+        // A procfs file that reports length 0.
         assert!(!read_bytes(Path::new("/proc/self/stat"), 1 << 20).map_or(vec![0], |b| b).is_empty());
         assert!(begun.elapsed() < Duration::from_secs(5));
     }
@@ -391,7 +391,7 @@ mod tests {
         assert_eq!(names_in(folder.path()), expected.into_iter().map(str::to_owned).collect());
     }
 
-    /// What someone laid at a name that could be foreseen is never written through.
+    /// A link placed at a predictable name is never followed.
     #[cfg(unix)]
     #[test]
     fn names_of_temporary_files_differ_and_links_are_not_followed() {

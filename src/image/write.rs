@@ -1,6 +1,6 @@
-//! Finished frames to bytes: PNG with text chunks, EXR with linear floats, y4m for a video encoder.
+//! Writes finished frames: PNG with text chunks, EXR with linear floats, y4m for a video encoder.
 //!
-//! In: plain rows, top first. The same input gives the same bytes: no clock, no program version unless the caller puts it into the text.
+//! In: rows of pixels, top first. The same input gives the same bytes: no clock, and no program version unless the caller adds it to the text.
 
 use super::ImageError;
 use super::sealed::{seal_exr, unsealed};
@@ -34,7 +34,7 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(failed)
 }
 
-/// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR; `comments` becomes its attribute of that name, `sealed` one that
+/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR; `comments` becomes the attribute of that name, `sealed` one that
 /// [`super::exr_head_text`] reads back.
 pub fn write_exr(
     mut out: impl Write,
@@ -56,7 +56,7 @@ pub fn write_exr(
     if let Some((name, value)) = sealed.map(unsealed)
         && let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value))
     {
-        // One alone: the crate keeps them in no order.
+        // Only one, because the crate does not keep attributes in order.
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
     let mut bytes = Cursor::new(Vec::new());
@@ -66,7 +66,7 @@ pub fn write_exr(
     out.write_all(&bytes).map_err(failed)
 }
 
-/// Starts a YUV4MPEG2 stream: full-resolution chroma, `rate` frames a second.
+/// Starts a YUV4MPEG2 stream: 4:4:4 chroma, `rate` frames per second.
 pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32) -> Result<(), ImageError> {
     writeln!(out, "YUV4MPEG2 W{width} H{height} F{rate}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED").map_err(failed)
 }
@@ -78,15 +78,15 @@ const PIECE: usize = 128;
 fn luma_and_chroma(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
-        // SAFETY: the instructions are there.
+        // SAFETY: the CPU feature was just detected.
         return unsafe { by_avx2(pixels) };
     }
     by_any_machine(pixels)
 }
 
-/// The same code, wider: no instruction of it rounds differently.
+/// The same code compiled for AVX2; no instruction rounds differently.
 /// # Safety
-/// The machine has AVX2.
+/// The CPU has AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 unsafe fn by_avx2(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
@@ -114,22 +114,22 @@ fn by_any_machine(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
     bytes
 }
 
-/// The nearest integer to a value of 0 to 255, halves upwards. A conversion that saturates would not become vector code.
+/// Rounds a value of 0 to 255 to the nearest integer, halves upwards. A saturating conversion would not be vectorised.
 #[inline(always)]
 fn nearest_byte(value: f32) -> u8 {
-    // 1.5 * 2^23 leaves the integer that is nearest to the sum in its low bits; where that is greater, the one below is wanted.
+    // Adding 1.5 * 2^23 leaves the nearest integer to the sum in the low bits; if that is greater than the sum, one less is the floor.
     let sum = value + 0.5;
     let nearest = sum + 12_582_912.0;
     let over = nearest - 12_582_912.0 > sum;
     (nearest.to_bits() & 0xff).wrapping_sub(u32::from(over)) as u8
 }
 
-/// Adds one frame of display bytes: BT.709 luma and chroma, limited range (Y 16..235, C 16..240). Alpha is left out.
+/// Adds one frame of display bytes: BT.709 luma and chroma, limited range (Y 16..235, C 16..240). Alpha is ignored.
 pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), ImageError> {
     let mut planes = vec![0_u8; display.len() * 3];
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
-    // Pieces of one length, each step a loop of its own: these become vector code.
+    // Blocks of fixed length with one loop per step, which the compiler vectorises.
     let pieces = display.chunks(PIECE).zip(y.chunks_mut(PIECE)).zip(cb.chunks_mut(PIECE)).zip(cr.chunks_mut(PIECE));
     for (((pixels, y), cb), cr) in pieces {
         let mut piece = [[0; 4]; PIECE];

@@ -1,7 +1,7 @@
-//! What drawing costs: models of light, shapes, sampling, resolution and precision, each in a view that shows it.
+//! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where it matters.
 //!
-//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure; what a quality takes is read from the
-//! scene that the program makes at that quality.
+//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure; the option of a quality is read from the
+//! scene that the program builds at that quality.
 
 use super::pictures::{LightPicture, PlannedView, Studio, levels_apart, p999};
 use super::rule::Unit;
@@ -16,7 +16,7 @@ use crate::session::{Session, SessionError, standard_scenes};
 use crate::time::Instant;
 
 const SATURN: NaifId = NaifId(699);
-/// One sample a pixel, eight taps: nothing but the choice at hand differs.
+/// One sample per pixel and eight taps for all options, so that nothing but the choice differs.
 const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
 const MOON_IN_PENUMBRA_JD_TDB: f64 = 2_459_891.907_1;
@@ -37,13 +37,13 @@ fn over(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort:
     }
 }
 
-/// With effects switched as `--effects` does.
+/// The request with effects in the syntax of `--effects`.
 fn with_effects(request: &ViewRequest, effects: &str) -> Result<ViewRequest, SessionError> {
     let text = format!("{},{effects}", request.effects.to_text());
     Ok(ViewRequest { effects: EffectOverrides::parse(text.trim_matches(','))?, ..request.clone() })
 }
 
-/// A standard scene without what is drawn in pixels and not in angles (points, stars, glare), which would change with the picture's size.
+/// A standard scene without features whose size is in pixels (points, stars, glare), which would change with the picture's size.
 pub(super) fn standard(name: &str, effort: Effort) -> Result<ViewRequest, SessionError> {
     let side = effort.side_px();
     let scene = standard_scenes(side, side).into_iter().find(|s| s.name == name).map(|s| s.request);
@@ -51,7 +51,7 @@ pub(super) fn standard(name: &str, effort: Effort) -> Result<ViewRequest, Sessio
     with_effects(&ViewRequest { layers: Layers { stars: false, ..Layers::default() }, ..request }, "-points,-glow")
 }
 
-/// The qualities whose scene of this view has `what`.
+/// The qualities whose scene of this view satisfies `what`.
 fn qualities(studio: &Studio<'_>, request: &ViewRequest, what: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
     let mut found = Vec::new();
     for quality in Quality::ALL {
@@ -63,14 +63,14 @@ fn qualities(studio: &Studio<'_>, request: &ViewRequest, what: impl Fn(&Draw) ->
     Ok(found)
 }
 
-/// Percent of the truth's greatest light by which a picture differs at most.
+/// Greatest difference from the reference, percent of the reference's greatest radiance.
 fn percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
     let most = truth.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
     let apart = picture.light.iter().zip(&truth.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
     100.0 * f64::from(apart) / f64::from(most.max(f32::MIN_POSITIVE))
 }
 
-/// Light that is not where the truth has it, percent of all light.
+/// Sum of absolute differences from the reference, percent of all light.
 fn mean_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
     let sum =
         |of: &dyn Fn(usize, usize) -> f32| (0..truth.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>();
@@ -91,7 +91,7 @@ fn drawing<'a>(
     Ok(Candidate { name: name.to_owned(), error, default_of, work: Box::new(move || studio.draw(&view, precision)) })
 }
 
-/// Who darkens the Sun, by which model.
+/// The eclipse models.
 pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = over(NaifId::MOON, MOON_IN_PENUMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
@@ -104,7 +104,7 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
         let default_of = qualities(&studio, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
         let measured =
             drawing(&studio, model.name(), studio.planned(&asked, PLAIN)?, Precision::F32, vec![], |p| percent_of_light(p, &truth))?;
-        // The error is of sunlight on the ground; the time is that of the picture.
+        // The error is of sunlight on the ground; the time is that of the final image.
         let shown = studio.planned(&ViewRequest { pixel_view: PixelView::Final, ..asked }, PLAIN)?;
         let studio = &studio;
         candidates.push(Candidate { default_of, work: Box::new(move || studio.draw(&shown, Precision::F32)), ..measured });
@@ -112,7 +112,7 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     weighed("eclipse", "sunlight on the Moon, 2022-11-08T09:45, half of it in the umbra", Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Saturn's view with another model in all draws.
+/// The view with another model in all draws.
 fn with_draws(studio: &Studio<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
     let mut scene = studio.planned(request, PLAIN)?.scene;
     scene.draws.iter_mut().for_each(change);
@@ -120,7 +120,7 @@ fn with_draws(studio: &Studio<'_>, request: &ViewRequest, change: impl Fn(&mut D
     Ok(PlannedView { scene, plan })
 }
 
-/// The rings' shadow on their planet.
+/// The models of the rings' shadow on their planet.
 pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(over(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
@@ -140,10 +140,10 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     weighed("ring-shadow", "Saturn from 2 radii, 2017-05-17, the Sun 26 degrees above the rings", Unit::Levels, effort.rounds(), candidates)
 }
 
-/// The planet's shadow on its rings.
+/// The models of the planet's shadow on its rings.
 pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
-    // From the side of Uranus the shadow is seen beside the globe.
+    // From the direction of Uranus the shadow is visible beside the globe.
     let request = studio.exposed(over(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort))?;
     let model_of = |model: BodyShadow| {
         with_draws(&studio, &request, |d| {
@@ -161,7 +161,7 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     weighed("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
 }
 
-/// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky over the ground.
+/// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
 fn views_of_air(studio: &Studio<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = over(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
     let from = |latitude_deg: f64, height_km: f64, dip: f64| ViewRequest {
@@ -176,7 +176,7 @@ fn views_of_air(studio: &Studio<'_>, effort: Effort) -> Result<[ViewRequest; 3],
     Ok([studio.exposed(globe.clone())?, studio.exposed(limb)?, studio.exposed(sky)?])
 }
 
-/// How finely the light of the air is summed.
+/// The tiers of atmospheric scattering.
 pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let views = views_of_air(&studio, effort)?;
@@ -205,7 +205,7 @@ pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasur
     weighed("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Normals of a sphere or of the oblate figure; the outline is the ellipsoid's in both.
+/// Normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
 pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = over(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
@@ -221,7 +221,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     weighed("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
 }
 
-/// Options that differ in sampling: drawn in f32, their errors in f64, so that rounding is no part of them.
+/// Options that differ in sampling: timed in f32, their errors computed in f64 to exclude rounding.
 fn sampled<'a>(
     studio: &'a Studio<'_>,
     request: &ViewRequest,
@@ -238,12 +238,12 @@ fn sampled<'a>(
     Ok(candidates)
 }
 
-/// The qualities whose sampling is such.
+/// The qualities whose sampling satisfies a condition.
 fn qualities_sampling(is_such: impl Fn(SamplingQuality) -> bool) -> Vec<Quality> {
     Quality::ALL.into_iter().filter(|q| is_such(SamplingQuality::of(*q))).collect()
 }
 
-/// Taps along the footprint of a pixel on a map.
+/// Anisotropy: taps along the footprint of a pixel on a map.
 pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(standard("moon-limb", effort)?)?;
@@ -255,7 +255,7 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
     weighed("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
 }
 
-/// Samples of a pixel.
+/// Samples per pixel.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(standard("saturn", effort)?)?;
@@ -266,7 +266,7 @@ pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     weighed("samples", about, Unit::Levels, effort.rounds(), candidates)
 }
 
-/// Whole pixels, or fewer that are stretched over the window while things move.
+/// Full resolution, or lower ones that are scaled to the window while the view moves.
 pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(standard("saturn", effort)?)?;

@@ -1,8 +1,8 @@
-//! How far each pixel of a picture may be from the reference quality's: a bound made without drawing the reference.
+//! Error bounds of a picture relative to reference quality, computed without drawing the reference.
 //!
-//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is a sum of the difference to the same picture with the
-//! reference's models and taps, of what those models state ([`tiers`](crate::scene::tiers)), of rounding (twice the difference of f32 and f64), of samples (a part of the light's range
-//! among the neighbours), and of features left out. It is a statement about this program's models: what all of them leave out, docs/accuracy.md says.
+//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference to the same picture with the
+//! reference's models and taps, of the stated errors of those models ([`tiers`](crate::scene::tiers)), of rounding (twice the difference of f32 and f64), of sampling (a fraction of the range
+//! of radiance among the neighbours), and of features left out. It is a statement about this program's models; effects that none of them has are in docs/accuracy.md.
 
 use super::pictures::{PlannedView, Studio};
 use super::whole::precision_of;
@@ -16,8 +16,8 @@ use crate::scene::tiers::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Part of the range of light among a pixel and its eight neighbours by which fewer samples may be off: measured (tests/cli/error_bound.rs). Limbs and rings have
-/// soft edges of their own; what is left is an edge of shading inside a pixel of one sample.
+/// Error of fewer samples as a fraction of the range of radiance among a pixel and its eight neighbours: measured (tests/cli/error_bound.rs). Limbs and rings are
+/// antialiased analytically; the rest is an edge of shading inside a pixel with one sample.
 fn samples_part(quality: Quality) -> f64 {
     match quality {
         Quality::Draft => 0.5,
@@ -26,22 +26,22 @@ fn samples_part(quality: Quality) -> f64 {
     }
 }
 
-/// Of the difference to the picture with the reference's models: that one is drawn in f32 and with the view's own samples.
+/// Factor on the difference to the picture with the reference's models, since that one is drawn in f32 and with the view's own samples.
 const OF_DIFFERENCE: f64 = 1.25;
 
-/// The picture without air, the optical depth along each ray, and the largest error of the air's tiers.
+/// The picture without atmospheres, the optical depth along each ray, and the largest error of the atmosphere tiers.
 type Airless = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
 
-/// What pictures of a view need to be bounded by.
+/// The pictures from which the bounds of a view are computed.
 struct Layers {
-    /// The picture, in the quality's precision, f32, and f64.
+    /// The picture in the quality's precision; then in f32, and in f64.
     shown: Vec<[f32; 4]>,
     rounding: Vec<[f32; 4]>,
     /// With the reference's models and taps, f32.
     nearest: Vec<[f32; 4]>,
-    /// Without eclipses, where the view has any; with the largest error of its models, a part of that light.
+    /// Without eclipses, if the view has any; with the largest error of its models, as a fraction of that light.
     uneclipsed: Option<(Vec<[f32; 4]>, f64)>,
-    /// Without air, and optical depth along each pixel's ray; with the largest error of its tiers, a part of the air's light.
+    /// Without atmospheres, and the optical depth along each pixel's ray; with the largest error of its tiers, as a fraction of the scattered light.
     airless: Option<Airless>,
 }
 
@@ -76,7 +76,7 @@ pub fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, S
             rounding + models + eclipse + air + samples_part(request.quality) * range[c] + left_out
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
-        // A tone map that keeps hues lets each channel follow the worst one.
+        // A tone map that preserves hue makes each channel depend on the worst one.
         let worst = bound.iter().copied().fold(0.0, f64::max);
         let levels = [0, 1, 2].map(|c| levels_around(f64::from(pixel[c]) * factor, worst * factor));
         display.push([levels[0], levels[1], levels[2], u8::MAX]);
@@ -84,14 +84,14 @@ pub fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, S
     Ok(Frame { width, height, hdr, display })
 }
 
-/// 255ths by which the display may be off where exposed light is off by a bound, with a level for rounding to bytes.
+/// Error of the display level, 255ths, for a bound of the exposed radiance, plus a level for rounding to bytes.
 fn levels_around(light: f64, bound: f64) -> u8 {
     let level = |light: f64| 255.0 * linear_to_srgb(light.max(0.0));
     let apart = (level(light + bound) - level(light)).max(level(light) - level(light - bound));
     (apart.ceil() + 1.0).min(255.0) as u8
 }
 
-/// Greatest difference of a pixel's light to its neighbours', per channel.
+/// Greatest difference between a pixel and its neighbours, per channel.
 fn range_around(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     let (w, h) = (width as i64, (light.len() / width as usize) as i64);
     let (x, y) = (k as i64 % w, k as i64 / w);
@@ -117,7 +117,7 @@ fn layers_of(studio: &Studio<'_>, request: &ViewRequest, view: &PlannedView) -> 
         request.effects.set(effect, false);
         request
     };
-    // The reference's models are what the rest of the bound is about.
+    // The remaining error is that of the reference's models.
     let best = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
     let nearest = studio.planned(&best, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
     let features = || nearest.scene.draws.iter().map(|d| d.features);

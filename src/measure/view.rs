@@ -1,6 +1,6 @@
-//! One view: which quality is enough for it.
+//! The sufficient quality for one view.
 //!
-//! In: a view. Out: [`ViewMeasure`]: error and time of each quality against the reference quality's own picture at the same exposure, and the cheapest that is enough.
+//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's picture at the same exposure, and the cheapest sufficient one.
 
 use super::pictures::{Studio, levels_apart, p999};
 use super::rule::Unit;
@@ -10,19 +10,19 @@ use crate::render::plan::SamplingQuality;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::{Session, SessionError};
 
-/// A quality is enough where 99.9 % of the pixels are within this of the reference, 255ths.
+/// A quality is sufficient if 99.9 % of the pixels are within this of the reference, 255ths.
 pub const ENOUGH_LEVELS: f64 = 1.0;
 
-/// The qualities in one view.
+/// Measurements of the qualities in one view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewMeasure {
     /// Error and time of each.
     pub qualities: ChoiceMeasure,
-    /// The first that is enough.
+    /// The first sufficient quality.
     pub enough: Quality,
 }
 
-/// Measures the qualities in a view; `effort` decides on the number of rounds.
+/// Measures the qualities in a view; `effort` sets the number of rounds.
 ///
 /// # Errors
 /// Why the view cannot be drawn.

@@ -1,4 +1,4 @@
-//! What whole pictures cost: the qualities, the stars, the renderers.
+//! Cost and error of whole pictures: qualities, stars, renderers.
 
 use super::drawings::standard;
 use super::pictures::{LightPicture, Studio, levels_apart, p999};
@@ -9,15 +9,15 @@ use crate::render::software::Precision;
 use crate::scene::request::{Layers, Quality, ViewRequest};
 use crate::session::{RendererPreference, Session, SessionError, standard_scenes};
 
-/// Scenes with discs, rings, air, maps and limbs; without what is drawn in pixels.
+/// Scenes with discs, rings, atmospheres, maps and limbs, without features whose size is in pixels.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];
 
-/// What a quality's software renderer computes in.
+/// The precision of a quality's software renderer.
 pub(super) fn precision_of(quality: Quality) -> Precision {
     if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
 }
 
-/// `--quality`: all that it decides, over the standard scenes.
+/// `--quality`: everything that it sets, over the standard scenes.
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let mut views = Vec::new();
@@ -44,7 +44,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     weighed("quality", about, Unit::Levels, effort.rounds(), candidates)
 }
 
-/// `--layers -stars`, or the stars that the catalogue holds.
+/// `--layers -stars`, and star catalogues of different size.
 pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let side = effort.side_px();
@@ -70,8 +70,8 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     weighed("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Software against a GPU, where the session's preference lets one be found; `None` elsewhere. The processor's time is counted, which on a hardware GPU is
-/// what drawing leaves to do there.
+/// Software against a GPU, if the session's preference finds one; `None` elsewhere. CPU time is counted, which for a hardware GPU is
+/// only the remaining work of the CPU.
 ///
 /// # Errors
 /// Why the view cannot be drawn.

@@ -1,8 +1,8 @@
-//! Questions that the emitted shaders themselves answer, run on the software renderer.
+//! Queries that are answered by the emitted shaders, run on the software renderer.
 //!
-//! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the question. A kind of question
-//! is a file: it lists its fields in a [`QuestionKind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and turns rows of numbers
-//! into named answers. Always holds: no formula of a shader is written a second time here.
+//! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the query. A kind of query
+//! is a file: it lists its fields in a [`QuestionKind`], from which messages, help and checks are generated, parses them, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers
+//! into named answers. Always: no formula of a shader is duplicated here.
 
 mod error;
 pub mod lanes;
@@ -24,10 +24,10 @@ use crate::wording::{echo, echo_within, json_error_text, suggestion_or_list};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
-/// What answers are made with.
+/// The session and renderer that answer queries.
 pub struct Prober<'a> {
     pub session: &'a Session,
-    /// In the precision that was asked for.
+    /// In the requested precision.
     pub renderer: &'a SoftwareRenderer,
 }
 
@@ -42,10 +42,10 @@ impl Prober<'_> {
         self.session.ephemeris()
     }
 
-    /// Answers one question.
+    /// Answers one query.
     ///
     /// # Errors
-    /// One line that names the field and what it may be.
+    /// One line that names the field and its allowed values.
     pub fn answer(&self, question: &str) -> Result<Value, ProbeError> {
         let value: Value = serde_json::from_str(question).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
@@ -63,35 +63,35 @@ impl Prober<'_> {
     }
 }
 
-/// Reads a question's fields, answers it.
+/// Parses a query's fields and answers it.
 type Ask = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 
-/// One field of a question.
+/// One field of a query.
 pub struct QuestionField {
     pub name: &'static str,
-    /// What it is, in which unit.
+    /// Meaning and unit.
     pub says: &'static str,
     pub need: Requirement,
 }
 
-/// Whether a field may be left out.
+/// Whether a field is optional.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requirement {
     Must,
-    /// What holds without it, in words.
+    /// Optional, with the default in words.
     Or(&'static str),
-    /// This or others in its place; the answer says which are missing.
+    /// One of several alternatives; the error names the missing ones.
     OneOf,
 }
 
-/// One kind of question: what it is called, what it takes, and how it is answered.
+/// One kind of query: its name, its fields, and the function that answers it.
 pub struct QuestionKind {
     pub name: &'static str,
     pub says: &'static str,
     pub fields: &'static [QuestionField],
-    /// A whole question.
+    /// A complete query.
     pub example: &'static str,
-    /// The answer to the fields without `q`.
+    /// The function that answers it, given the fields without `q`.
     pub ask: Ask,
 }
 
@@ -106,7 +106,7 @@ const fn one_of(name: &'static str, says: &'static str) -> QuestionField {
 }
 
 impl QuestionKind {
-    /// Refuses fields that the kind does not have and names those that it lacks.
+    /// Refuses unknown fields and names missing ones.
     fn check(&self, given: &Map<String, Value>) -> Result<(), ProbeError> {
         let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
         if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
@@ -119,11 +119,11 @@ impl QuestionKind {
     }
 }
 
-/// Every kind of question.
+/// Every kind of query.
 pub static QUESTIONS: [&QuestionKind; 7] =
     [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND, &project::KIND];
 
-/// Every kind with its fields and an example, for a reader.
+/// Every kind with its fields and an example, as text.
 pub fn questions_text() -> String {
     let mut text = String::new();
     for kind in QUESTIONS {
@@ -160,11 +160,11 @@ pub fn questions_json() -> Value {
     QUESTIONS.iter().map(kind).collect()
 }
 
-/// The fields of one kind of question, in their types.
+/// Deserialises the fields of one kind of query.
 fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     let short = shortened(&value);
     let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
-        // The message repeats what was given: that of the shortened question is short.
+        // The message quotes the input: that of the shortened query is short.
         Err(e) => culprit::<T>(&short, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
         Ok(_) => echo(&json_error_text(&e)),
@@ -172,7 +172,7 @@ fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     Ok(read?)
 }
 
-/// The field at which reading broke off: fields are read in order, so the first with which the message is the same.
+/// The field at which parsing failed: fields are parsed in order, so the first one that gives the same message alone.
 fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
     let all = value.as_object()?;
     let mut so_far = Map::new();
@@ -183,7 +183,7 @@ fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> 
     })
 }
 
-/// The same with every text cut to what a message may repeat.
+/// The same with every text cut to the length that a message may quote.
 fn shortened(value: &Value) -> Value {
     const MOST: usize = 100;
     match value {

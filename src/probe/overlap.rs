@@ -1,4 +1,4 @@
-//! `disc-overlap`: the part of the Sun's light that a disc or an ellipse blocks.
+//! `disc-overlap`: the fraction of sunlight that a disc or an ellipse blocks.
 
 use super::lanes::{Numbers, ProbeBatch};
 use super::{ProbeError, Prober, QuestionKind, fields, one_of, or};
@@ -26,7 +26,7 @@ struct Fields {
     model: Model,
 }
 
-/// The models whose answer depends on the outline alone.
+/// The models that depend only on the outline.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
@@ -37,7 +37,7 @@ enum Model {
 }
 
 impl Fields {
-    /// The Sun's at 550 nm, where no law is given; a law of one term has no other.
+    /// The Sun's at 550 nm unless given; with `u1` alone, `u2` is 0.
     fn law(&self) -> (f64, f64) {
         match (self.u1, self.u2) {
             (None, None) => (super::sunlight::u1_at_550_nm(), super::sunlight::u2_at_550_nm()),
@@ -70,7 +70,7 @@ impl Fields {
         if !self.offset_angle_from_major_axis_deg.is_finite() {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
         }
-        // The law's flux: 1 - u1/3 - u2/6 of the even disc's.
+        // Flux of the darkened disc: 1 - u1/3 - u2/6 of a uniform one.
         let (u1, u2) = self.law();
         if !(1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite()) {
             return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));

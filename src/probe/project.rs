@@ -1,7 +1,7 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
 //! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue and has proper motion, parallax and aberration; right ascension and
-//! declination are of the ICRF, without distance, and have aberration. Pixels count from the upper left corner of the picture. What is behind the camera is not in the frame; its pixel is that of the opposite direction.
+//! declination are ICRF directions without parallax, with aberration. Pixels count from the upper left corner of the picture. Places behind the camera are not in the frame; their pixel is that of the opposite direction.
 
 use super::pixel::view_request;
 use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
@@ -104,7 +104,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 
-/// Whether the line of sight to a place meets a nearer body.
+/// Whether a nearer body intersects the line of sight to a place.
 fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64) -> bool {
     let towards = direction.normalize();
     let meets = |place: &Placement| {

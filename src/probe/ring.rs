@@ -1,6 +1,6 @@
-//! `ring-transmission`: the part of the Sun's light that a ring lets through; `ring-shadow`: the part that a planet keeps from its ring.
+//! `ring-transmission`: the fraction of sunlight that a ring transmits; `ring-shadow`: the fraction that a planet blocks from its ring.
 //!
-//! Lengths are equatorial radii, axes the body's, pole +z. The ring is a profile of the question's or the catalog's of a body.
+//! Lengths are in equatorial radii, axes are the body's, with the pole +z. The ring is a profile in the query or that of a body in the catalog.
 
 use super::lanes::{Numbers, ProbeBatch};
 use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
@@ -39,7 +39,7 @@ enum ThroughModel {
 struct Through {
     profile: Option<Vec<Annulus>>,
     body: Option<String>,
-    /// The light is asked for at a point: the figure of the planet does not matter.
+    /// The query is for a point, so the shape of the planet does not matter.
     #[serde(default)]
     #[allow(dead_code)]
     flattening: f64,
@@ -82,7 +82,7 @@ fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
     DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
 }
 
-/// Tangent of the Sun's angular radius; 0 is taken as a very small Sun.
+/// Tangent of the Sun's angular radius; 0 means a very small Sun.
 fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
         Ok(degrees.to_radians().tan().max(1e-6) as f32)
@@ -115,7 +115,7 @@ fn answer(
     numbers[..3].copy_from_slice(&point);
     let lanes = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
-    // Green: all channels are alike here.
+    // Green; all channels are the same here.
     answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
 

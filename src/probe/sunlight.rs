@@ -1,7 +1,7 @@
-//! `sunlight`: the part of the Sun's light that reaches a point of a body's ground past other bodies.
+//! `sunlight`: the fraction of sunlight that reaches a point on a body past other bodies.
 //!
-//! `fraction` is under one law of limb darkening for all channels, `u1` 0.40 and `u2` 0.26 unless the question names others (the Sun at 550
-//! nm); `rgb` under the catalog's law per channel; `by` is what each body alone blocks. The time is that of the ground: when the light meets it.
+//! `fraction` uses one limb darkening law for all channels, `u1` 0.40 and `u2` 0.26 unless the query gives others (the Sun at 550
+//! nm); `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is that at the ground, when the light arrives.
 
 use super::lanes::{Numbers, ProbeBatch};
 use super::{ProbeError, Prober, QuestionKind, fields, must, or};
@@ -96,7 +96,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
     let at = point_km / body.radii_km.x;
     let left = |occluders: &[Occluder<'_>], law| sky.left(occluders, &[at], law)?.first().copied().ok_or(ProbeError::from("no answer"));
-    // One law: every channel says the same.
+    // With one law all channels are the same.
     let fraction = |occluders: &[Occluder<'_>]| left(occluders, Some(&one_law)).map(|[_, green, _]| green);
     let mut by = Map::new();
     for occluder in &sky.occluders {
@@ -106,7 +106,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": left(&sky.occluders, None)?, "by": by }))
 }
 
-/// The occluders over one body at one time, ready for points of its ground.
+/// The occluders of one body at one time, for points on its surface.
 pub struct EclipsedSky<'a> {
     prober: &'a Prober<'a>,
     receiver: &'a Receiver<'a>,
@@ -116,10 +116,10 @@ pub struct EclipsedSky<'a> {
 }
 
 impl<'a> EclipsedSky<'a> {
-    /// Every body that can take any light, at most four.
+    /// Every body that can occlude the Sun, at most four.
     ///
     /// # Errors
-    /// One line where the catalog has no Sun.
+    /// One line: the catalog has no Sun.
     pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { reach: 1.0, camera: None, pixel: 0.0 };
@@ -127,10 +127,10 @@ impl<'a> EclipsedSky<'a> {
         Ok(Self { prober, receiver, sun, wanted, occluders })
     }
 
-    /// What the occluders leave of the light at points (body axes, equatorial radii), per channel; `law` in place of the catalog's.
+    /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `law` replaces the catalog's.
     ///
     /// # Errors
-    /// One line: the module cannot be made.
+    /// One line: the module cannot be compiled.
     pub fn left(&self, occluders: &[Occluder<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, ProbeError> {
         let mut occluders = occluders.to_vec();
         let mut sun = self.sun.clone();
@@ -141,10 +141,10 @@ impl<'a> EclipsedSky<'a> {
     }
 }
 
-/// What the fragments leave of the light at points for given uniforms.
+/// Fraction of sunlight that the shader computes at points for given uniforms.
 ///
 /// # Errors
-/// One line: the module cannot be made, or asks for what the uniforms lack.
+/// One line: the module cannot be compiled, or needs a missing uniform.
 pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, uniforms: EclipseUniforms, points: &[DVec3]) -> Result<Vec<[f64; 3]>, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_sunlight", key);

@@ -1,4 +1,4 @@
-//! One plan in f32 and in f64: how far the pictures are apart, and which value of which module is off first.
+//! One plan in f32 and in f64: the difference of the pictures, and the first value of a module that differs.
 
 use super::{Found, SweepBench};
 use crate::measure::{LightPicture, PlannedView, levels_apart};
@@ -7,7 +7,7 @@ use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
 use serde_json::Value;
 
-/// The greatest value and its place; what is not a number is the greatest.
+/// The greatest value and its index; NaN counts as the greatest.
 pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     let number = |v: f64| if v.is_nan() { f64::INFINITY } else { v };
     values.iter().enumerate().fold((0, 0.0), |(at, worst), (k, v)| if number(*v) > worst { (k, number(*v)) } else { (at, worst) })
@@ -30,7 +30,7 @@ pub(super) fn compare(bench: &SweepBench<'_>, found: &mut Found, view: &PlannedV
     Ok(())
 }
 
-/// The draw of a pixel that differs most between the precisions, and its first value that is off.
+/// The draw of a pixel that differs most between the precisions, and its first value that differs.
 pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let of = |draw: &PlanDraw| {

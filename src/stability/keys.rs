@@ -1,4 +1,4 @@
-//! Every covering key on the sample body, f32 against f64.
+//! Every key of the covering set on the sample body, f32 against f64.
 
 use super::difference::{cause, worst_of};
 use super::{Found, SweepBench};
@@ -10,10 +10,10 @@ use crate::session::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, SessionError, sample
 use crate::shader::key::covering;
 use serde_json::json;
 
-/// Pixels.
+/// Side of the picture, pixels.
 const SIDE: u32 = 24;
 
-/// Keys in which all pairs of values occur, or all triples; from inside the disc and with its limb.
+/// Keys with all pairs of values, or all triples; once filled by the disc and once with its limb.
 pub(super) fn run(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let mut found = Found::none();
     let session = bench.session();

@@ -18,11 +18,11 @@ fn luminances(picture: &LightPicture) -> Vec<f64> {
     picture.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Part of the range of light around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a third for each axis along which it moves.
+/// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a third for each axis along which it moves.
 const MOVED_PART: f64 = 0.5;
 
-/// Levels by which light has come that no neighbour within two pixels had; the pixel too. Means over 3 x 3 pixels are compared: a sharp point that moves within
-/// its pixel stays what it is. The frame's edge has no neighbours outside.
+/// Increase of light, in levels, that no neighbour within two pixels had before. Means over 3 x 3 pixels are compared, so that a sharp point may move within
+/// its pixel. The frame's edge is excluded, since its neighbours are unknown.
 fn appeared(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
@@ -47,13 +47,13 @@ fn appeared(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     worst
 }
 
-/// The same for what appears and what disappears.
+/// The same for light that appears and light that disappears.
 fn out_of_reach(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     let (there, back) = (appeared(first, second), appeared(second, first));
     if there.0 >= back.0 { there } else { back }
 }
 
-/// The draw without which the two frames fit best.
+/// The draw whose removal makes the two frames most similar.
 fn culprit(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
     let labels: BTreeSet<&str> = views.iter().flat_map(|v| &v.plan.passes[0].draws).map(|d| d.label.as_str()).collect();
     let without = |label: &str| {
@@ -68,7 +68,7 @@ fn culprit(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
     best.map_or_else(String::new, |(rest, label)| format!("light out of reach; without the draw `{label}` {rest:.2} levels"))
 }
 
-/// Cameras that turn by a third of a pixel a step, and moons and shadows that move by less than one.
+/// Cameras that rotate by a third of a pixel per step, and moons and shadows that move by less than a pixel.
 pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let mut found = Found::none();
     let (side, steps) = bench.pick((64, 10), (160, 60));
@@ -99,14 +99,14 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
             look: Look::Along { direction: -towards + aside * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Away from it, by a third of a pixel at the limb.
+        // Away from the body, by a third of a pixel at the limb.
         let part = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
         sequence(&format!("away from {} at {distance_radii} radii", body.0), &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + part.min(0.05)).powf(k) * radius_km + towards * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
         })?;
     }
-    // Io and its shadow come onto Jupiter; the Moon goes into the Earth's shadow.
+    // Io and its shadow move onto Jupiter; the Moon enters the Earth's shadow.
     for (name, body, from, step_s, fov) in [
         ("Io's shadow on Jupiter", JUPITER, "2015-01-24T04:25:00Z", 30.0, None),
         ("the Moon into the penumbra", NaifId::MOON, "2022-11-08T08:00:00Z", 60.0, None),
@@ -125,12 +125,12 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     Ok(found)
 }
 
-/// A level that is seen on a black display.
+/// Lowest level that is visible on a black display.
 const SEEN: u8 = 12;
-/// The figure of a picture in which nothing is seen.
+/// The result for a picture in which nothing is visible.
 const NOTHING_SEEN: f64 = 99.0;
 
-/// Stops of automatic exposure from step to step through eclipses, and whether each picture shows something.
+/// Changes of automatic exposure in stops from step to step through eclipses, and whether each picture shows something.
 pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let mut found = Found::none();
     let part = bench.pick(4.0, 1.0);
@@ -171,7 +171,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 mod tests {
     use super::*;
 
-    /// An edge that moves by half a pixel is within reach; one that jumps by three pixels, or light that appears, is not.
+    /// An edge that moves by half a pixel is allowed; one that jumps by three pixels, or light that appears, is not.
     #[test]
     fn a_jump_is_told_from_a_step() {
         let edge = |at: f64| {

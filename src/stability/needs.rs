@@ -1,7 +1,7 @@
-//! Only what the scene needs: frames with chosen features against frames with every feature.
+//! Omitted features: frames with the chosen features against frames with every feature.
 //!
 //! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the worst view, and two distributions: of the differences, and of the
-//! operations of the chosen frame over those of the frame with everything. Always: both frames have one exposure; "every feature" is each effect switched on
+//! ratio of operations of the chosen frame to those of the frame with every feature. Always: both frames have one exposure; "every feature" means each effect switched on
 //! by hand, in the model that the scene would take.
 
 use super::{Found, PLAIN, SweepBench};
@@ -18,13 +18,13 @@ use crate::time::Instant;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// A level of 255.
+/// One level of 255.
 const DISPLAY_BOUND: f64 = 1.0;
-/// Of the pixel: a thousandth for each feature left out, two at a pixel.
+/// Relative to the pixel: a thousandth for each omitted feature, two at a pixel.
 const LINEAR_BOUND: f64 = 2e-3;
 
-/// Effects that are left to the scene in both frames: three say how a body is shown and not what light reaches the pixel; the corona of a Sun of less than a
-/// pixel or two has a bound of size, which no light moves.
+/// Effects that are left to the scene in both frames: three set how a body is represented and not its radiance; the corona of a Sun of less than a
+/// pixel or two is bounded by size, not by light.
 const LEFT_ALONE: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 struct RandomView {
@@ -32,11 +32,11 @@ struct RandomView {
     request: ViewRequest,
 }
 
-/// A body, a distance in even parts of its logarithm, a direction, an instant of two centuries.
+/// Random views: a body, a distance (log-uniform), a direction, and an instant within two centuries.
 fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let mut random = Random::new(bench.seed);
     let bodies = bench.session().catalog().bodies();
-    // Every other view looks at a body with air, rings or moons: that is where features are.
+    // Half of the views look at bodies with an atmosphere, rings or moons, which have the most features.
     let rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
     let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().named(n).ok()).collect();
     let view = |k: usize| {
@@ -72,7 +72,7 @@ struct Frames {
     all: PlannedView,
 }
 
-/// The frame that the scene chooses, and the one with `effects` switched on. Both take the models of the first: a model's own error is its tier's.
+/// The frame that the scene chooses, and the one with `effects` switched on. Both take the models of the first, since a model's own error is that of its tier.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<Frames, SessionError> {
     let exposed = bench.studio.exposed(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
@@ -96,10 +96,10 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     Ok(Frames { chosen, all: PlannedView { scene, plan } })
 }
 
-/// What two frames differ by.
+/// A measure of the difference of two frames.
 type Figure<'a> = &'a dyn Fn(&Frames) -> Result<f64, SessionError>;
 
-/// The effect that changes the chosen frame most where it alone is switched on, with its figure.
+/// The effect that changes the chosen frame most if it alone is switched on, with its difference.
 fn dearest_omission(
     bench: &SweepBench<'_>,
     request: &ViewRequest,
@@ -116,7 +116,7 @@ fn dearest_omission(
     Ok(worst)
 }
 
-/// Views whose omission is named, the worst first.
+/// Number of the worst views whose omitted effect is determined.
 const NAMED: usize = 16;
 
 fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_>) -> Result<Found, SessionError> {
@@ -131,7 +131,7 @@ fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_
         costs.extend((all > 0.0).then_some(chosen / all));
     }
     figures.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // By effect: how many of the worst views, and the greatest figure.
+    // By effect: in how many of the worst views it was omitted, and the greatest difference.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     for (_, request) in figures.iter().take_while(|f| f.0 > bound).take(NAMED) {
         let (alone, effect) = dearest_omission(bench, request, purpose, figure)?;
@@ -172,7 +172,7 @@ fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
     bodies.map(|draw| pixels(draw.scissor) * of_fragment(&draw.module)).sum()
 }
 
-/// Bytes of the display.
+/// Difference of display bytes.
 pub(super) fn display(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     swept(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
         let bytes = |view: &PlannedView| {
@@ -183,7 +183,7 @@ pub(super) fn display(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     })
 }
 
-/// A pixel's light over that of the frame with everything; pixels below a millionth of the brightest are left to rounding.
+/// Difference relative to the pixel's radiance in the frame with every feature; pixels below a millionth of the brightest are ignored as rounding.
 pub(super) fn linear(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     swept(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);

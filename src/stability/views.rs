@@ -1,6 +1,6 @@
 //! Views at the extremes, f32 against f64.
 //!
-//! In: lists of views. Out: the worst pixel of each list. A view that cannot be (a camera inside its target) is no case.
+//! In: lists of views. Out: the worst pixel of each list. An impossible view (a camera inside its target) is skipped.
 
 use super::difference::{compare, worst_of};
 use super::{Found, PLAIN, SweepBench};
@@ -20,7 +20,7 @@ pub(super) const JUPITER: NaifId = NaifId(599);
 /// 2024-04-08, the day of a total eclipse of the Sun.
 const ECLIPSE_DAY_JD_TDB: f64 = 2_460_409.262_789_4;
 
-/// A place and the view from there.
+/// A location and a view.
 pub(super) struct ExtremeView {
     pub location: Value,
     pub request: ViewRequest,
@@ -29,7 +29,7 @@ pub(super) struct ExtremeView {
 fn compared(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<Found, SessionError> {
     let mut found = Found::none();
     for ExtremeView { location, request } in views {
-        // A camera within a body, or before its catalog's years, has no view.
+        // A camera inside a body, or a time before its catalog's years, gives no view.
         if let Ok(view) = bench.planned(&request, PLAIN) {
             compare(bench, &mut found, &view, &location)?;
         }
@@ -45,13 +45,13 @@ fn named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
     names.iter().filter_map(|n| bench.session().catalog().named(n).ok().cloned()).collect()
 }
 
-/// From the body towards the Sun, ICRF.
+/// Direction from the body to the Sun, ICRF.
 pub(super) fn sunward(bench: &SweepBench<'_>, body: NaifId, time: Instant) -> DVec3 {
     let state = bench.session().ephemeris().state(NaifId::SUN, body, time, None);
     state.map_or(DVec3::X, |s| s.state.pos_km.try_normalize().unwrap_or(DVec3::X))
 }
 
-/// Towards the target from an offset, at the given field of view.
+/// A view of the target from an offset, with the given field of view.
 pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f64, side: u32) -> ViewRequest {
     ViewRequest {
         position: Position::Offset { body, offset_km, axes: Axes::Icrf },
@@ -72,7 +72,7 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         let radius_km = body.radii_km.max_element();
         let towards = (sunward(bench, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
-            // Heights in even steps of their logarithm.
+            // Heights in logarithmic steps.
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
             fovs.into_iter().map(move |fov_deg| ExtremeView {
                 location: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
@@ -83,7 +83,7 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     compared(bench, views.collect::<Vec<_>>())
 }
 
-/// Each body from each other body's centre, fitted into the frame; a random part of the pairs where time is short.
+/// Each body from the centre of each other body, fitted into the frame; a random sample of the pairs for a short effort.
 pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let bodies = bench.session().catalog().bodies();
     let mut random = Random::new(bench.seed);
@@ -114,7 +114,7 @@ fn ground(body: &Body, [latitude_deg, longitude_deg, height_km]: [f64; 3], direc
     }
 }
 
-/// Unit vectors at a place of a sphere: east, north, up, body axes.
+/// Unit vectors at a place on a sphere: east, north, up, body axes.
 fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
     let ((slat, clat), (slon, clon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
     [DVec3::new(-slon, clon, 0.0), DVec3::new(-slat * clon, -slat * slon, clat), DVec3::new(clat * clon, clat * slon, slat)]
@@ -125,7 +125,7 @@ pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     along_horizons(bench, &[0.3, 30.0, 120.0])
 }
 
-/// The same through a telescope: 10 arcseconds.
+/// The same with a field of view of 10 arcseconds.
 pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     along_horizons(bench, &[0.003])
 }
@@ -153,7 +153,7 @@ fn along_horizons(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<Found, Ses
     compared(bench, views)
 }
 
-/// Down and along the horizon at the poles, on the date line, under the Sun, opposite of it, and where it sets.
+/// Down and along the horizon at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
 pub(super) fn places(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let names: &[&str] = bench
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
@@ -190,7 +190,7 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     compared(bench, views)
 }
 
-/// The camera within and beside the plane of Saturn's rings, and the days on which the Earth and the Sun cross it.
+/// The camera within and beside Saturn's ring plane, and the days on which the Earth and the Sun cross it.
 pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let mut views = Vec::new();
     let catalog = bench.session().catalog();
@@ -303,12 +303,12 @@ pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     compared(bench, views)
 }
 
-/// Lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map: finished bytes in both precisions.
+/// Simple shaders: lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map, as display bytes in both precisions.
 pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let side = bench.pick(96, 256);
     let all = Layers::ALL;
     let of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
-    // In the shadow of the Earth, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
+    // From the Earth's umbra, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let night_sky = night_sky.unwrap_or_else(|| of(SATURN, instant()));

@@ -1,7 +1,7 @@
-//! The atlas: a static site with a page for each module: picture, features, source by feature, cost, and the modules one step away.
+//! The atlas: a static site with a page for each module: picture, features, source by feature, cost, and neighbouring modules.
 //!
-//! In: a revision and module ids. Out: `index.html`, a page and a picture a module, `lines.js`, `manifest.json`. Always: opened from the disk it needs no server and nothing from elsewhere; the
-//! same modules give the same bytes. Lines of source are stored once for all pages: the modules of all keys share most of theirs, and would take a gigabyte each in full.
+//! In: a revision and module ids. Out: `index.html`, a page and a picture for each module, `lines.js`, `manifest.json`. Always: it works from the local disk without server or network; the
+//! same modules give the same bytes. Source lines are stored once for all pages, because the modules share most of theirs and would take a gigabyte in full.
 
 mod lines;
 mod neighbours;
@@ -23,11 +23,11 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Pixels of a side of a module's picture.
+/// Side of a module's picture, pixels.
 const SIDE: u32 = 96;
-/// Modules that are made before their pages are written: what is in memory at a time.
+/// Modules that are in memory at a time.
 const AT_ONCE: usize = 128;
-/// Name of the list of all modules, by which a folder is known as an atlas.
+/// Name of the list of all modules, which identifies a folder as an atlas.
 pub const MANIFEST: &str = "manifest.json";
 
 /// Why an atlas was not written.
@@ -48,17 +48,17 @@ pub enum AtlasError {
 pub struct Entry {
     /// Key or name.
     pub module: String,
-    /// Path of its page below the atlas' folder; its picture is `pictures/` and the same name with `.png`, where it has one.
+    /// Path of its page below the atlas folder; its picture, if any, is `pictures/` and the same name with `.png`.
     pub page: String,
     pub has_picture: bool,
-    /// Features that its lines are there for.
+    /// Features that its lines belong to.
     pub features: Vec<String>,
-    /// Lines of the module.
+    /// Number of lines of the module.
     pub lines: usize,
     pub figures: Figures,
 }
 
-/// What one module contributes before lines are numbered.
+/// The output of one module before its lines are numbered.
 struct Made {
     module: Arc<ShaderModule>,
     figures: Figures,
@@ -88,7 +88,7 @@ fn put(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
 /// Writes the atlas of these modules into a folder; `done` is called after each.
 ///
 /// # Errors
-/// A module that cannot be made, or a file that cannot be written.
+/// A module that cannot be compiled, or a file that cannot be written.
 pub fn write(
     folder: &Path,
     revision: &Revision,
@@ -145,7 +145,7 @@ pub fn write(
     put(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
     put(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
     put(&folder.join("index.html"), page::index(&revision.name, &entries).as_bytes())?;
-    // Last: what has a manifest is whole.
+    // Written last: a folder with a manifest is complete.
     let manifest = serde_json::json!({ "revision": revision.name, "modules": entries });
     put(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;
     Ok(entries)
