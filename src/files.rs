@@ -16,7 +16,7 @@ use tempfile::NamedTempFile;
 /// Prefix of temporary files.
 const TEMPORARY: &str = ".orrery-writing-";
 /// Age above which a temporary file cannot belong to a running process, since no file takes so long to write.
-const LITTER_AGE: Duration = Duration::from_secs(86_400);
+const STALE_AGE: Duration = Duration::from_secs(86_400);
 
 /// The bytes of a regular file of at most `max_bytes`.
 ///
@@ -88,12 +88,12 @@ pub struct WriteError {
 ///
 /// # Errors
 /// The path and why.
-pub fn write_whole(
+pub fn write_atomic(
     path: &Path,
     readers: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<(), WriteError> {
-    replace(path, readers, fill).map_err(|e| failure(path, &e))
+    replace(path, readers, fill).map_err(|e| write_error(path, &e))
 }
 
 /// Writes a file atomically under the first of `names`, all in one folder, that does not exist; returns that name.
@@ -108,7 +108,7 @@ pub fn write_new(
     let mut names = names.into_iter();
     let none = || WriteError { path: String::new(), why: "no name to write to".into() };
     let mut name = names.next().ok_or_else(none)?;
-    let mut file = filled(&name, readers, fill).map_err(|e| failure(&name, &e))?;
+    let mut file = write_temporary(&name, readers, fill).map_err(|e| write_error(&name, &e))?;
     loop {
         // One system call: between a check and a rename another program could take the name.
         match file.persist_noclobber(&name) {
@@ -118,7 +118,7 @@ pub fn write_new(
                 file = e.file;
                 name = names.next().ok_or_else(taken)?;
             }
-            Err(e) => return Err(failure(&name, &e.error)),
+            Err(e) => return Err(write_error(&name, &e.error)),
         }
     }
 }
@@ -141,14 +141,14 @@ fn replace(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&m
     if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return Err(Error::new(ErrorKind::InvalidInput, "not a regular file, which cannot be replaced"));
     }
-    filled(path, readers, fill)?.persist(path).map_err(|e| e.error)?;
+    write_temporary(path, readers, fill)?.persist(path).map_err(|e| e.error)?;
     Ok(())
 }
 
 /// Writes the content for `path`, completely and synced to disk, to a temporary file in the same folder.
-fn filled(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
+fn write_temporary(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
     let folder = folder_of(path);
-    remove_litter_once(folder);
+    remove_stale_once(folder);
     let mut options = OpenOptions::new();
     options.read(true).write(true).create_new(true);
     #[cfg(unix)]
@@ -160,7 +160,7 @@ fn filled(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mu
     out.flush()?;
     drop(out);
     if readers == FileAccess::All {
-        open_to_others(file.as_file());
+        make_world_readable(file.as_file());
     }
     file.as_file().sync_all()?;
     Ok(file)
@@ -171,7 +171,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// The error for a failed write. It names the missing folder, where that is the reason.
-pub fn failure(path: &Path, e: &Error) -> WriteError {
+pub fn write_error(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());
     let why = match e.kind() {
         ErrorKind::NotFound => format!("there is no folder {folder}; make it first"),
@@ -183,14 +183,14 @@ pub fn failure(path: &Path, e: &Error) -> WriteError {
 
 /// Temporary files are private, while pictures are not.
 #[cfg(unix)]
-fn open_to_others(file: &File) {
+fn make_world_readable(file: &File) {
     use std::os::unix::fs::PermissionsExt;
     // On failure only the owner can read the picture, which is better than losing it.
     let _ = file.set_permissions(std::fs::Permissions::from_mode(0o644));
 }
 
 #[cfg(not(unix))]
-fn open_to_others(_file: &File) {}
+fn make_world_readable(_file: &File) {}
 
 /// Whether a file is a temporary one of this program.
 pub fn is_temporary(path: &Path) -> bool {
@@ -198,16 +198,16 @@ pub fn is_temporary(path: &Path) -> bool {
 }
 
 /// Removes the temporary files of a folder that are older than a day, when this process first writes into it.
-fn remove_litter_once(folder: &Path) {
-    static LOOKED_INTO: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-    if !LOOKED_INTO.lock().insert(folder.to_owned()) {
+fn remove_stale_once(folder: &Path) {
+    static CHECKED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    if !CHECKED.lock().insert(folder.to_owned()) {
         return;
     }
     #[expect(clippy::disallowed_methods, reason = "the age of a file on disk; no picture depends on it")]
     let now = SystemTime::now();
     let is_old = |path: &Path| {
         let changed = path.symlink_metadata().ok().filter(std::fs::Metadata::is_file).and_then(|m| m.modified().ok());
-        changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > LITTER_AGE)
+        changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > STALE_AGE)
     };
     let entries = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
     // A file of another user, or already removed: neither matters.
@@ -217,7 +217,7 @@ fn remove_litter_once(folder: &Path) {
 /// Why other users could write to a folder: its owner or its mode. `is_above`: a parent of our own folder, which is checked itself; a parent may be group-writable,
 /// and world-writable if only owners can remove files (the sticky bit of /tmp). `None` for a folder that does not exist.
 #[cfg(unix)]
-pub fn who_else_writes(folder: &Path, is_above: bool) -> Option<String> {
+pub fn foreign_write_access(folder: &Path, is_above: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
     // SAFETY: it takes nothing, cannot fail and changes nothing.
     let own = unsafe { libc::geteuid() };
@@ -238,7 +238,7 @@ pub fn who_else_writes(folder: &Path, is_above: bool) -> Option<String> {
 }
 
 #[cfg(not(unix))]
-pub fn who_else_writes(_folder: &Path, _is_above: bool) -> Option<String> {
+pub fn foreign_write_access(_folder: &Path, _is_above: bool) -> Option<String> {
     None
 }
 
@@ -304,8 +304,8 @@ mod tests {
     fn a_write_that_fails_leaves_what_was_there() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
-        write_whole(&path, FileAccess::All, |out| out.write_all(b"first")).expect("written");
-        let half = write_whole(&path, FileAccess::All, |out| {
+        write_atomic(&path, FileAccess::All, |out| out.write_all(b"first")).expect("written");
+        let half = write_atomic(&path, FileAccess::All, |out| {
             out.write_all(&[b'x'; 100_000])?;
             Err(Error::other("the disk is gone"))
         });
@@ -365,7 +365,7 @@ mod tests {
         let begun = std::time::Instant::now();
         for path in [&pipe, &link, Path::new("/dev/zero")] {
             assert_eq!(read_bytes(path, 1 << 20).expect_err("no file").to_string(), "not a regular file");
-            assert!(write_whole(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
+            assert!(write_atomic(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
         }
         assert!(read_bytes(&round, 1 << 20).is_err());
         // A procfs file that reports length 0.
@@ -401,7 +401,7 @@ mod tests {
         std::os::unix::fs::symlink(&precious, &target).expect("a link");
         let mut temporary = BTreeSet::new();
         for _ in 0..20 {
-            write_whole(&target, FileAccess::Owner, |_| {
+            write_atomic(&target, FileAccess::Owner, |_| {
                 temporary.extend(names_in(folder.path()).into_iter().filter(|n| n.starts_with(TEMPORARY)));
                 Ok(())
             })
@@ -418,10 +418,10 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let with = |mode: u32, is_above: bool| {
             std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
-            who_else_writes(folder.path(), is_above).is_some()
+            foreign_write_access(folder.path(), is_above).is_some()
         };
         assert!(!with(0o700, false) && !with(0o755, false) && !with(0o1777, true) && !with(0o775, true));
         assert!(with(0o777, false) && with(0o775, false) && with(0o777, true) && with(0o1777, false));
-        assert!(who_else_writes(&folder.path().join("none"), false).is_none());
+        assert!(foreign_write_access(&folder.path().join("none"), false).is_none());
     }
 }

@@ -11,7 +11,7 @@ thread_local! {
 }
 
 /// The result of `read`; `None` if it panicked, which drops everything that it owned.
-pub fn caught<T>(read: impl FnOnce() -> T) -> Option<T> {
+pub fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let usual = take_hook();
@@ -32,11 +32,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_an_answer_and_what_follows_is_as_before() {
+    fn a_panic_is_caught_and_later_panics_print_again() {
         let lengths: [&[u8]; 2] = [&[1], &[]];
-        assert_eq!(lengths.map(|bytes| caught(|| bytes[0])), [Some(1), None]);
+        assert_eq!(lengths.map(|bytes| catch_panic(|| bytes[0])), [Some(1), None]);
         assert!(!IS_QUIET.get());
         // A nested call leaves the outer one quiet.
-        assert_eq!(caught(|| (caught(|| lengths[1][0]), IS_QUIET.get())), Some((None, true)));
+        assert_eq!(catch_panic(|| (catch_panic(|| lengths[1][0]), IS_QUIET.get())), Some((None, true)));
     }
 }

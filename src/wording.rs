@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn json_is_faulted_in_plain_words() {
+    fn json_errors_are_in_plain_words() {
         let said = |text: &str| json_error_text(&serde_json::from_str::<Vec<f64>>(text).expect_err(text));
         assert_eq!(said("{}"), "expected a list, found an object");
         assert_eq!(said("[\"a\"]"), "expected a number, found the text \"a\"");

@@ -3,8 +3,8 @@
 //! A scene is drawn once to fill caches and then measured. The row describes one frame, the median by elapsed time, so that
 //! its stages add up. Writing files is not part of a frame here.
 
-use super::output::{progress, say};
-use super::view_words::size;
+use super::output::{print_message, progress};
+use super::view_args::size;
 use super::{CliError, Common};
 use crate::measure::timing::{Spread, in_turns};
 use crate::render::plan::SamplingQuality;
@@ -67,7 +67,7 @@ pub struct BenchArgs {
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 /// The measurements of one frame.
-struct Measured {
+struct MeasuredFrame {
     wall: Duration,
     cpu: Option<Duration>,
     stages: Stages,
@@ -86,7 +86,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
-    let open = || Session::open(&common.sources_to_draw(), say).map(Session::counting_cpu);
+    let open = || Session::open(&common.sources_to_draw(), print_message).map(Session::counting_cpu);
     let session = open()?;
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
@@ -97,7 +97,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             (None, None) => None,
         };
         let session = own.as_ref().unwrap_or(&session);
-        let measure_of = |request: &ViewRequest| -> Result<Measured, CliError> {
+        let measure_of = |request: &ViewRequest| -> Result<MeasuredFrame, CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = Moment::now();
@@ -105,7 +105,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
-            Ok(Measured { wall, cpu, stages: session.report().0.since(&earlier), by })
+            Ok(MeasuredFrame { wall, cpu, stages: session.report().0.since(&earlier), by })
         };
         let measure = || measure_of(&scene.request);
         let first = measure()?;
@@ -128,7 +128,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         "frames": args.frames,
         "scenes": rows,
     });
-    super::output::put(&format!("{report:#}\n"))
+    super::output::print_result(&format!("{report:#}\n"))
 }
 
 /// Cost and effect of each active effect, from pairs of frames drawn one after the other.
@@ -137,7 +137,7 @@ fn effects(
     sampling: SamplingQuality,
     request: &ViewRequest,
     pairs: u32,
-    measure: &dyn Fn(&ViewRequest) -> Result<Measured, CliError>,
+    measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
 ) -> Result<Vec<Value>, CliError> {
     let whole = session.draw(request, sampling, true)?;
     // Fixed exposure: without the effect the rest must not be brightened.
@@ -178,7 +178,7 @@ fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
 }
 
 /// The row of a scene; `frames` is not empty.
-fn row(name: &str, first: &Measured, frames: &mut [Measured]) -> Value {
+fn row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value {
     frames.sort_by_key(|f| f.wall);
     let median = &frames[(frames.len() - 1) / 2];
     let by_stage = |ms: &dyn Fn(Stage) -> Value| -> Map<String, Value> {
@@ -215,7 +215,7 @@ mod tests {
         let frame = |wall: u64, cpu: u64| {
             let mut stages = Stages::default();
             stages.add(Stage::Draw, ms(wall - 1));
-            Measured { wall: ms(wall), cpu: Some(ms(cpu)), stages, by: None }
+            MeasuredFrame { wall: ms(wall), cpu: Some(ms(cpu)), stages, by: None }
         };
         let mut frames = [frame(30, 1), frame(10, 3), frame(20, 7), frame(40, 2)];
         let row = row("saturn", &frame(90, 9), &mut frames);

@@ -3,7 +3,7 @@
 //! In: a size and a number of rounds. Out: JSON, one row per model: triangles, time to read the file, time to trace the shadow, and times of frames with and without, in turns. Always: the
 //! shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
 
-use super::output::{progress, put, say};
+use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::catalog::NaifId;
 use crate::measure::timing::{Spread, Work, in_turns, seconds_of};
@@ -64,9 +64,9 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
 fn write(folder: &Path, rows: u32) -> Result<u32, CliError> {
     let (text, triangles) = bumpy_sphere(rows);
     let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
-    let put = |name: &str, text: &str| std::fs::write(folder.join(name), text);
-    put("bumpy.obj", &text)
-        .and_then(|()| put("bumpy.toml", catalog))
+    let write_file = |name: &str, text: &str| std::fs::write(folder.join(name), text);
+    write_file("bumpy.obj", &text)
+        .and_then(|()| write_file("bumpy.toml", catalog))
         .map_err(|e| CliError::Failed(format!("{}: {e}", folder.display())))?;
     Ok(triangles)
 }
@@ -86,7 +86,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let triangles = write(folder.path(), rows)?;
     let mut sources = common.sources_to_draw();
     sources.catalogs = Some(folder.path().to_owned());
-    let session = Session::open(&sources, say)?.counting_cpu();
+    let session = Session::open(&sources, print_message)?.counting_cpu();
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let with = ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(JD_TDB)) };
     let without = |effect| {
@@ -128,7 +128,7 @@ pub fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<(), CliEr
         bar.inc(1);
     }
     bar.finish_and_clear();
-    put(&format!("{:#}\n", json!({ "width": size.0, "height": size.1, "rounds": rounds, "meshes": models })))
+    print_result(&format!("{:#}\n", json!({ "width": size.0, "height": size.1, "rounds": rounds, "meshes": models })))
 }
 
 #[cfg(test)]

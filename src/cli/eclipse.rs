@@ -1,13 +1,13 @@
 //! `orrery eclipse find`: the events of a span of time, as a table or JSON.
 
 use super::eclipse_table::as_text;
-use super::output::put;
+use super::output::print_result;
 use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::events::{self, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, Place, SolarEclipse, Transit};
-use crate::files::{FileAccess, write_whole};
+use crate::files::{FileAccess, write_atomic};
 use crate::time::Instant;
 use crate::wording::echo;
 use clap::{Args, Subcommand, ValueEnum};
@@ -84,9 +84,9 @@ pub fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let rows = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
     if args.json {
         let list: Vec<String> = rows.iter().map(|row| format!("  {row}")).collect();
-        return put(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) });
+        return print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) });
     }
-    put(&as_text(&catalog, &rows, args.at.is_some()))
+    print_result(&as_text(&catalog, &rows, args.at.is_some()))
 }
 
 /// The events of the span as JSON objects, by time.
@@ -289,7 +289,7 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
         return Err("--path: no central eclipse of the Sun in this span; widen it".into());
     }
     let collection = json!({ "type": "FeatureCollection", "features": features });
-    write_whole(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
+    write_atomic(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
 }
 
 /// The circumstances at a place, under `local`; contacts of the discs beside those of the limb profile.

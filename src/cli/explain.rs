@@ -1,6 +1,6 @@
 //! `orrery explain`: for every body of a view, the effects that are drawn, those that are not, and why.
-use super::output::say;
-use super::view_words::ViewArgs;
+use super::output::print_message;
+use super::view_args::ViewArgs;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
 use crate::render::plan::SamplingQuality;
@@ -33,12 +33,12 @@ pub struct ExplainArgs {
 }
 
 pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
-    let session = Session::open(&common.sources(), say)?;
+    let session = Session::open(&common.sources(), print_message)?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality;
     request.purpose = Purpose::of_file(args.linear);
     if args.passes {
-        return super::output::put(&session.passes(&request, SamplingQuality::of(common.quality))?);
+        return super::output::print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
     let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
@@ -55,7 +55,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     } else {
         as_text(&scene, &bodies, session.catalog())
     };
-    super::output::put(&text)
+    super::output::print_result(&text)
 }
 
 /// The keys of a body's draws, the globe's first.

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub enum Output {
     One(PathBuf),
     /// Text before the frame number, its width, and the text after it.
-    Run(String, usize, String),
+    Sequence(String, usize, String),
     Stream,
     /// One animation file.
     Animation(PathBuf, AnimationFormat),
@@ -40,7 +40,7 @@ impl Output {
             Some((before, rest)) => {
                 let digits = rest.split_once('d').and_then(|(width, after)| {
                     let width = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
-                    (!after.contains('%')).then(|| Self::Run(before.to_owned(), width, after.to_owned()))
+                    (!after.contains('%')).then(|| Self::Sequence(before.to_owned(), width, after.to_owned()))
                 });
                 digits.map_or_else(|| wrong("write the frame number as %d or %05d, once"), Ok)
             }
@@ -50,7 +50,7 @@ impl Output {
     pub fn path(&self, frame: u32) -> Option<PathBuf> {
         match self {
             Self::One(path) => Some(path.clone()),
-            Self::Run(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
+            Self::Sequence(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
             Self::Stream | Self::Animation(..) => None,
         }
     }
@@ -80,21 +80,21 @@ pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 }
 
 /// The error for an existing file that does not belong to this request.
-fn refusal(path: &Path, earlier: &ExistingPicture, mark: &Provenance, clock: bool) -> Option<CliError> {
+fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let instead = "--overwrite replaces it";
     let line = match earlier {
         ExistingPicture::None | ExistingPicture::Same => return None,
         ExistingPicture::Other(differ) => {
             // A sequence that starts at `now` can never be resumed.
-            let hint = if clock && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
+            let hint = if starts_now && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
             format!("{path} is of another request: {differ}; {instead}{hint}")
         }
         ExistingPicture::Damaged(why) => {
-            format!("{path} is of this request ({}) but damaged: {why}; --overwrite replaces it", mark.short())
+            format!("{path} is of this request ({}) but damaged: {why}; --overwrite replaces it", provenance.short())
         }
         ExistingPicture::Unknown(why) => {
-            format!("{path} exists, and its request is unknown ({why}); this one is {}; {instead}", mark.short())
+            format!("{path} exists, and its request is unknown ({why}); this one is {}; {instead}", provenance.short())
         }
     };
     Some(CliError::Failed(line))
@@ -104,26 +104,26 @@ fn refusal(path: &Path, earlier: &ExistingPicture, mark: &Provenance, clock: boo
 ///
 /// # Errors
 /// A file of another request, unless it may be overwritten.
-pub fn kept(
+pub fn existing_frames(
     wanted: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),
     overwrite: bool,
-    clock: bool,
+    starts_now: bool,
 ) -> Result<BTreeSet<u32>, CliError> {
-    let mut kept = BTreeSet::new();
-    for (number, path, mark) in wanted {
+    let mut existing_frames = BTreeSet::new();
+    for (number, path, provenance) in wanted {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
             let shown = |path: &Path| echo_within(&path.display().to_string(), 100);
             return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
         }
-        let earlier = mark.existing(&path, size);
+        let earlier = provenance.existing(&path, size);
         if earlier == ExistingPicture::Same {
-            kept.insert(number);
-        } else if let (false, Some(refused)) = (overwrite, refusal(&path, &earlier, &mark, clock)) {
+            existing_frames.insert(number);
+        } else if let (false, Some(refused)) = (overwrite, conflict_error(&path, &earlier, &provenance, starts_now)) {
             return Err(refused);
         }
     }
-    Ok(kept)
+    Ok(existing_frames)
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use std::process::ExitCode;
 mod bench;
 mod bench_meshes;
 mod compare;
-mod composition_words;
+mod composition_args;
 mod doctor;
 mod documents;
 mod eclipse;
@@ -38,12 +38,12 @@ mod probe;
 mod render;
 mod render_views;
 mod shader;
+mod shader_export;
 mod shader_report;
-mod shader_sites;
 mod stability;
 mod values;
 mod view;
-mod view_words;
+mod view_args;
 
 /// Text below the list of verbs.
 const DEFAULT_VERB: &str = "Without a command, the arguments are those of `view`:
@@ -234,8 +234,8 @@ fn thread_count(text: &str) -> Result<usize, String> {
 const WORD_ECHO: usize = 60;
 
 /// Parses the arguments; without a verb they belong to `view`.
-fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
-    let e = match Cli::try_parse_from(words) {
+fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
+    let e = match Cli::try_parse_from(args) {
         Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
         done => return done,
     };
@@ -246,22 +246,22 @@ fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
-    if !kept_view || words.iter().skip(1).any(is_verb) {
+    if !kept_view || args.iter().skip(1).any(is_verb) {
         return Err(e);
     }
-    let viewed = words.iter().take(1).cloned().chain([OsString::from("view")]).chain(words.iter().skip(1).cloned());
+    let viewed = args.iter().take(1).cloned().chain([OsString::from("view")]).chain(args.iter().skip(1).cloned());
     Cli::try_parse_from(viewed)
 }
 
 /// Prints the requested help or version.
 fn print_help(e: &clap::Error) -> Result<(), CliError> {
-    e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::to_stdout(&e))
+    e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::stdout_error(&e))
 }
 
 /// Prints clap's message with long arguments shortened and without control characters.
-fn print_parser(e: &clap::Error, words: &[OsString]) {
+fn print_usage_error(e: &clap::Error, args: &[OsString]) {
     let mut given: Vec<String> = Vec::new();
-    for word in words.iter().skip(1) {
+    for word in args.iter().skip(1) {
         let word = word.to_string_lossy().into_owned();
         given.extend(word.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
         given.push(word);
@@ -278,11 +278,11 @@ fn print_parser(e: &clap::Error, words: &[OsString]) {
 
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let words: Vec<OsString> = std::env::args_os().collect();
-    let cli = match parsed(&words) {
+    let args: Vec<OsString> = std::env::args_os().collect();
+    let cli = match parse_args(&args) {
         Ok(cli) => cli,
         Err(e) if e.use_stderr() => {
-            print_parser(&e, &words);
+            print_usage_error(&e, &args);
             return ExitCode::from(2);
         }
         Err(e) => return exit_code(print_help(&e)),
@@ -314,11 +314,11 @@ fn exit_code(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
         Err(CliError::Catalog(faults)) => {
-            output::say_lines(&faults.to_string());
+            output::print_messages(&faults.to_string());
             ExitCode::FAILURE
         }
         Err(e) => {
-            output::say(&e.to_string());
+            output::print_message(&e.to_string());
             ExitCode::FAILURE
         }
     }

@@ -5,8 +5,8 @@
 
 use super::CliError;
 use super::frames::Output;
-use super::output::to_stdout;
-use crate::files::{FileAccess, write_new, write_whole};
+use super::output::stdout_error;
+use crate::files::{FileAccess, write_atomic, write_new};
 use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, write_y4m_frame, write_y4m_header};
 use crate::render::frame::Frame;
 use crate::wording::echo;
@@ -37,7 +37,7 @@ impl MovingOutput {
     /// A file that must not be replaced, or a size, number of frames or rate that the format does not support.
     pub fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
-            Output::One(_) | Output::Run(..) => Ok(Self::None),
+            Output::One(_) | Output::Sequence(..) => Ok(Self::None),
             Output::Stream => Ok(Self::Stream { rate, begun: false }),
             Output::Animation(path, format) => {
                 let name = echo(&path.display().to_string());
@@ -71,7 +71,7 @@ impl MovingOutput {
                 }
                 write_y4m_frame(&mut bytes, &frame.display).map_err(failed)?;
                 let mut out = std::io::stdout();
-                out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| to_stdout(&e))
+                out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
             }
             Self::File { writer, .. } => writer.add(&frame.display).map_err(failed),
         }
@@ -87,7 +87,7 @@ impl MovingOutput {
         let bytes = bytes.0.lock();
         let fill = |out: &mut std::io::BufWriter<&mut std::fs::File>| out.write_all(&bytes);
         if overwrite {
-            write_whole(&path, FileAccess::All, fill)?;
+            write_atomic(&path, FileAccess::All, fill)?;
         } else {
             write_new([path], FileAccess::All, fill)?;
         }

@@ -11,13 +11,13 @@ use std::io::{Error, ErrorKind, IsTerminal, Write};
 ///
 /// # Errors
 /// [`CliError::OutputClosed`] if the reader has closed the pipe (`… | head`), else the reason for the failure.
-pub fn put(text: &str) -> Result<(), CliError> {
+pub fn print_result(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| to_stdout(&e))
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
 }
 
 /// The verb's error for a failed write to standard output.
-pub fn to_stdout(e: &Error) -> CliError {
+pub fn stdout_error(e: &Error) -> CliError {
     match e.kind() {
         ErrorKind::BrokenPipe => CliError::OutputClosed,
         _ => CliError::Failed(format!("standard output: {e}")),
@@ -25,12 +25,12 @@ pub fn to_stdout(e: &Error) -> CliError {
 }
 
 /// Writes a message to standard error, `orrery: …`, on one line even if it quotes text with line breaks.
-pub fn say(line: &str) {
+pub fn print_message(line: &str) {
     write_error(&format!("orrery: {}\n", one_line(line)));
 }
 
 /// Writes several messages, one per line.
-pub fn say_lines(lines: &str) {
+pub fn print_messages(lines: &str) {
     write_error(&format!("orrery: {}\n", escape_controls(lines)));
 }
 

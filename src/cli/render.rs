@@ -1,10 +1,10 @@
 //! `orrery render`: an image or a sequence of frames to files or a video stream.
-use super::composition_words::CompositionArgs;
-use super::frames::{Output, kept, shard, step_seconds};
+use super::composition_args::CompositionArgs;
+use super::frames::{Output, existing_frames, shard, step_seconds};
 use super::moving_output::MovingOutput;
-use super::output::{put, say, write_error};
+use super::output::{print_message, print_result, write_error};
 use super::render_views::Views;
-use super::view_words::{ViewArgs, size};
+use super::view_args::{ViewArgs, size};
 use super::{CliError, Common};
 use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
@@ -106,7 +106,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             "--shard needs files of one frame: a stream or a moving picture is written in order by one process".into(),
         ));
     }
-    let session = Session::open(&common.sources_to_draw(), say)?;
+    let session = Session::open(&common.sources_to_draw(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
     if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first).is_some_and(|p| is_exr(&p)) {
@@ -122,17 +122,17 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     };
     let numbers = || (first..views.count()).step_by(stride as usize);
     let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
-    let clock = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
-    let mut kept = kept(wanted, size(&args.view.size)?, args.overwrite, clock)?;
+    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
+    let mut existing_frames = existing_frames(wanted, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
         // They would be the same bytes.
-        kept.clear();
+        existing_frames.clear();
     }
-    if !kept.is_empty() {
-        say(&format!("kept {} of {} frames of an earlier run", kept.len(), numbers().count()));
+    if !existing_frames.is_empty() {
+        print_message(&format!("kept {} of {} frames of an earlier run", existing_frames.len(), numbers().count()));
     }
     let bounded = frame(0);
-    check_error_files(args, &session, &bounded, clock)?;
+    check_error_files(args, &session, &bounded, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
     let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
@@ -141,7 +141,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut drawn_by = None;
     for number in numbers() {
         let path = output.path(number);
-        if kept.contains(&number) {
+        if existing_frames.contains(&number) {
             bar.inc(1);
             continue;
         }
@@ -178,12 +178,12 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     if args.time_report {
         let mut report = report(&session, &written, drawn_frames, first_frame, drawn_by);
-        report["kept_frames"] = kept.len().into();
+        report["kept_frames"] = existing_frames.len().into();
         let report = format!("{report}\n");
         if output == Output::Stream {
             write_error(&report);
         } else {
-            put(&report)?;
+            print_result(&report)?;
         }
     }
     Ok(())
@@ -202,7 +202,7 @@ impl RenderArgs {
 }
 
 /// Refuses error bounds that cannot be written: of sequences, in other formats, over files of other requests.
-fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, clock: bool) -> Result<(), CliError> {
+fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, starts_now: bool) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
         return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
     }
@@ -212,7 +212,7 @@ fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest
         }
     }
     let wanted = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
-    kept(wanted, (request.width, request.height), args.overwrite, clock).map(drop)
+    existing_frames(wanted, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 
 /// A progress bar on a terminal, nothing in a pipe or for one frame.

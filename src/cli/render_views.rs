@@ -34,7 +34,7 @@ impl Views {
         session: &Session,
         composition: &Composition,
     ) -> Result<Self, CliError> {
-        use super::view_words::instant;
+        use super::view_args::instant;
         use crate::view::app::tour::{MAX_BYTES, Tour};
         let named = |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
         let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| named(&e))?;

@@ -6,7 +6,7 @@
 
 use super::revision::{Revision, RevisionError};
 use super::sample::{Sample, Sampler, levels_apart};
-use crate::files::{FileAccess, WriteError, failure, write_whole};
+use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
 use crate::session::SessionError;
@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// Side of the picture of each case, pixels.
 const SIDE: u32 = 48;
 /// Cases that are in memory at a time.
-const AT_ONCE: usize = 64;
+const BATCH: usize = 64;
 /// Name of the list of cases, which identifies a folder as a corpus.
 pub const MANIFEST: &str = "corpus.json";
 /// Version of the format: it changes with the layout of the files.
@@ -191,12 +191,12 @@ pub fn write(
     lowering: &Lowering,
     done: impl Fn() + Sync,
 ) -> Result<usize, CorpusError> {
-    let make = |path: &Path| std::fs::create_dir_all(path).map_err(|e| failure(path, &e));
-    let put = |path: &Path, bytes: &[u8]| write_whole(path, FileAccess::All, |out| out.write_all(bytes));
+    let make = |path: &Path| std::fs::create_dir_all(path).map_err(|e| write_error(path, &e));
+    let put = |path: &Path, bytes: &[u8]| write_atomic(path, FileAccess::All, |out| out.write_all(bytes));
     make(&folder.join("data"))?;
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
-    for some in keys.chunks(AT_ONCE) {
+    for some in keys.chunks(BATCH) {
         let samplers = || Sampler::new(SIDE);
         let one = |sampler: &mut Result<Sampler, SessionError>, key: &ShaderKey| {
             let made = match sampler {

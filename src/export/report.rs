@@ -80,7 +80,7 @@ pub struct Report {
     pub failures: Vec<(String, String)>,
 }
 
-enum Compared {
+enum ModuleComparison {
     Equal,
     Changed(Box<ModuleChange>),
     Only { first: bool },
@@ -127,9 +127,9 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
-fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Result<Compared, String> {
+fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
     if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
-        return Ok(Compared::Equal);
+        return Ok(ModuleComparison::Equal);
     }
     let [first, second] = modules.map(Arc::new);
     let sample = |module: &Arc<ShaderModule>| match id {
@@ -149,7 +149,7 @@ fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Resu
         _ => None,
     };
     let [a, b] = &samples;
-    Ok(Compared::Changed(Box::new(ModuleChange {
+    Ok(ModuleComparison::Changed(Box::new(ModuleChange {
         module: id.to_string(),
         causes: causes(&first, &second),
         picture,
@@ -178,24 +178,24 @@ impl Report {
             let made = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
             let compared = match made {
                 [Ok(Some(a)), Ok(Some(b))] => match sampler {
-                    Ok(sampler) => compare(sampler, [a, b], id).unwrap_or_else(Compared::Failed),
-                    Err(e) => Compared::Failed(e.clone()),
+                    Ok(sampler) => compare(sampler, [a, b], id).unwrap_or_else(ModuleComparison::Failed),
+                    Err(e) => ModuleComparison::Failed(e.clone()),
                 },
-                [Err(e), _] | [_, Err(e)] => Compared::Failed(e),
-                [Ok(first), Ok(_)] => Compared::Only { first: first.is_some() },
+                [Err(e), _] | [_, Err(e)] => ModuleComparison::Failed(e),
+                [Ok(first), Ok(_)] => ModuleComparison::Only { first: first.is_some() },
             };
             done();
             compared
         };
-        let compared: Vec<Compared> = ids.par_iter().map_init(samplers, one).collect();
+        let compared: Vec<ModuleComparison> = ids.par_iter().map_init(samplers, one).collect();
         let mut report = Self { first: revisions[0].name.clone(), second: revisions[1].name.clone(), ..Self::default() };
         for (id, compared) in ids.iter().zip(compared) {
             match compared {
-                Compared::Equal => report.equal += 1,
-                Compared::Changed(change) => report.changed.push(*change),
-                Compared::Only { first: true } => report.only_first.push(id.to_string()),
-                Compared::Only { first: false } => report.only_second.push(id.to_string()),
-                Compared::Failed(why) => report.failures.push((id.to_string(), why)),
+                ModuleComparison::Equal => report.equal += 1,
+                ModuleComparison::Changed(change) => report.changed.push(*change),
+                ModuleComparison::Only { first: true } => report.only_first.push(id.to_string()),
+                ModuleComparison::Only { first: false } => report.only_second.push(id.to_string()),
+                ModuleComparison::Failed(why) => report.failures.push((id.to_string(), why)),
             }
         }
         Ok(report)

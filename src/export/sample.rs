@@ -69,9 +69,9 @@ pub struct Sampler {
 }
 
 /// A provider of one module.
-struct Only<'a>(&'a Arc<ShaderModule>);
+struct SingleModule<'a>(&'a Arc<ShaderModule>);
 
-impl ModuleProvider for Only<'_> {
+impl ModuleProvider for SingleModule<'_> {
     fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         Ok(Arc::clone(self.0))
     }
@@ -102,7 +102,7 @@ impl Sampler {
     pub fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<Sample, SessionError> {
         let plan = self.plan(module, key)?;
         let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
-            let drawn = renderer.render(&plan, &Only(module), true);
+            let drawn = renderer.render(&plan, &SingleModule(module), true);
             // The next module may have the same name, and thousands may follow.
             renderer.forget_modules();
             Ok(drawn?.0.hdr)

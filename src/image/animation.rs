@@ -10,9 +10,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Largest side of a GIF, and largest numerator and denominator of an animated PNG's delays.
-const MAX_16: u32 = u16::MAX as u32;
+const MAX_U16: u32 = u16::MAX as u32;
 /// Quality of the search for a frame's 256 colours: 1 best, 30 fastest.
-const PALETTE_SPEED: i32 = 10;
+const PALETTE_SEARCH_SPEED: i32 = 10;
 
 /// The format of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,12 +81,12 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
                 encoder.set_compression(png::Compression::Fast);
                 encoder.set_animated(frames, 0).map_err(failed)?;
-                let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_16}")))?;
+                let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_U16}")))?;
                 encoder.set_frame_delay(1, rate).map_err(failed)?;
                 Encoder::Apng(Box::new(encoder.write_header().map_err(failed)?))
             }
             AnimationFormat::Gif => {
-                let side = |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_16} pixels a side")));
+                let side = |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
                 if !(1..=100).contains(&rate) {
                     return Err(ImageError::Write(format!("{rate} frames a second: a GIF has 1 to 100")));
                 }
@@ -114,7 +114,7 @@ impl<W: Write> AnimationWriter<W> {
             Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
             Encoder::Gif(writer) => {
                 // Both were checked against 65535 at the start.
-                let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SPEED);
+                let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SEARCH_SPEED);
                 frame.delay = hundredths as u16;
                 writer.write_frame(&frame).map_err(failed)?;
             }
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_form_does_not_know_is_refused() {
+    fn unsupported_sizes_and_rates_are_refused() {
         let new = |format, size, rate| AnimationWriter::new(Vec::new(), format, size, 1, rate).map(drop).map_err(|e| e.to_string());
         assert!(new(AnimationFormat::Gif, (70_000, 1), 25).is_err_and(|e| e.contains("65535")));
         assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));

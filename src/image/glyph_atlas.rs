@@ -36,9 +36,9 @@ pub struct GlyphAtlas {
 }
 
 /// Width of the texture, in units of the font size.
-const ACROSS: f32 = 20.0;
+const TEXTURE_WIDTH_EMS: f32 = 20.0;
 /// Stroke width of a marker, in units of the font size: one pixel for the window's text.
-const MARKER_LINE: f32 = 1.0 / 13.0;
+const MARKER_STROKE_EMS: f32 = 1.0 / 13.0;
 
 /// The coverage of a glyph before it is placed in the atlas.
 struct Drawn {
@@ -81,7 +81,7 @@ fn ring(radius_px: f32, line_height_px: f32) -> Drawn {
 }
 
 /// Side of the block, in units of the font size.
-const BLOCK: f32 = 2.0;
+const BLOCK_SIDE_EMS: f32 = 2.0;
 
 fn block(side: u32) -> Drawn {
     Drawn { size: [side, side], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side as usize * side as usize] }
@@ -97,12 +97,12 @@ impl GlyphAtlas {
             .into_iter()
             .filter_map(|c| Some((Some(c), letter(font.as_ref()?, c, size_px))))
             .chain([
-                (None, ring(marker_radius * size_px, (MARKER_LINE * size_px).max(1.0))),
-                (None, block((BLOCK * size_px).ceil() as u32)),
+                (None, ring(marker_radius * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
+                (None, block((BLOCK_SIDE_EMS * size_px).ceil() as u32)),
             ])
             .collect();
         let widest = drawn.iter().map(|(_, d)| d.size[0]).max().unwrap_or(0);
-        let width = ((ACROSS * size_px) as u32).max(widest + 2);
+        let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
         // Rows as high as their highest glyph, with a border of one empty texel.
         let (mut pen, mut row_height) = ([1_u32, 1_u32], 0_u32);
         let mut places = Vec::new();
@@ -181,7 +181,7 @@ mod tests {
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
         let ring_px = covered(&large, &large.marker);
-        let line_height_px = f64::from(MARKER_LINE) * 40.0;
+        let line_height_px = f64::from(MARKER_STROKE_EMS) * 40.0;
         let expected = std::f64::consts::TAU * 16.0 * line_height_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
         let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);

@@ -63,12 +63,12 @@ impl MapStore {
     }
 
     /// The map with its mip chain, filtered for drawing.
-    pub fn get_decoded(&self, name: &str, reading: MapDecoding) -> Result<SharedTexture, ImageError> {
-        let key = (name.to_owned(), reading);
+    pub fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
+        let key = (name.to_owned(), decoding);
         if let Some(found) = self.decoded.lock().get(&key) {
             return Ok(found.clone());
         }
-        let texture = Arc::new(self.read(name, reading)?);
+        let texture = Arc::new(self.read(name, decoding)?);
         Ok(self.decoded.lock().entry(key).or_insert(texture).clone())
     }
 
@@ -82,8 +82,8 @@ impl MapStore {
     }
 
     /// Adds a texture that was created elsewhere, under a name that no file has.
-    pub fn keep(&self, name: &str, reading: MapDecoding, texture: Texture) {
-        self.decoded.lock().insert((name.to_owned(), reading), Arc::new(texture));
+    pub fn keep(&self, name: &str, decoding: MapDecoding, texture: Texture) {
+        self.decoded.lock().insert((name.to_owned(), decoding), Arc::new(texture));
     }
 
     /// The same for an image with premultiplied alpha.
@@ -95,23 +95,23 @@ impl MapStore {
     pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
         let away: Vec<&(&str, MapDecoding)> = {
             let decoded = self.decoded.lock();
-            wanted.iter().filter(|(name, reading)| !decoded.contains_key(&((*name).to_owned(), *reading))).collect()
+            wanted.iter().filter(|(name, decoding)| !decoded.contains_key(&((*name).to_owned(), *decoding))).collect()
         };
-        away.into_par_iter().for_each(|(name, reading)| drop(self.get_decoded(name, *reading)));
+        away.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }
 
-    fn read(&self, name: &str, reading: MapDecoding) -> Result<Texture, ImageError> {
+    fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let shown = path.display().to_string();
                 let folder = self.folder.as_deref().unwrap_or(Path::new(""));
                 let bytes = check_inside(folder, &path).and_then(|()| read_bytes(&path, MAX_FILE_BYTES));
                 let bytes = bytes.map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
-                Texture::decode_filtered(&shown, &bytes, reading, self.max_megapixels)
+                Texture::decode_filtered(&shown, &bytes, decoding, self.max_megapixels)
             }
             MapOrigin::Embedded => {
                 let bytes = MAPS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
-                Texture::decode_filtered(name, bytes, reading, DEFAULT_MAX_MEGAPIXELS)
+                Texture::decode_filtered(name, bytes, decoding, DEFAULT_MAX_MEGAPIXELS)
             }
             MapOrigin::Missing => {
                 let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));

@@ -4,7 +4,7 @@
 //! mean of the one above in linear light, so an odd side takes three texels with partial weights. Means stay floats
 //! from level to level and are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). The left and right edges are cell borders, so no mean crosses the seam.
 
-use super::poles::Circles;
+use super::poles::PoleRowFilter;
 use super::{Level, PoleFilter, TexelFormat};
 use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
@@ -72,7 +72,7 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 /// Applies the pole filter to the finest level.
 fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter) {
     let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
-    let circles = Circles::of(poles, width, height, false);
+    let circles = PoleRowFilter::of(poles, width, height, false);
     rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| circles.changes(*y)).for_each(|(y, bytes)| {
         let linear =
             |t: &[u8; 4]| [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], UNORM[usize::from(t[3])]];
@@ -86,7 +86,7 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelForm
 
 /// Applies the pole filter to a coarser level, in floats.
 fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter) {
-    let circles = Circles::of(poles, width, height, true);
+    let circles = PoleRowFilter::of(poles, width, height, true);
     linear.par_chunks_mut(width).enumerate().for_each(|(y, row)| circles.smooth(y, row));
 }
 

@@ -3,7 +3,7 @@
 //! In: encoded map files (embedded or from a folder), or the rows of a frame. Out: [`Texture`]s with full mip chains computed in linear light, or
 //! encoded files. A texture always has all levels down to 1x1. Nothing here depends on what an image shows.
 
-use crate::unwinding::caught;
+use crate::unwinding::catch_panic;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage};
 use std::io::Cursor;
 use std::sync::Arc;
@@ -101,13 +101,13 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
     let mut limits = Limits::default();
     limits.max_alloc = Some(u64::from(max_megapixels) * 1_000_000 * DECODER_BYTES_PER_PIXEL);
     reader.limits(limits);
-    let decoder = caught(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
+    let decoder = catch_panic(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
     let decoder = decoder.map_err(|e| unreadable(e.to_string()))?;
     let (width, height) = decoder.dimensions();
     if megapixels(width, height) > u64::from(max_megapixels) {
         return Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels });
     }
-    let decoded = caught(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
+    let decoded = catch_panic(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
     decoded.map_err(|e| unreadable(e.to_string()))
 }
 

@@ -19,9 +19,9 @@ const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFor
 const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width, texels around the equator.
-const WIDEST: usize = 8192;
+const MAX_WIDTH: usize = 8192;
 /// Fraction of an EXR's pixels that may be brighter than the texture's 1.
-const CLIPPED: f64 = 1e-4;
+const CLIPPED_FRACTION: f64 = 1e-4;
 
 /// A panorama.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
         decoded.push(picture);
     }
     let faces: Vec<Linear> = decoded.iter().map(Linear::of).collect();
-    texture(path, Linear::of_cube(&faces))
+    texture(path, Linear::from_cube(&faces))
 }
 
 /// Path of a face of the cube.
@@ -114,15 +114,15 @@ impl Linear {
     }
 
     /// The equirectangular image of six faces.
-    fn of_cube(faces: &[Self]) -> Self {
+    fn from_cube(faces: &[Self]) -> Self {
         let side = faces[0].width;
-        let width = (4 * side).min(WIDEST);
+        let width = (4 * side).min(MAX_WIDTH);
         let height = width / 2;
         let texel = |k: usize| {
             let longitude = TAU * (0.5 - ((k % width) as f64 + 0.5) / width as f64);
             let latitude = PI * (0.5 - ((k / width) as f64 + 0.5) / height as f64);
             let (forward, left, up) = (latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
-            let (face, place) = on_cube(DVec3::new(-left, up, forward));
+            let (face, place) = cube_face(DVec3::new(-left, up, forward));
             faces[face].at((place * 0.5 + 0.5) * side as f64)
         };
         let texels = (0..width * height).into_par_iter().map(texel).collect();
@@ -131,7 +131,7 @@ impl Linear {
 }
 
 /// The face that a direction (right, up, forward) hits, as an index into [`FACES`], and the position on it: -1 to 1, to the right and down as seen from inside.
-fn on_cube(d: DVec3) -> (usize, DVec2) {
+fn cube_face(d: DVec3) -> (usize, DVec2) {
     let size = d.abs();
     if size.x >= size.y && size.x >= size.z {
         let s = d.x.signum();
@@ -148,7 +148,7 @@ fn on_cube(d: DVec3) -> (usize, DVec2) {
 fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
     let unit = if picture.was_linear {
         let mut brightest: Vec<f32> = picture.texels.iter().map(|t| t.max_element()).collect();
-        let place = ((brightest.len() as f64 * (1.0 - CLIPPED)) as usize).min(brightest.len() - 1);
+        let place = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
         let (_, unit, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
         if *unit > 0.0 { *unit } else { 1.0 }
     } else {
@@ -182,7 +182,7 @@ mod tests {
             ((0.5, 0.0, -1.0), 5, (-0.5, 0.0)),
             ((0.0, 0.5, 1.0), 4, (0.0, -0.5)),
         ] {
-            assert_eq!(on_cube(d.into()), (face, place.into()), "{d:?}");
+            assert_eq!(cube_face(d.into()), (face, place.into()), "{d:?}");
         }
     }
 
@@ -205,7 +205,7 @@ mod tests {
             Linear { width: side, height: side, texels, was_linear: false }
         };
         let faces: Vec<Linear> = axes.map(face).into();
-        let sky = Linear::of_cube(&faces);
+        let sky = Linear::from_cube(&faces);
         assert_eq!((sky.width, sky.height), (256, 128));
         for (x, y, d) in [
             (128, 64, DVec3::Z),

@@ -31,11 +31,11 @@ const NO_SLOPE: f32 = 0.5;
 /// The finest detail of a map, as the sigma of a Gaussian in texels.
 const DETAIL_TEXELS: f64 = 0.6;
 
-/// Sigma in texels for a row at latitude `lat` (radians); `below_another`: its level was computed from a filtered one.
-fn sigma_texels(lat: f64, below_another: bool) -> f64 {
+/// Sigma in texels for a row at latitude `lat` (radians); `above_is_filtered`: its level was computed from a filtered one.
+fn sigma_texels(lat: f64, above_is_filtered: bool) -> f64 {
     let excess = (lat.tan().powi(2) - 1.0).max(0.0);
     // The level above contributes a quarter of the variance, in texels of this one; variances of Gaussians add.
-    DETAIL_TEXELS * (excess * if below_another { 0.75 } else { 1.0 }).sqrt()
+    DETAIL_TEXELS * (excess * if above_is_filtered { 0.75 } else { 1.0 }).sqrt()
 }
 
 /// Latitude of a row's centre, radians.
@@ -44,24 +44,24 @@ fn latitude(row: usize, height: usize) -> f64 {
 }
 
 /// The filter of the rows of one level.
-pub(super) struct Circles {
+pub(super) struct PoleRowFilter {
     poles: PoleFilter,
     height: usize,
     /// The level was computed from a filtered one.
-    below_another: bool,
+    above_is_filtered: bool,
     /// Sine and cosine of each column's longitude from the map's left edge.
     columns: Vec<[f32; 2]>,
 }
 
-impl Circles {
-    pub fn of(poles: PoleFilter, width: usize, height: usize, below_another: bool) -> Self {
+impl PoleRowFilter {
+    pub fn of(poles: PoleFilter, width: usize, height: usize, above_is_filtered: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
         let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
-        Self { poles, height, below_another, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
+        Self { poles, height, above_is_filtered, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
     }
 
     fn sigma(&self, row: usize) -> f64 {
-        if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.below_another) }
+        if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.above_is_filtered) }
     }
 
     /// Whether the filter changes a row.
@@ -146,7 +146,7 @@ mod tests {
     }
 
     fn smoothed(mut rows: Vec<Vec<[f32; 4]>>, poles: PoleFilter) -> Vec<Vec<[f32; 4]>> {
-        let circles = Circles::of(poles, WIDTH, HEIGHT, false);
+        let circles = PoleRowFilter::of(poles, WIDTH, HEIGHT, false);
         rows.iter_mut().enumerate().for_each(|(y, row)| circles.smooth(y, row));
         rows
     }
@@ -237,7 +237,7 @@ mod tests {
             assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
         }
         for (w, h) in [(1, 1), (2, 1), (1, 2), (3, 2), (4, 3)] {
-            let circles = Circles::of(PoleFilter::Slopes, w, h, true);
+            let circles = PoleRowFilter::of(PoleFilter::Slopes, w, h, true);
             for y in 0..h {
                 let mut row = vec![[0.25; 4]; w];
                 circles.smooth(y, &mut row);

@@ -44,12 +44,12 @@ pub fn is_whole_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), Ima
 }
 
 /// The attribute's value before the digest is known.
-pub(super) fn unsealed(text: &str) -> (&'static str, String) {
+pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
     (ATTRIBUTE, format!("{} {text}", "0".repeat(DIGEST_LEN)))
 }
 
 /// Offset of the digest, and the text after it.
-fn seal_of(bytes: &[u8]) -> Option<(usize, &str)> {
+fn seal_position(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
     let at = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
     let length = u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?) as usize;
@@ -68,7 +68,7 @@ fn digest_without(bytes: &[u8], at: usize) -> String {
 
 /// Fills in the digest of an EXR.
 pub(super) fn seal_exr(bytes: &mut [u8]) {
-    if let Some((at, _)) = seal_of(bytes) {
+    if let Some((at, _)) = seal_position(bytes) {
         let digest = digest_without(bytes, at);
         bytes[at..at + DIGEST_LEN].copy_from_slice(digest.as_bytes());
     }
@@ -76,12 +76,12 @@ pub(super) fn seal_exr(bytes: &mut [u8]) {
 
 /// The text of a sealed EXR, which may be damaged further on.
 pub fn exr_head_text(head: &[u8]) -> Option<String> {
-    seal_of(head).map(|(_, text)| text.to_owned())
+    seal_position(head).map(|(_, text)| text.to_owned())
 }
 
 /// Whether these are the bytes of an intact sealed EXR.
 pub fn is_whole_exr(bytes: &[u8]) -> Result<(), ImageError> {
-    match seal_of(bytes) {
+    match seal_position(bytes) {
         Some((at, _)) if digest_without(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
     }

@@ -3,7 +3,7 @@
 //! In: rows of pixels, top first. The same input gives the same bytes: no clock, and no program version unless the caller adds it to the text.
 
 use super::ImageError;
-use super::sealed::{seal_exr, unsealed};
+use super::sealed::{seal_exr, unsealed_attribute};
 use std::io::{Cursor, Write};
 
 fn failed(e: impl std::fmt::Display) -> ImageError {
@@ -53,7 +53,7 @@ pub fn write_exr(
     };
     let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));
     image.layer_data.attributes.comments = Text::new_or_none(comments).filter(|_| !comments.is_empty());
-    if let Some((name, value)) = sealed.map(unsealed)
+    if let Some((name, value)) = sealed.map(unsealed_attribute)
         && let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value))
     {
         // Only one, because the crate does not keep attributes in order.
@@ -72,16 +72,16 @@ pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32
 }
 
 /// Pixels that are converted together.
-const PIECE: usize = 128;
+const BLOCK_PIXELS: usize = 128;
 
 /// BT.709 luma and chroma of display bytes.
-fn luma_and_chroma(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
+fn luma_and_chroma(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> [[u8; BLOCK_PIXELS]; 3] {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: the CPU feature was just detected.
-        return unsafe { by_avx2(pixels) };
+        return unsafe { convert_avx2(pixels) };
     }
-    by_any_machine(pixels)
+    convert_scalar(pixels)
 }
 
 /// The same code compiled for AVX2; no instruction rounds differently.
@@ -89,15 +89,15 @@ fn luma_and_chroma(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
 /// The CPU has AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-unsafe fn by_avx2(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
-    by_any_machine(pixels)
+unsafe fn convert_avx2(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> [[u8; BLOCK_PIXELS]; 3] {
+    convert_scalar(pixels)
 }
 
 #[inline(always)]
-fn by_any_machine(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
+fn convert_scalar(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> [[u8; BLOCK_PIXELS]; 3] {
     let [red, green, blue] = crate::units::LUMINANCE_WEIGHTS.map(|w| w as f32);
-    let mut values = [[0.0_f32; PIECE]; 3];
-    for i in 0..PIECE {
+    let mut values = [[0.0_f32; BLOCK_PIXELS]; 3];
+    for i in 0..BLOCK_PIXELS {
         let word = u32::from_le_bytes(pixels[i]);
         let [r, g, b] = [word, word >> 8, word >> 16].map(|v| (v & 0xff) as i32 as f32 / 255.0);
         let luma = red * r + green * g + blue * b;
@@ -105,9 +105,9 @@ fn by_any_machine(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
         values[1][i] = 128.0 + 224.0 * (b - luma) / 1.8556;
         values[2][i] = 128.0 + 224.0 * (r - luma) / 1.5748;
     }
-    let mut bytes = [[0; PIECE]; 3];
+    let mut bytes = [[0; BLOCK_PIXELS]; 3];
     for (bytes, values) in bytes.iter_mut().zip(&values) {
-        for i in 0..PIECE {
+        for i in 0..BLOCK_PIXELS {
             bytes[i] = nearest_byte(values[i]);
         }
     }
@@ -130,9 +130,10 @@ pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), 
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
     // Blocks of fixed length with one loop per step, which the compiler vectorises.
-    let pieces = display.chunks(PIECE).zip(y.chunks_mut(PIECE)).zip(cb.chunks_mut(PIECE)).zip(cr.chunks_mut(PIECE));
-    for (((pixels, y), cb), cr) in pieces {
-        let mut piece = [[0; 4]; PIECE];
+    let blocks =
+        display.chunks(BLOCK_PIXELS).zip(y.chunks_mut(BLOCK_PIXELS)).zip(cb.chunks_mut(BLOCK_PIXELS)).zip(cr.chunks_mut(BLOCK_PIXELS));
+    for (((pixels, y), cb), cr) in blocks {
+        let mut piece = [[0; 4]; BLOCK_PIXELS];
         piece[..pixels.len()].copy_from_slice(pixels);
         let of_piece = luma_and_chroma(&piece);
         for (to, from) in [y, cb, cr].into_iter().zip(&of_piece) {

@@ -16,15 +16,15 @@ mod view;
 mod whole;
 
 pub use error_bound::error_bounds;
+pub(crate) use pictures::{DualRenderer, PlannedView};
 pub use pictures::{LightPicture, levels_apart, p999};
-pub(crate) use pictures::{PlannedView, Studio};
 pub(crate) use timing::quantile;
-pub use view::{ENOUGH_LEVELS, ViewMeasure, measure_view};
+pub use view::{SUFFICIENT_LEVELS, ViewMeasure, measure_view};
 pub use whole::renderer;
 
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
-use rule::{Unit, Weight};
+use rule::{Measurement, Unit};
 use timing::{Spread, in_turns, seconds_of};
 
 /// How long a measurement may take.
@@ -60,7 +60,7 @@ pub struct OptionMeasure {
     /// The name on the command line or in the documents.
     pub name: String,
     /// Error and time.
-    pub weight: Weight,
+    pub measurement: Measurement,
     /// Whether another option is better in both.
     pub is_dominated: bool,
     /// The qualities that take it in the program.
@@ -102,7 +102,7 @@ pub(crate) struct Candidate<'a> {
 }
 
 /// Times the candidates in turns and applies the rule; ratios are relative to the last of the most accurate candidates.
-pub(crate) fn weighed(
+pub(crate) fn measured(
     name: &'static str,
     about: &'static str,
     unit: Unit,
@@ -120,19 +120,19 @@ pub(crate) fn weighed(
     let least = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
     let reference = candidates.iter().rposition(|c| c.error <= least).unwrap_or(0);
     let one = Spread { low: 1.0, median: 1.0, high: 1.0 };
-    let weights: Vec<Weight> = candidates
+    let measurements: Vec<Measurement> = candidates
         .iter()
         .enumerate()
-        .map(|(k, c)| Weight { error: c.error, time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
+        .map(|(k, c)| Measurement { error: c.error, time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
         .collect();
-    let dominated = rule::dominated(&weights);
-    let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &weights)));
+    let dominated = rule::dominated(&measurements);
+    let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &measurements)));
     let options = candidates
         .into_iter()
         .enumerate()
         .map(|(k, c)| OptionMeasure {
             name: c.name,
-            weight: weights[k],
+            measurement: measurements[k],
             is_dominated: dominated[k],
             default_of: c.default_of,
             admissible_for: allowed.iter().filter(|(_, may)| may[k]).map(|(q, _)| *q).collect(),

@@ -85,13 +85,13 @@ pub fn p999(mut values: Vec<f64>) -> f64 {
 }
 
 /// Draws views in either precision.
-pub(crate) struct Studio<'a> {
+pub(crate) struct DualRenderer<'a> {
     pub session: &'a Session,
     single: SoftwareRenderer,
     double: SoftwareRenderer,
 }
 
-impl<'a> Studio<'a> {
+impl<'a> DualRenderer<'a> {
     pub fn new(session: &'a Session) -> Result<Self, SessionError> {
         Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_in(true)? })
     }
@@ -104,7 +104,7 @@ impl<'a> Studio<'a> {
     }
 
     /// Plans a view that is to be drawn repeatedly.
-    pub fn planned(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+    pub fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let (scene, plan) = self.session.plan(request, sampling)?;
         Ok(PlannedView { scene, plan })
     }
@@ -122,8 +122,8 @@ impl<'a> Studio<'a> {
     }
 
     /// The same with only the draws of the target (of all bodies without one): smaller bodies change from points to discs as the picture grows.
-    pub fn planned_alone(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
-        let mut scene = self.planned(request, sampling)?.scene;
+    pub fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+        let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
         let plan = plan::plan(&scene, self.session, sampling)?;
         Ok(PlannedView { scene, plan })
@@ -131,7 +131,7 @@ impl<'a> Studio<'a> {
 
     /// The same view with its metered exposure fixed, so that all options have one exposure.
     pub fn exposed(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
-        let stops = self.planned(&request, FINEST)?.scene.exposure.stops;
+        let stops = self.plan_view(&request, FINEST)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })
     }
 }

@@ -3,7 +3,7 @@
 //! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the worst of Sun, Moon and planets over two centuries of dates.
 
 use super::rule::Unit;
-use super::{Candidate, ChoiceMeasure, Effort, weighed};
+use super::{Candidate, ChoiceMeasure, Effort, measured};
 use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::{EphemerisError, Source, angle_rad};
@@ -75,7 +75,7 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     ];
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
-    weighed("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
+    measured("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
 }
 
 /// Geometric position, position with light time, and apparent position with aberration: the results of `ephemeris` and `ephemeris --apparent`.
@@ -100,5 +100,5 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let truth: Direction<'_> = Box::new(apparent);
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
-    weighed("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
+    measured("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
 }

@@ -49,16 +49,16 @@ impl Unit {
 
 /// Error and time of an option.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weight {
+pub struct Measurement {
     /// In the choice's unit, at least 0.
     pub error: f64,
     /// Ratio to the time of the choice's most accurate option.
     pub time: Spread,
 }
 
-impl Weight {
+impl Measurement {
     /// Outside of each other's quartiles, and by more than 5 %: smaller differences do not justify a change.
-    fn is_clearly_cheaper(&self, than: &Self) -> bool {
+    fn is_clearly_faster(&self, than: &Self) -> bool {
         self.time.high < than.time.low && self.time.median < 0.95 * than.time.median
     }
 
@@ -69,37 +69,37 @@ impl Weight {
 
     /// Whether `self` is preferable to `other` in every respect.
     pub fn dominates(&self, other: &Self) -> bool {
-        let (cheaper, more_accurate) = (self.is_clearly_cheaper(other), self.is_more_accurate(other));
+        let (cheaper, more_accurate) = (self.is_clearly_faster(other), self.is_more_accurate(other));
         cheaper && !other.is_more_accurate(self) || more_accurate && self.time.median <= other.time.median
     }
 }
 
 /// For each option whether another dominates it.
-pub fn dominated(options: &[Weight]) -> Vec<bool> {
+pub fn dominated(options: &[Measurement]) -> Vec<bool> {
     options.iter().map(|a| options.iter().any(|b| b.dominates(a))).collect()
 }
 
 /// For each option whether a quality may take it: it is within the bound, and no other within it is clearly cheaper. If none is within, and for `reference`:
 /// no other is more accurate, and none of equal accuracy is clearly cheaper.
-pub fn admissible(quality: Quality, unit: Unit, options: &[Weight]) -> Vec<bool> {
+pub fn admissible(quality: Quality, unit: Unit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
-    let is_good = |o: &Weight| match bound {
+    let is_good = |o: &Measurement| match bound {
         Some(bound) => o.error <= bound,
         None => !options.iter().any(|other| other.is_more_accurate(o)),
     };
-    options.iter().map(|o| is_good(o) && !options.iter().any(|other| is_good(other) && other.is_clearly_cheaper(o))).collect()
+    options.iter().map(|o| is_good(o) && !options.iter().any(|other| is_good(other) && other.is_clearly_faster(o))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn option(error: f64, time: f64) -> Weight {
-        Weight { error, time: Spread { low: 0.95 * time, median: time, high: 1.05 * time } }
+    fn option(error: f64, time: f64) -> Measurement {
+        Measurement { error, time: Spread { low: 0.95 * time, median: time, high: 1.05 * time } }
     }
 
     #[test]
-    fn what_is_dearer_and_no_better_is_dominated() {
+    fn slower_and_no_more_accurate_options_are_dominated() {
         let options = [option(8.0, 0.2), option(4.0, 0.5), option(5.0, 0.7), option(0.0, 1.0), option(0.0, 2.0)];
         assert_eq!(dominated(&options), [false, false, true, false, true]);
         // Within the spread nothing is decided: equally accurate options stay, and the more accurate one dominates the other.
@@ -113,7 +113,7 @@ mod tests {
         let unit = Unit::Levels;
         let [draft, standard] = [Quality::Draft, Quality::Standard].map(|q| unit.bound(q).expect("a bound"));
         let options = [option(2.0 * draft, 0.1), option(0.9 * draft, 0.2), option(0.9 * standard, 0.5), option(0.5, 1.0)];
-        let allowed = |options: &[Weight]| {
+        let allowed = |options: &[Measurement]| {
             Quality::ALL
                 .map(|q| admissible(q, unit, options).iter().enumerate().filter_map(|(k, may)| may.then_some(k)).collect::<Vec<_>>())
         };

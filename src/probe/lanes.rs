@@ -47,9 +47,9 @@ impl ProbeBatch {
     ///
     /// # Errors
     /// One line: the module cannot be compiled, or does not fit its bindings.
-    pub fn answers(&self, renderer: &SoftwareRenderer, library: &Library, questions: &[Numbers]) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
-        let mut all = Vec::with_capacity(questions.len());
-        for some in questions.chunks(AT_ONCE) {
+    pub fn answers(&self, renderer: &SoftwareRenderer, library: &Library, queries: &[Numbers]) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
+        let mut all = Vec::with_capacity(queries.len());
+        for some in queries.chunks(AT_ONCE) {
             let (frame, _) = renderer.render(&self.plan(some), library, true)?;
             let width = some.len();
             for column in 0..width {
@@ -60,12 +60,12 @@ impl ProbeBatch {
         Ok(all)
     }
 
-    fn plan(&self, questions: &[Numbers]) -> Plan {
-        let count = questions.len();
+    fn plan(&self, queries: &[Numbers]) -> Plan {
+        let count = queries.len();
         let edge = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
         let numbers = |quad: usize, part: fn((f32, f32)) -> f32| {
-            attribute(4, questions.iter().flat_map(|q| q[4 * quad..4 * quad + 4].iter().map(|v| part(split(*v)))).collect())
+            attribute(4, queries.iter().flat_map(|q| q[4 * quad..4 * quad + 4].iter().map(|v| part(split(*v)))).collect())
         };
         let mut attributes = vec![attribute(2, (0..count).flat_map(|k| [edge(k), edge(k + 1)]).collect())];
         attributes.extend((0..3).map(|quad| numbers(quad, |(high, _)| high)));

@@ -1,7 +1,7 @@
 //! Queries that are answered by the emitted shaders, run on the software renderer.
 //!
 //! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the query. A kind of query
-//! is a file: it lists its fields in a [`QuestionKind`], from which messages, help and checks are generated, parses them, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers
+//! is a file: it lists its fields in a [`QueryKind`], from which messages, help and checks are generated, parses them, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers
 //! into named answers. Always: no formula of a shader is duplicated here.
 
 mod error;
@@ -46,16 +46,16 @@ impl Prober<'_> {
     ///
     /// # Errors
     /// One line that names the field and its allowed values.
-    pub fn answer(&self, question: &str) -> Result<Value, ProbeError> {
-        let value: Value = serde_json::from_str(question).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
+    pub fn answer(&self, query: &str) -> Result<Value, ProbeError> {
+        let value: Value = serde_json::from_str(query).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
-        let known: Vec<&str> = QUESTIONS.iter().map(|k| k.name).collect();
+        let known: Vec<&str> = QUERIES.iter().map(|k| k.name).collect();
         let kind = match given.remove("q") {
             Some(Value::String(kind)) => kind,
             Some(_) => return Err("field \"q\" is not a string".into()),
             None => return Err(format!("field \"q\" is missing; one of {}", known.join(", ")).into()),
         };
-        let Some(kind) = QUESTIONS.iter().find(|k| k.name == kind) else {
+        let Some(kind) = QUERIES.iter().find(|k| k.name == kind) else {
             return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)).into());
         };
         kind.check(&given)?;
@@ -64,10 +64,10 @@ impl Prober<'_> {
 }
 
 /// Parses a query's fields and answers it.
-type Ask = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
+type Answerer = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 
 /// One field of a query.
-pub struct QuestionField {
+pub struct QueryField {
     pub name: &'static str,
     /// Meaning and unit.
     pub says: &'static str,
@@ -85,27 +85,27 @@ pub enum Requirement {
 }
 
 /// One kind of query: its name, its fields, and the function that answers it.
-pub struct QuestionKind {
+pub struct QueryKind {
     pub name: &'static str,
     pub says: &'static str,
-    pub fields: &'static [QuestionField],
+    pub fields: &'static [QueryField],
     /// A complete query.
     pub example: &'static str,
     /// The function that answers it, given the fields without `q`.
-    pub ask: Ask,
+    pub ask: Answerer,
 }
 
-const fn must(name: &'static str, says: &'static str) -> QuestionField {
-    QuestionField { name, says, need: Requirement::Must }
+const fn required(name: &'static str, says: &'static str) -> QueryField {
+    QueryField { name, says, need: Requirement::Must }
 }
-const fn or(name: &'static str, says: &'static str, without: &'static str) -> QuestionField {
-    QuestionField { name, says, need: Requirement::Or(without) }
+const fn optional(name: &'static str, says: &'static str, without: &'static str) -> QueryField {
+    QueryField { name, says, need: Requirement::Or(without) }
 }
-const fn one_of(name: &'static str, says: &'static str) -> QuestionField {
-    QuestionField { name, says, need: Requirement::OneOf }
+const fn alternative(name: &'static str, says: &'static str) -> QueryField {
+    QueryField { name, says, need: Requirement::OneOf }
 }
 
-impl QuestionKind {
+impl QueryKind {
     /// Refuses unknown fields and names missing ones.
     fn check(&self, given: &Map<String, Value>) -> Result<(), ProbeError> {
         let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
@@ -120,13 +120,13 @@ impl QuestionKind {
 }
 
 /// Every kind of query.
-pub static QUESTIONS: [&QuestionKind; 7] =
+pub static QUERIES: [&QueryKind; 7] =
     [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND, &project::KIND];
 
 /// Every kind with its fields and an example, as text.
-pub fn questions_text() -> String {
+pub fn queries_text() -> String {
     let mut text = String::new();
-    for kind in QUESTIONS {
+    for kind in QUERIES {
         text.push_str(&format!("{}: {}\n", kind.name, kind.says));
         let width = kind.fields.iter().map(|f| f.name.len()).max().unwrap_or(0);
         for f in kind.fields {
@@ -143,29 +143,29 @@ pub fn questions_text() -> String {
 }
 
 /// The same as JSON.
-pub fn questions_json() -> Value {
-    let field = |f: &QuestionField| {
+pub fn queries_json() -> Value {
+    let field = |f: &QueryField| {
         let default = match f.need {
             Requirement::Or(without) => Value::from(without),
             Requirement::Must | Requirement::OneOf => Value::Null,
         };
         json!({ "name": f.name, "says": f.says, "must": f.need == Requirement::Must, "default": default })
     };
-    let kind = |k: &&QuestionKind| {
+    let kind = |k: &&QueryKind| {
         json!({
             "q": k.name, "says": k.says, "fields": k.fields.iter().map(field).collect::<Vec<_>>(),
             "example": serde_json::from_str::<Value>(k.example).unwrap_or_default(),
         })
     };
-    QUESTIONS.iter().map(kind).collect()
+    QUERIES.iter().map(kind).collect()
 }
 
 /// Deserialises the fields of one kind of query.
 fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
-    let short = shortened(&value);
+    let short = with_short_texts(&value);
     let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
         // The message quotes the input: that of the shortened query is short.
-        Err(e) => culprit::<T>(&short, &e.to_string())
+        Err(e) => failing_field::<T>(&short, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
         Ok(_) => echo(&json_error_text(&e)),
     });
@@ -173,7 +173,7 @@ fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
 }
 
 /// The field at which parsing failed: fields are parsed in order, so the first one that gives the same message alone.
-fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
+fn failing_field<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
     let all = value.as_object()?;
     let mut so_far = Map::new();
     all.iter().filter(|_| !message.starts_with("unknown field")).find_map(|(name, value)| {
@@ -184,12 +184,12 @@ fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> 
 }
 
 /// The same with every text cut to the length that a message may quote.
-fn shortened(value: &Value) -> Value {
+fn with_short_texts(value: &Value) -> Value {
     const MOST: usize = 100;
     match value {
         Value::String(s) => echo_within(s, MOST).into(),
-        Value::Array(all) => all.iter().map(shortened).collect(),
-        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MOST), shortened(v))).collect()),
+        Value::Array(all) => all.iter().map(with_short_texts).collect(),
+        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MOST), with_short_texts(v))).collect()),
         other => other.clone(),
     }
 }

@@ -1,7 +1,7 @@
 //! `disc-overlap`: the fraction of sunlight that a disc or an ellipse blocks.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QuestionKind, fields, one_of, or};
+use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -79,26 +79,26 @@ impl Fields {
     }
 }
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "disc-overlap",
     says: "the part of the Sun's light that a disc (k, d) or an ellipse before it takes; lengths in solar radii",
     fields: &[
-        one_of("k", "the disc's radius"),
-        one_of("d", "distance of the centres"),
-        one_of("semi_major", "the ellipse's semi-axes"),
-        one_of("semi_minor", "at most semi_major"),
-        one_of("centre_distance", "distance of the centres"),
-        or("offset_angle_from_major_axis_deg", "from the ellipse's major axis to the Sun's centre", "0"),
-        or("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40, the Sun at 550 nm; 0 where u2 is given"),
-        or("u2", "coefficient of (1 - mu)^2", "0.26; 0 where u1 is given"),
-        or("model", "linear, uniform-disc or limb-darkened", "limb-darkened"),
+        alternative("k", "the disc's radius"),
+        alternative("d", "distance of the centres"),
+        alternative("semi_major", "the ellipse's semi-axes"),
+        alternative("semi_minor", "at most semi_major"),
+        alternative("centre_distance", "distance of the centres"),
+        optional("offset_angle_from_major_axis_deg", "from the ellipse's major axis to the Sun's centre", "0"),
+        optional("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40, the Sun at 550 nm; 0 where u2 is given"),
+        optional("u2", "coefficient of (1 - mu)^2", "0.26; 0 where u1 is given"),
+        optional("model", "linear, uniform-disc or limb-darkened", "limb-darkened"),
     ],
     example: r#"{"q":"disc-overlap","k":0.9,"d":0.5}"#,
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(question)?;
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: Fields = fields(query)?;
     let [major, minor, distance] = f.outline()?;
     let model = match f.model {
         Model::Linear => EclipseModel::Linear,

@@ -4,7 +4,7 @@
 //! `y` from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes, `draws` are those that
 //! cover the pixel's centre, nearest first, each with every named value of its module.
 
-use super::{ProbeError, Prober, QuestionKind, fields, must, or};
+use super::{ProbeError, Prober, QueryKind, fields, optional, required};
 use crate::catalog::NaifId;
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
@@ -32,26 +32,26 @@ struct Fields {
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 const SIZE: [u32; 2] = [1024, 1024];
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "pixel",
     says: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every named value of its module",
     fields: &[
-        must("view", "a camera file's object, as --camera-json takes it"),
-        or("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
-        or("size", "[width, height] in pixels", "[1024, 1024]"),
-        or("effects", "as --effects takes them", "as the scene needs"),
-        must("x", "pixels from the left, from 0"),
-        must("y", "pixels from the top, from 0"),
+        required("view", "a camera file's object, as --camera-json takes it"),
+        optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
+        optional("size", "[width, height] in pixels", "[1024, 1024]"),
+        optional("effects", "as --effects takes them", "as the scene needs"),
+        required("x", "pixels from the left, from 0"),
+        required("y", "pixels from the top, from 0"),
     ],
     example: r#"{"q":"pixel","view":{"position":{"body":"mars","radii":[0,-3,1]},"look":{"at":"mars"}},"time":"2024-04-08T18:17:16Z","size":[64,64],"x":32,"y":32}"#,
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    if !question["view"].is_object() {
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    if !query["view"].is_object() {
         return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
     }
-    let f: Fields = fields(question)?;
+    let f: Fields = fields(query)?;
     let mut request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
     let (width, height) = (request.width, request.height);
     if f.x >= width || f.y >= height {
@@ -60,7 +60,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     if let Some(effects) = &f.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
-    let seen = look(prober, &request, SAMPLING, [f.x, f.y])?;
+    let seen = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
     let draws: Vec<Value> = seen.draws.iter().map(one).collect();
     let first = seen.first().map_or(Value::Null, one);
     let mut answer = Map::new();
@@ -124,7 +124,12 @@ impl PixelReport {
 ///
 /// # Errors
 /// One line: an impossible view or plan, or a pixel outside the picture.
-pub fn look(prober: &Prober<'_>, request: &ViewRequest, sampling: SamplingQuality, [x, y]: [u32; 2]) -> Result<PixelReport, ProbeError> {
+pub fn inspect_pixel(
+    prober: &Prober<'_>,
+    request: &ViewRequest,
+    sampling: SamplingQuality,
+    [x, y]: [u32; 2],
+) -> Result<PixelReport, ProbeError> {
     let size = [request.width, request.height];
     let (scene, plan) = prober.session.plan(request, sampling)?;
     let radiance = picture(prober, &plan, x, y)?;

@@ -1,7 +1,7 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QuestionKind, fields, must};
+use super::{ProbeError, Prober, QueryKind, fields, required};
 use crate::render::plan::uniforms_of;
 use crate::scene::air_table;
 use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
@@ -75,26 +75,26 @@ fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
     DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
 }
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "scatter",
     says: "sunlight scattered once into a ray through air, a unit of solar irradiance, and the ray's transmittance; planet radii, centre at the origin",
     fields: &[
-        must(
+        required(
             "atmosphere",
             "planet_radius_km, top_km and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
              phase rayleigh or hg, g) or tent (centre_km, half_width_km, extinction_per_m)",
         ),
-        must("cam", "[x, y, z], not inside the planet"),
-        must("dir", "[x, y, z] away from the camera, of any length"),
-        must("sun", "[x, y, z] towards the Sun, of any length"),
-        must("tier", "vertex, pixel-8, pixel-16 or pixel-32"),
+        required("cam", "[x, y, z], not inside the planet"),
+        required("dir", "[x, y, z] away from the camera, of any length"),
+        required("sun", "[x, y, z] towards the Sun, of any length"),
+        required("tier", "vertex, pixel-8, pixel-16 or pixel-32"),
     ],
     example: r#"{"q":"scatter","atmosphere":{"planet_radius_km":6371,"top_km":60,"species":[{"profile":"exponential","scale_height_km":8,"scattering_per_m":[5.8e-6,1.35e-5,3.31e-5],"extinction_per_m":[5.8e-6,1.35e-5,3.31e-5],"phase":"rayleigh"}]},"cam":[0,0,1.0001],"dir":[1,0,0.2],"sun":[1,0,1],"tier":"pixel-16"}"#,
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(question)?;
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: Fields = fields(query)?;
     let tier = match f.tier {
         Tier::Vertex => AtmosphereModel::Vertex,
         Tier::Pixel8 => AtmosphereModel::Pixel8,

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 /// Tables in memory.
-const KEPT: usize = 64;
+const MAX_TABLES: usize = 64;
 const MAGIC: &[u8; 8] = b"ORRAIR01";
 /// Magic, checksum, and four floats per node.
 const FILE_BYTES: u64 = 8 + 32 + 16 * air_table::NODES as u64;
@@ -22,7 +22,7 @@ const FILE_BYTES: u64 = 8 + 32 + 16 * air_table::NODES as u64;
 pub struct AirTables {
     /// None: in memory only.
     folder: Option<PathBuf>,
-    held: Memo<String, Arc<Vec<Vec4>>>,
+    tables: Memo<String, Arc<Vec<Vec4>>>,
 }
 
 /// Digest of the sources that compute a table.
@@ -77,13 +77,13 @@ fn decode(bytes: &[u8]) -> Option<Vec<Vec4>> {
 impl AirTables {
     /// `cache`: the folder that contains `orrery/`.
     pub fn open(cache: Option<PathBuf>) -> Self {
-        Self { folder: cache.map(|c| c.join("orrery").join("air")), held: Memo::holding(KEPT) }
+        Self { folder: cache.map(|c| c.join("orrery").join("air")), tables: Memo::with_capacity(MAX_TABLES) }
     }
 
     /// The table of a body's atmosphere; empty without one.
     pub fn get(&self, body: &Body) -> Arc<Vec<Vec4>> {
         let name = digest(body);
-        self.held.get(name.clone(), || Arc::new(self.read_or_compute(body, &name)))
+        self.tables.get(name.clone(), || Arc::new(self.read_or_compute(body, &name)))
     }
 
     fn read_or_compute(&self, body: &Body, name: &str) -> Vec<Vec4> {
@@ -104,7 +104,7 @@ mod tests {
     use crate::catalog::{Catalog, NaifId};
 
     #[test]
-    fn a_table_comes_back_from_disk_and_a_damaged_one_is_made_anew() {
+    fn a_table_is_read_back_and_a_damaged_one_is_recomputed() {
         let catalog = Catalog::embedded();
         let pluto = catalog.body(NaifId(999)).expect("Pluto");
         let folder = tempfile::tempdir().expect("a folder");

@@ -18,10 +18,10 @@ impl Session {
             let (composite, screen) = self.composite_of(request)?;
             let mesh = request.composition.warp.as_deref().zip(screen);
             let modules = plan::composite_modules(&composite, mesh.is_some());
-            self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-            match self.measured(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
+            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
+            match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
                 Ok(plan) => return Ok((composite.whole, plan)),
-                Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
+                Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
@@ -54,7 +54,7 @@ impl Session {
         let mut scenes = Vec::new();
         for FrameRequest { request, viewer } in &frames.frames {
             let begin = || SceneBuilder::seen_by(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
-            let mut scene = self.scene_from(begin, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
+            let mut scene = self.scene_from(begin, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }

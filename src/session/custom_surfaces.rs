@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Largest file, bytes.
-const LONGEST_FILE: u64 = 1 << 20;
+const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// One body and the file that colours it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -82,7 +82,7 @@ pub enum SurfaceError {
 }
 
 /// Path of the fragment with this number, below shaders/.
-fn place(number: usize) -> String {
+fn fragment_path(number: usize) -> String {
     format!("lib/custom/surface_{number}.wesl")
 }
 
@@ -112,8 +112,8 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], over: &Fragments) -> Result<V
     let mut texts = Vec::new();
     for (number, surface) in (1..).zip(surfaces) {
         let path = || echo(&surface.file.display().to_string());
-        let text = read_text(&surface.file, LONGEST_FILE).map_err(|source| SurfaceError::File { path: path(), source })?;
-        texts.push((place(number), text));
+        let text = read_text(&surface.file, MAX_FILE_BYTES).map_err(|source| SurfaceError::File { path: path(), source })?;
+        texts.push((fragment_path(number), text));
     }
     let fragments = over.clone().and_files(texts.iter().cloned());
     for (number, surface) in (1..=MAX_CUSTOM_SURFACES).zip(surfaces) {
@@ -121,7 +121,7 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], over: &Fragments) -> Result<V
         let id = ModuleId::Planet(ShaderKey::for_draw(&sample));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
             let path = echo(&surface.file.display().to_string());
-            let why = echo(&e.to_string()).replace(&format!("shaders/{}", place(number.into())), &path);
+            let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number.into())), &path);
             return Err(SurfaceError::Module { body: echo(&surface.body), path, why });
         }
     }

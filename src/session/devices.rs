@@ -23,12 +23,12 @@ pub struct Devices {
     pub software: SoftwareRenderer,
     /// A second software renderer with its own threads; `None` inside if no threads could be started.
     background_renderer: OnceLock<Option<SoftwareRenderer>>,
-    say: Arc<dyn Fn(&str) + Send + Sync>,
+    notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
     /// Modules with a user's fragments that the software renderer has run to the end.
     #[cfg(feature = "gpu")]
-    tried: Mutex<HashSet<ModuleId>>,
+    dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
 }
@@ -39,20 +39,26 @@ impl Devices {
         software: SoftwareRenderer,
         preference: RendererPreference,
         double_precision: bool,
-        say: Arc<dyn Fn(&str) + Send + Sync>,
+        notify: Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Self {
         let preference = if double_precision && preference != RendererPreference::Software {
             if preference == RendererPreference::Gpu {
-                say("the GPU does not compute in f64, which --quality reference asks for; drawing in software");
+                notify("the GPU does not compute in f64, which --quality reference asks for; drawing in software");
             }
             RendererPreference::Software
         } else {
             preference
         };
         #[cfg(feature = "gpu")]
-        return Self { software, background_renderer: OnceLock::new(), say, gpu: gpu::Gpu::new(preference), tried: Mutex::default() };
+        return Self {
+            software,
+            background_renderer: OnceLock::new(),
+            notify,
+            gpu: gpu::Gpu::new(preference),
+            dry_run_modules: Mutex::default(),
+        };
         #[cfg(not(feature = "gpu"))]
-        Self { software, background_renderer: OnceLock::new(), say, preference }
+        Self { software, background_renderer: OnceLock::new(), notify, preference }
     }
 
     /// The software renderer for background work: in the pool of the window's picture, each would wait for the other.
@@ -61,40 +67,40 @@ impl Devices {
         made.as_ref().unwrap_or(&self.software)
     }
 
-    fn in_software(
-        by: &SoftwareRenderer,
+    fn draw_in_software(
+        software: &SoftwareRenderer,
         plan: &Plan,
         library: &Library,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        let (frame, timings) = by.render(plan, library, requested == RequestedOutput::Linear)?;
+        let (frame, timings) = software.render(plan, library, requested == RequestedOutput::Linear)?;
         let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
         Ok(RenderOutput { frame, on_gpu: None, by })
     }
 
     /// Draws a plan that has new modules with a user's fragments in software first: the software renderer stops an endless loop, on which a GPU would hang.
     #[cfg(feature = "gpu")]
-    fn try_in_software(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library) -> Result<(), RendererError> {
+    fn dry_run_new_modules(&self, software: &SoftwareRenderer, plan: &Plan, library: &Library) -> Result<(), RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(());
         }
         let all = plan.passes.iter().flat_map(|pass| &pass.draws).map(|draw| &draw.module);
-        let new: Vec<ModuleId> = all.filter(|module| !self.tried.lock().contains(*module)).cloned().collect();
+        let new: Vec<ModuleId> = all.filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
         if new.is_empty() {
             return Ok(());
         }
         // Any other error is left to the device to report.
-        if let Err(endless @ RenderError::Endless { .. }) = by.render(plan, library, false) {
+        if let Err(endless @ RenderError::Endless { .. }) = software.render(plan, library, false) {
             return Err(endless.into());
         }
-        self.tried.lock().extend(new);
+        self.dry_run_modules.lock().extend(new);
         Ok(())
     }
 
     #[cfg(not(feature = "gpu"))]
     pub fn draw(
         &self,
-        by: &SoftwareRenderer,
+        software: &SoftwareRenderer,
         plan: &Plan,
         library: &Library,
         requested: RequestedOutput,
@@ -102,8 +108,8 @@ impl Devices {
         if self.preference == RendererPreference::Gpu {
             return Err(RendererError::NotBuilt);
         }
-        let _ = &self.say;
-        Self::in_software(by, plan, library, requested)
+        let _ = &self.notify;
+        Self::draw_in_software(software, plan, library, requested)
     }
 
     /// Draws the plan with the GPU if one is available, else with the given software renderer.
@@ -113,15 +119,15 @@ impl Devices {
     #[cfg(feature = "gpu")]
     pub fn draw(
         &self,
-        by: &SoftwareRenderer,
+        software: &SoftwareRenderer,
         plan: &Plan,
         library: &Library,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        self.try_in_software(by, plan, library)?;
-        match self.gpu.draw(plan, library, requested, &*self.say)? {
+        self.dry_run_new_modules(software, plan, library)?;
+        match self.gpu.draw(plan, library, requested, &*self.notify)? {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(by, plan, library, requested),
+            None => Self::draw_in_software(software, plan, library, requested),
         }
     }
 
@@ -135,10 +141,10 @@ impl Devices {
         library: &Library,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        self.try_in_software(&self.software, plan, library)?;
-        match self.gpu.draw_if_ready(plan, window, library, requested, &self.say) {
+        self.dry_run_new_modules(&self.software, plan, library)?;
+        match self.gpu.draw_if_ready(plan, window, library, requested, &self.notify) {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(&self.software, plan, library, requested),
+            None => Self::draw_in_software(&self.software, plan, library, requested),
         }
     }
 
@@ -178,11 +184,11 @@ impl Devices {
     }
 
     /// Sets the renderer from the next frame on; one that is not among the [`Self::choices`] changes nothing.
-    pub fn choose(&self, preference: RendererPreference) {
+    pub fn set_preference(&self, preference: RendererPreference) {
         let _ = preference;
         #[cfg(feature = "gpu")]
         if self.choices().contains(&preference) {
-            self.gpu.choose(preference);
+            self.gpu.set_preference(preference);
         }
     }
 
@@ -199,15 +205,15 @@ impl Devices {
             background_renderer.forget_modules();
         }
         #[cfg(feature = "gpu")]
-        self.tried.lock().clear();
+        self.dry_run_modules.lock().clear();
         #[cfg(feature = "gpu")]
         self.gpu.forget_modules();
     }
 
     /// The GPU that draws, if one does. Never blocks: while it draws or compiles, the answer is [`gpu::DeviceState::Unchanged`].
     #[cfg(feature = "gpu")]
-    pub fn standing(&self) -> gpu::DeviceState {
-        self.gpu.standing(&*self.say)
+    pub fn device_state(&self) -> gpu::DeviceState {
+        self.gpu.device_state(&*self.notify)
     }
 
     /// Destroys the device, as after a driver reset: for tests of the fallback.

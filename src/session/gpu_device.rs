@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
-type Say = dyn Fn(&str) + Send + Sync;
+type Notify = dyn Fn(&str) + Send + Sync;
 
 /// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
@@ -52,13 +52,13 @@ pub struct Gpu {
     /// A thread's result was taken over, and no window picture was drawn since.
     just_ready: AtomicBool,
     /// The last reported error: a sequence of frames reports it once.
-    said: Mutex<Option<GpuError>>,
+    last_error: Mutex<Option<GpuError>>,
 }
 
 /// The modules of one plan, for a thread that outlives the borrow of the library.
-struct Gathered(HashMap<ModuleId, Arc<ShaderModule>>);
+struct ModuleSet(HashMap<ModuleId, Arc<ShaderModule>>);
 
-impl ModuleProvider for Gathered {
+impl ModuleProvider for ModuleSet {
     fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         self.0.get(name).cloned().ok_or_else(|| ShaderError::NoSuchModule(name.to_string()))
     }
@@ -69,10 +69,10 @@ fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
 }
 
 /// The fallback of `auto` when the device cannot be opened: software, and one line that says so.
-fn closed(e: &GpuError, say: &Say) -> State {
+fn fall_back(e: &GpuError, notify: &Notify) -> State {
     match e {
-        GpuError::SoftwareDriver(_) => say(&format!("{e}: drawing in software; --renderer gpu forces it")),
-        e => say(&format!("{e}: drawing in software")),
+        GpuError::SoftwareDriver(_) => notify(&format!("{e}: drawing in software; --renderer gpu forces it")),
+        e => notify(&format!("{e}: drawing in software")),
     }
     State::Closed
 }
@@ -94,7 +94,7 @@ impl Gpu {
             state: Mutex::new(state),
             epoch: AtomicU64::new(0),
             just_ready: AtomicBool::new(false),
-            said: Mutex::default(),
+            last_error: Mutex::default(),
         }
     }
 
@@ -103,12 +103,12 @@ impl Gpu {
     }
 
     /// Another preference may mean another device: the open one is closed.
-    pub fn choose(&self, preference: RendererPreference) {
+    pub fn set_preference(&self, preference: RendererPreference) {
         let before = std::mem::replace(&mut *self.preference.lock(), preference);
         if preference == before {
             return;
         }
-        self.said.lock().take();
+        self.last_error.lock().take();
         let mut state = locked(&self.state);
         if !matches!(*state, State::Preparing(_)) {
             *state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
@@ -138,12 +138,12 @@ impl Gpu {
     }
 
     /// Never blocks.
-    pub fn standing(&self, say: &Say) -> DeviceState {
+    pub fn device_state(&self, notify: &Notify) -> DeviceState {
         if self.preference() == RendererPreference::Software {
             return DeviceState::Software;
         }
         let Some(mut state) = self.state.try_lock() else { return DeviceState::Unchanged };
-        self.settle(&mut state, say);
+        self.take_over_finished(&mut state, notify);
         match &*state {
             State::Open(renderer) => DeviceState::Open(Arc::clone(renderer)),
             State::Unopened | State::Preparing(_) => DeviceState::Unchanged,
@@ -160,7 +160,7 @@ impl Gpu {
     }
 
     /// Waits for the thread. Its pipelines are dropped if modules changed meanwhile, and its device if the preference did.
-    fn prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
+    fn wait_prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
         let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
         if preparing.preference != self.preference() {
             return Ok(State::Unopened);
@@ -172,11 +172,11 @@ impl Gpu {
     }
 
     /// Takes over the thread's result if it has finished.
-    fn settle(&self, state: &mut State, say: &Say) {
+    fn take_over_finished(&self, state: &mut State, notify: &Notify) {
         *state = match std::mem::replace(state, State::Unopened) {
             State::Preparing(preparing) if preparing.thread.is_finished() => {
                 self.just_ready.store(true, Ordering::SeqCst);
-                self.prepared(preparing).unwrap_or_else(|e| closed(&e, say))
+                self.wait_prepared(preparing).unwrap_or_else(|e| fall_back(&e, notify))
             }
             other => other,
         };
@@ -198,11 +198,11 @@ impl Gpu {
     }
 
     /// Opens the device, waiting for it; `None`: software is to draw.
-    fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
+    fn open_or_wait(&self, notify: &Notify) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
         let mut state = locked(&self.state);
         let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
         if let Ok(State::Preparing(preparing)) = now {
-            now = self.prepared(preparing);
+            now = self.wait_prepared(preparing);
         }
         if let Ok(State::Unopened) = now {
             now = GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
@@ -212,35 +212,41 @@ impl Gpu {
             Err(e) if self.preference() == RendererPreference::Gpu => {
                 return Err(RendererError::Gpu(e));
             }
-            Err(e) => closed(&e, say),
+            Err(e) => fall_back(&e, notify),
         };
         Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
     }
 
     /// `None`: software is to draw it.
-    pub fn draw(&self, plan: &Plan, library: &Library, keep: RequestedOutput, say: &Say) -> Result<Option<RenderOutput>, RendererError> {
+    pub fn draw(
+        &self,
+        plan: &Plan,
+        library: &Library,
+        output: RequestedOutput,
+        notify: &Notify,
+    ) -> Result<Option<RenderOutput>, RendererError> {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
         // Drawn without the lock: callers that must not block see at once that the device is busy.
-        Ok(self.opened(say)?.and_then(|renderer| self.draw_in(&renderer, renderer.turn(), plan, library, keep, say)))
+        Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_in(&renderer, renderer.turn(), plan, library, output, notify)))
     }
 
     /// `None`: the GPU failed, and software is to draw.
     fn draw_in(
         &self,
         renderer: &Arc<GpuRenderer>,
-        turn: FrameGuard<'_>,
+        frame_guard: FrameGuard<'_>,
         plan: &Plan,
         library: &Library,
-        keep: RequestedOutput,
-        say: &Say,
+        output: RequestedOutput,
+        notify: &Notify,
     ) -> Option<RenderOutput> {
-        let drawn = match keep {
-            RequestedOutput::Pixels | RequestedOutput::Linear => {
-                renderer.render_in(turn, plan, library, keep == RequestedOutput::Linear).map(|(frame, timings)| (frame, None, timings))
-            }
-            RequestedOutput::OnGpu => renderer.render_to_gpu_in(turn, plan, library).map(|(picture, timings)| {
+        let drawn = match output {
+            RequestedOutput::Pixels | RequestedOutput::Linear => renderer
+                .render_in(frame_guard, plan, library, output == RequestedOutput::Linear)
+                .map(|(frame, timings)| (frame, None, timings)),
+            RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, library).map(|(picture, timings)| {
                 let frame = Frame { width: picture.width, height: picture.height, hdr: Vec::new(), display: Vec::new() };
                 (frame, Some(picture), timings)
             }),
@@ -252,9 +258,9 @@ impl Gpu {
                 Some(RenderOutput { frame, on_gpu, by })
             }
             Err(e) => {
-                let said = self.said.lock().replace(e.clone());
-                if said.as_ref() != Some(&e) {
-                    say(&format!("{e}: drawing in software"));
+                let last_error = self.last_error.lock().replace(e.clone());
+                if last_error.as_ref() != Some(&e) {
+                    notify(&format!("{e}: drawing in software"));
                 }
                 if e.is_final() {
                     let mut state = locked(&self.state);
@@ -273,15 +279,15 @@ impl Gpu {
         plan: &Plan,
         window: impl FnOnce() -> Option<Plan>,
         library: &Library,
-        keep: RequestedOutput,
-        say: &Arc<Say>,
+        output: RequestedOutput,
+        notify: &Arc<Notify>,
     ) -> Option<RenderOutput> {
         if self.preference() == RendererPreference::Software {
             return None;
         }
         // Another thread opens the device or waits for it.
         let mut state = self.state.try_lock()?;
-        self.settle(&mut state, &**say);
+        self.take_over_finished(&mut state, &**notify);
         self.just_ready.store(false, Ordering::SeqCst);
         let renderer = match &*state {
             State::Open(renderer) => Some(Arc::clone(renderer)),
@@ -291,20 +297,19 @@ impl Gpu {
         let window = window();
         if let Some(renderer) = &renderer {
             let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
-            if let Some(turn) = renderer.try_frame(plan).filter(|_| for_windows) {
+            if let Some(frame_guard) = renderer.try_frame(plan).filter(|_| for_windows) {
                 drop(state);
-                return self.draw_in(renderer, turn, plan, library, keep, &**say);
+                return self.draw_in(renderer, frame_guard, plan, library, output, &**notify);
             }
         }
         let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
-        let names: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
-        let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;
+        let ids: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
+        let modules = ids.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
         let (plan, preference) = (plan.clone(), self.preference());
         *state = self.prepare(move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // Drawn once, and the result dropped: some drivers compile only at the first draw.
-            let drawn =
-                [Some(renderer.render(&plan, &gathered, false).err()), window.map(|w| renderer.prepare_windows(&w, &gathered).err())];
+            let drawn = [Some(renderer.render(&plan, &modules, false).err()), window.map(|w| renderer.prepare_windows(&w, &modules).err())];
             match drawn.into_iter().flatten().flatten().find(GpuError::is_final) {
                 Some(e) => Err(e),
                 None => Ok(renderer),

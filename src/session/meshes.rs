@@ -14,22 +14,22 @@ use std::sync::Arc;
 /// Rotation of the Sun's direction in the body's axes below which computed heights are reused: a tenth of the Sun's angular radius seen from the Earth.
 pub const TOLERANCE_RAD: f64 = 5e-4;
 /// Sets of heights in memory: enough for two views of several bodies.
-const KEPT: usize = 8;
+const MAX_HEIGHT_SETS: usize = 8;
 /// Models in memory.
-const MODELS_KEPT: usize = 64;
+const MAX_MODELS: usize = 64;
 /// Largest mesh file, bytes.
 const MAX_BYTES: u64 = 1 << 30;
 
 /// The inputs of the Sun's heights at a model's vertices.
-struct UnderSun {
+struct SunHeightInputs {
     model: Arc<Model>,
     towards: DVec3,
     radius_rad: f64,
 }
 
-impl UnderSun {
+impl SunHeightInputs {
     /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun within the tolerance.
-    fn serves(&self, other: &Self) -> bool {
+    fn is_usable_for(&self, other: &Self) -> bool {
         let turned = self.towards.cross(other.towards).length() < TOLERANCE_RAD && self.towards.dot(other.towards) > 0.0;
         Arc::ptr_eq(&self.model, &other.model) && turned && (self.radius_rad / other.radius_rad - 1.0).abs() < 0.01
     }
@@ -39,13 +39,17 @@ pub struct Meshes {
     folders: Vec<PathBuf>,
     /// An error says why a model cannot be drawn.
     models: Memo<NaifId, Result<Arc<Model>, String>>,
-    heights: Memo<UnderSun, Arc<Vec<f32>>>,
+    heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
 }
 
 impl Meshes {
     /// Files of an earlier folder take precedence.
     pub fn new(folders: impl IntoIterator<Item = PathBuf>) -> Self {
-        Self { folders: folders.into_iter().collect(), models: Memo::holding(MODELS_KEPT), heights: Memo::holding(KEPT) }
+        Self {
+            folders: folders.into_iter().collect(),
+            models: Memo::with_capacity(MAX_MODELS),
+            heights: Memo::with_capacity(MAX_HEIGHT_SETS),
+        }
     }
 
     /// A body's model.
@@ -80,8 +84,8 @@ impl Meshes {
 
     /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards`: unit vector to the Sun, body axes.
     pub fn sun_heights(&self, model: &Arc<Model>, towards: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
-        let under = UnderSun { model: Arc::clone(model), towards, radius_rad };
-        self.heights.get_like(UnderSun::serves, under, || Arc::new(model.sun_heights(towards, radius_rad)))
+        let inputs = SunHeightInputs { model: Arc::clone(model), towards, radius_rad };
+        self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards, radius_rad)))
     }
 }
 
@@ -106,7 +110,7 @@ mod tests {
         assert!(!Arc::ptr_eq(&first, &over(&model, std::f64::consts::PI)), "from the other side");
         assert!(!Arc::ptr_eq(&first, &over(&self::model(), 0.0)), "another shape");
         // The least recently used set is dropped.
-        (1..=KEPT).for_each(|k| drop(over(&model, 0.1 * k as f64)));
+        (1..=MAX_HEIGHT_SETS).for_each(|k| drop(over(&model, 0.1 * k as f64)));
         assert!(!Arc::ptr_eq(&first, &over(&model, 0.0)));
     }
 }

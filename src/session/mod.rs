@@ -10,18 +10,17 @@ mod cpu;
 mod custom_surfaces;
 mod data_layers;
 mod devices;
+mod effect_cost;
 mod error;
 #[cfg(feature = "gpu")]
 mod gpu_device;
 mod lunar_heights;
-mod mark;
 mod meshes;
 mod pictures;
-mod price;
+mod provenance;
 mod renderers;
 mod requirements;
 mod sample;
-mod screen;
 mod shaders;
 mod sky_map;
 mod software;
@@ -30,26 +29,27 @@ mod stages;
 mod standard_scenes;
 mod tables;
 mod tape_cost;
+mod window_surface;
 
 use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 pub use custom_surfaces::{SurfaceError, SurfaceFile, SurfaceWordsError, surface_fragments, with_surfaces};
 use devices::Devices;
+pub use effect_cost::{EffectCost, LightChange};
 pub use error::{CacheFolderError, SessionError};
 pub use lunar_heights::read_lunar_heights;
-pub use mark::{ExistingPicture, Provenance};
 use parking_lot::Mutex;
 pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
-pub use price::{EffectCost, LightChange};
+pub use provenance::{ExistingPicture, Provenance};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
 pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan, sample_plan_of};
-pub use screen::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
 pub use shaders::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use sources::Sources;
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
+pub use window_surface::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
 
 use crate::catalog::constellations::Constellations;
 use crate::catalog::nomenclature;
@@ -57,7 +57,7 @@ use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::files::{read_bytes, read_text, who_else_writes};
+use crate::files::{foreign_write_access, read_bytes, read_text};
 use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
@@ -98,7 +98,7 @@ const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Characters of coordinates, for the glyph atlas.
 const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
 /// Bodies whose city lights stay in memory.
-const LAMPS_KEPT: usize = 16;
+const NIGHT_LIGHTS_KEPT: usize = 16;
 
 /// Catalog, ephemeris, maps, shaders and renderers of one run. Shared by threads.
 pub struct Session {
@@ -115,8 +115,8 @@ pub struct Session {
     scene_caches: Caches,
     devices: Devices,
     /// Map and mesh files that could not be read, each reported once.
-    missing: Mutex<BTreeSet<String>>,
-    say: Arc<dyn Fn(&str) + Send + Sync>,
+    unreadable_files: Mutex<BTreeSet<String>>,
+    notify: Arc<dyn Fn(&str) + Send + Sync>,
     /// By thread: the time of background work does not count as a frame's.
     stages: Mutex<HashMap<ThreadId, Stages>>,
     count_cpu: bool,
@@ -130,7 +130,7 @@ pub struct Session {
     minor_planets: Option<PathBuf>,
     sky_map: Option<SkyMap>,
     folders: Vec<PathBuf>,
-    mark_sources: OnceLock<BTreeMap<String, String>>,
+    source_digests: OnceLock<BTreeMap<String, String>>,
 }
 
 /// The built-in catalog, overridden by the `*.toml` files of a folder in order of name. A `Cargo.toml`, as in catalogs/, is skipped.
@@ -181,7 +181,7 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     };
     let own = folder.join("orrery");
     for (part, is_above) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
-        if let Some(why) = who_else_writes(part, is_above) {
+        if let Some(why) = foreign_write_access(part, is_above) {
             return Err(CacheFolderError::Shared { folder: echo(&part.display().to_string()), why });
         }
     }
@@ -189,23 +189,23 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
 }
 
 /// The library below the cache folder, or in memory where there is none.
-pub fn open_library(cache: Option<&Path>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
+pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
     match cache {
-        Some(folder) => Library::open(folder, lowering, move |line| say(line)),
+        Some(folder) => Library::open(folder, lowering, move |line| notify(line)),
         None => Library::in_memory(lowering),
     }
 }
 
 impl Session {
     /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
-    pub fn open(sources: &Sources, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
-        let say: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(say);
+    pub fn open(sources: &Sources, notify: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
+        let notify: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(notify);
         if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
             let why = "there is no such folder; --textures takes a folder of maps".to_owned();
             return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
         }
         let renderer = software::renderer(sources.threads, sources.double_precision)?;
-        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
+        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());
         if sources.draws {
             devices.begin();
         }
@@ -222,8 +222,8 @@ impl Session {
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
         data_layers::keep_images(&catalog, &maps)?;
-        let cache = cache_folder(sources.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
-        let library = open_library(cache.as_deref(), software::lowering(), say.clone());
+        let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
+        let library = open_library(cache.as_deref(), software::lowering(), notify.clone());
         let air_tables = air_tables::AirTables::open(cache);
         let edited = match &sources.shaders {
             Some(folder) => fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps))?,
@@ -240,12 +240,12 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
-            night_lights: Memo::holding(LAMPS_KEPT),
-            glyphs: Memo::holding(1),
+            night_lights: Memo::with_capacity(NIGHT_LIGHTS_KEPT),
+            glyphs: Memo::with_capacity(1),
             scene_caches: Caches::default(),
             devices,
-            missing: Mutex::default(),
-            say,
+            unreadable_files: Mutex::default(),
+            notify,
             stages: Mutex::new(HashMap::from([(std::thread::current().id(), stages)])),
             count_cpu: false,
             kernel: sources.kernel.clone(),
@@ -254,7 +254,7 @@ impl Session {
             surfaces,
             sky_map,
             folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
-            mark_sources: OnceLock::new(),
+            source_digests: OnceLock::new(),
         })
     }
 
@@ -300,8 +300,8 @@ impl Session {
     }
 
     /// Chooses another renderer from the next frame on.
-    pub fn choose_renderer(&self, preference: RendererPreference) {
-        self.devices.choose(preference);
+    pub fn set_renderer_preference(&self, preference: RendererPreference) {
+        self.devices.set_preference(preference);
     }
 
     /// A renderer with the same number of threads, in f64 or in f32.
@@ -327,8 +327,8 @@ impl Session {
     }
 
     /// Passes a line to the receiver of this session's messages.
-    pub fn tell(&self, line: &str) {
-        (self.say)(line);
+    pub fn notify(&self, line: &str) {
+        (self.notify)(line);
     }
 
     /// Time by stage since the session was opened, and statistics of the library.
@@ -343,7 +343,7 @@ impl Session {
         (by_thread.get(&std::thread::current().id()).cloned().unwrap_or_default(), self.library.statistics())
     }
 
-    fn measured<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
+    fn timed<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let before = if self.count_cpu { process_cpu() } else { None };
         let start = std::time::Instant::now();
         let done = work();
@@ -367,13 +367,13 @@ impl Session {
             return self.composite_plan(request, sampling);
         }
         loop {
-            let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
+            let scene = self.scene_after(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             let modules = plan::modules(&scene);
-            self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-            match self.measured(Stage::Plan, || plan::plan(&scene, self, sampling)) {
+            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
+            match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
                 // A map that the requirements did not list; without it the scene is another one.
-                Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
+                Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
@@ -410,7 +410,7 @@ impl Session {
         let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
-            match self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
+            match self.timed(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
@@ -434,7 +434,7 @@ fn drawn(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOu
 
 impl Session {
     /// From here on modules are compiled from these fragments.
-    pub fn make_shaders_of(&self, fragments: Fragments) {
+    pub fn set_fragments(&self, fragments: Fragments) {
         self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
         self.devices.forget_modules();
     }
@@ -446,7 +446,7 @@ impl Session {
             let (scene, plan) = self.plan(request, sampling)?;
             // Only a GPU needs this plan: in software the window uses no such module.
             let window = || plan::warm_up_interface(self).ok();
-            match self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
+            match self.timed(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
@@ -459,8 +459,8 @@ impl ResourceProvider for Session {
     fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError> {
         Ok(self.library.get(module).map_err(|e| PlanError::Module(e.to_string()))?.layout.clone())
     }
-    fn map(&self, file: &str, reading: MapDecoding) -> Result<SharedTexture, PlanError> {
-        self.maps.get_decoded(file, reading).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    fn map(&self, file: &str, decoding: MapDecoding) -> Result<SharedTexture, PlanError> {
+        self.maps.get_decoded(file, decoding).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })

@@ -39,10 +39,10 @@ impl Session {
         prepare: impl FnOnce(&Requirements),
     ) -> Result<Scene, SessionError> {
         let (builder, known) = self.metered(begin)?;
-        let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
-        prepare(&wanted);
-        let resources = self.resources(&wanted);
-        Ok(self.measured(Stage::Scene, || builder.build(&resources)))
+        let required = self.timed(Stage::Scene, || builder.requirements(&known));
+        prepare(&required);
+        let resources = self.resources(&required);
+        Ok(self.timed(Stage::Scene, || builder.build(&resources)))
     }
 
     /// A builder whose metering includes the city lights, and the resources known so far.
@@ -50,33 +50,33 @@ impl Session {
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
-        let mut builder = self.measured(Stage::Scene, begin)?;
+        let mut builder = self.timed(Stage::Scene, begin)?;
         let mut known = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
         for body in builder.night_lights_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
-            let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
+            let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
         if !known.night_lights.is_empty() {
-            self.measured(Stage::Scene, || builder.meter_night_lights(&known));
+            self.timed(Stage::Scene, || builder.meter_night_lights(&known));
         }
         Ok((builder, known))
     }
 
     fn unreadable(&self) -> BTreeSet<String> {
-        self.missing.lock().clone()
+        self.unreadable_files.lock().clone()
     }
 
     /// Remembers that a file cannot be read, and reports it the first time. Returns whether it was the first time.
     fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
-        let new = self.missing.lock().insert(file.to_owned());
+        let new = self.unreadable_files.lock().insert(file.to_owned());
         if new {
-            (self.say)(&line());
+            (self.notify)(&line());
         }
         new
     }
 
     /// The same for a map.
-    pub(super) fn note_bad_map(&self, file: &str, why: &dyn Display) -> bool {
+    pub(super) fn note_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
         let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
         let sky = file == MILKY_WAY_FILE;
         let instead = if overlay || sky { "without it" } else { "in its mean colour" };
@@ -84,14 +84,14 @@ impl Session {
     }
 
     /// Reads and computes what a view needs. A shape model that cannot be read is reported once.
-    fn resources(&self, wanted: &Requirements) -> Resources {
+    fn resources(&self, required: &Requirements) -> Resources {
         let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
-        for mesh in &wanted.meshes {
+        for mesh in &required.meshes {
             let Some((body, named)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
-            match self.measured(Stage::Maps, || self.meshes.model(body)) {
+            match self.timed(Stage::Maps, || self.meshes.model(body)) {
                 Ok(model) => {
                     if let Some((towards, radius_rad)) = mesh.sun {
-                        let heights = self.measured(Stage::Scene, || self.meshes.sun_heights(&model, towards, radius_rad));
+                        let heights = self.timed(Stage::Scene, || self.meshes.sun_heights(&model, towards, radius_rad));
                         resources.sun_heights.insert(body.id, heights);
                     }
                     resources.meshes.insert(body.id, model);
@@ -101,33 +101,33 @@ impl Session {
                 }
             }
         }
-        for body in wanted.scattering_tables.iter().filter_map(|id| self.catalog.body(*id)) {
-            resources.scattering_tables.insert(body.id, self.measured(Stage::Scene, || self.air_tables.get(body)));
+        for body in required.scattering_tables.iter().filter_map(|id| self.catalog.body(*id)) {
+            resources.scattering_tables.insert(body.id, self.timed(Stage::Scene, || self.air_tables.get(body)));
         }
         resources.unreadable = self.unreadable();
         resources
     }
 
     /// Reads the maps of a view in parallel; the plan then finds them in memory. One that cannot be read is reported once.
-    pub(super) fn read_maps(&self, wanted: &Requirements) {
-        let (overlays, maps): (Vec<_>, Vec<_>) = wanted
+    pub(super) fn read_maps(&self, required: &Requirements) {
+        let (overlays, maps): (Vec<_>, Vec<_>) = required
             .maps
             .iter()
             .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, *shape)))
-            .filter(|(_, file, _)| !self.missing.lock().contains(*file))
+            .filter(|(_, file, _)| !self.unreadable_files.lock().contains(*file))
             .partition(|(role, ..)| matches!(role, MapRole::Overlay(_)));
         let mut maps: Vec<(&str, MapDecoding)> =
             maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
-        maps.extend(wanted.sky_map.as_deref().map(|file| (file, plan::SKY_DECODING)));
+        maps.extend(required.sky_map.as_deref().map(|file| (file, plan::SKY_DECODING)));
         self.maps.prefetch(&maps);
-        for (file, reading) in maps {
-            if let Err(why) = self.maps.get_decoded(file, reading) {
-                self.note_bad_map(file, &why);
+        for (file, decoding) in maps {
+            if let Err(why) = self.maps.get_decoded(file, decoding) {
+                self.note_unreadable_map(file, &why);
             }
         }
         for (_, file, _) in overlays {
             if let Err(why) = self.maps.premultiplied(file) {
-                self.note_bad_map(file, &why);
+                self.note_unreadable_map(file, &why);
             }
         }
     }

@@ -14,10 +14,10 @@ use std::time::SystemTime;
 pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 
 /// Maximum depth and number of files in the search; the depth limit also ends cycles of links.
-const DEEPEST: usize = 8;
+const MAX_DEPTH: usize = 8;
 const MAX_FILES: usize = 2000;
 /// Largest fragment file, bytes; the longest built-in fragment has some 10 kB.
-const LONGEST_FILE: u64 = 1 << 20;
+const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// Why a folder's fragments cannot be used: the file or folder, and what is wrong with it.
 #[derive(Debug, thiserror::Error)]
@@ -73,7 +73,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
             let path = entry.map_err(|e| unreadable(&folder, e))?.path();
             let about = path.metadata().map_err(|e| unreadable(&path, e))?;
             if about.is_dir() {
-                folders.extend((depth < DEEPEST).then_some((path, depth + 1)));
+                folders.extend((depth < MAX_DEPTH).then_some((path, depth + 1)));
             } else if about.is_file() && is_old_fragment(&folder_of_all, &path) {
                 old.get_or_insert(path);
             } else if about.is_file() && path.extension().is_some_and(|e| e == "wesl") {
@@ -106,7 +106,7 @@ fn is_old_fragment(folder: &Path, path: &Path) -> bool {
 /// A file that cannot be read, or that neither replaces a built-in fragment nor is imported by one.
 pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, FragmentFolderError> {
     let one = |path: &PathBuf| {
-        let text = read_text(path, LONGEST_FILE).map_err(|e| unreadable(path, e))?;
+        let text = read_text(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e))?;
         let inside = path.strip_prefix(folder).unwrap_or(path);
         let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
         Ok((parts.join("/"), text))
@@ -114,12 +114,12 @@ pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments,
     let fragments = Fragments::with_files(files.keys().map(one).collect::<Result<Vec<_>, FragmentFolderError>>()?);
     match fragments.unused().first() {
         None => Ok(fragments),
-        Some(path) => Err(FragmentFolderError::Unused { path: shown(&folder.join(path)), hint: meant(path) }),
+        Some(path) => Err(FragmentFolderError::Unused { path: shown(&folder.join(path)), hint: suggestion(path) }),
     }
 }
 
 /// The fragment that a path may have meant: by the whole path, or by the same file name in another folder.
-fn meant(path: &str) -> String {
+fn suggestion(path: &str) -> String {
     let last = |p: &str| p.rsplit('/').next().unwrap_or_default().to_owned();
     let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| last(p) == last(path)).collect();
     match same_name.first() {

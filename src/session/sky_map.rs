@@ -11,7 +11,7 @@ use crate::wording::echo;
 use std::path::Path;
 
 /// Mean radiance for a panorama without a unit: that of the shipped Milky Way, [`SkyMap::milky_way`], whose mean linear value is 0.0293.
-fn usual_mean() -> f64 {
+fn default_mean_radiance() -> f64 {
     SkyMap::milky_way().unit_radiance * 0.0293
 }
 
@@ -32,7 +32,7 @@ pub(super) fn read_sky(
     let mean = luminance(panorama.texture.mean_over_sphere());
     let unit_radiance = match panorama.unit_cd_m2 {
         Some(candelas) => candelas / CANDELAS_PER_RADIANCE,
-        None => usual_mean() / mean.max(1e-6),
+        None => default_mean_radiance() / mean.max(1e-6),
     };
     // No file of the textures folder can have this name.
     let file = format!("--sky {name}");

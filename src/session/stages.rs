@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_came_since_is_the_difference_and_the_uncounted_stays_unknown() {
+    fn since_is_the_difference_and_uncounted_cpu_time_stays_unknown() {
         let ms = Duration::from_millis;
         let mut before = Stages::default();
         before.add(Stage::Draw, ms(5));

@@ -1,7 +1,7 @@
 //! Sunlight in shadows: umbra, penumbra, antumbra and full light, and exposures of an umbra.
 
 use super::views::{JUPITER, looking};
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::angle_rad;
 use crate::probe::Prober;
@@ -32,7 +32,7 @@ const SHADOWS: [(&str, &str, &str); 7] = [
 const MARGIN: f64 = 5e-3;
 
 /// The sunlight at a point if it follows from the angles alone.
-fn certain_light(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
+fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun = (SUN_RADIUS_KM / sun_km.length()).asin();
     let radius = |km: f64| (km / occluder_km.length()).asin();
     let apart = angle_rad(sun_km, occluder_km);
@@ -66,8 +66,8 @@ fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec
 }
 
 /// The fraction of sunlight, f32 against f64, and both against the value from the angles alone.
-pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     let ephemeris = session.ephemeris();
     for (receiver_name, occluder_name, time) in SHADOWS {
@@ -83,10 +83,10 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         let points = points_around(body, sun_km.normalize(), occluder_km, bench.pick(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let left = |precision| {
-                let prober = Prober { session, renderer: bench.studio.renderer(precision) };
+                let prober = Prober { session, renderer: bench.dual.renderer(precision) };
                 let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(model)).ok()?;
                 let this: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
-                sky.left(&this, &points, None).ok()
+                sky.sunlight(&this, &points, None).ok()
             };
             let (Some(single), Some(double)) = (left(Precision::F32), left(Precision::F64)) else {
                 found.add(f64::INFINITY, || {
@@ -96,7 +96,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
             };
             for ((point, a), b) in points.iter().zip(&single).zip(&double) {
                 let place_km = *point * body.radii_km.x;
-                let certain = certain_light(sun_km - place_km, occluder_km - place_km, occluder);
+                let certain = light_from_angles(sun_km - place_km, occluder_km - place_km, occluder);
                 let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
                 let is_wrong = certain.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
                 found.add(if is_wrong { 1.0 } else { apart }, || {
@@ -137,8 +137,8 @@ fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -
 }
 
 /// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions.
-pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
@@ -159,11 +159,11 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<Found, SessionErr
                 effects: effects.clone(),
                 ..looking(moon, seen, -away * 20.0 * radius_km, 4.0, bench.pick(24, 64))
             };
-            let mut view = bench.planned(&request, PLAIN)?;
+            let mut view = bench.plan_view(&request, PLAIN)?;
             // Only the moon's draws, not Jupiter's.
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {
-                let (frame, _) = bench.studio.renderer(precision).render(&view.plan, session.library(), true)?;
+                let (frame, _) = bench.dual.renderer(precision).render(&view.plan, session.library(), true)?;
                 let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
                 // Radiance below the display's rounding counts as well.
                 let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));

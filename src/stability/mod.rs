@@ -15,7 +15,7 @@ mod places;
 mod views;
 
 use crate::catalog::NaifId;
-use crate::measure::{Effort, Studio};
+use crate::measure::{DualRenderer, Effort};
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Purpose, ViewRequest};
@@ -26,7 +26,7 @@ use serde_json::Value;
 
 /// The result of a sweep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct SweepResult {
     /// Number of compared views, keys, points or steps.
     pub cases: usize,
     /// The worst result, in the sweep's unit.
@@ -37,7 +37,7 @@ pub struct Found {
     pub cause: String,
 }
 
-impl Found {
+impl SweepResult {
     /// Before the first case.
     fn none() -> Self {
         Self { cases: 0, worst: 0.0, location: Value::Null, cause: String::new() }
@@ -64,7 +64,7 @@ pub struct Sweep {
     pub bound: f64,
     /// Reason for the bound.
     pub reason: &'static str,
-    run: fn(&SweepBench<'_>) -> Result<Found, SessionError>,
+    run: fn(&SweepBench<'_>) -> Result<SweepResult, SessionError>,
 }
 
 /// A sweep's name and its result.
@@ -79,7 +79,7 @@ pub struct SweepReport {
     /// Reason for the bound.
     pub reason: &'static str,
     /// The result.
-    pub found: Found,
+    pub found: SweepResult,
 }
 
 impl SweepReport {
@@ -90,7 +90,7 @@ impl SweepReport {
 }
 
 /// Apparent direction of a body from the Earth's centre: of any length, ICRF.
-pub type PlaceBody = fn(&Session, NaifId, Instant) -> Result<DVec3, SessionError>;
+pub type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec3, SessionError>;
 
 /// Fault injection: tests use it to show that a sweep finds an error.
 #[derive(Clone, Copy, Debug, Default)]
@@ -98,14 +98,14 @@ pub struct Faults {
     /// Changes each plan before it is drawn.
     pub plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies.
-    pub place: Option<PlaceBody>,
+    pub place: Option<ApparentDirection>,
     /// Purpose of the frames with chosen features, instead of linear light.
     pub purpose: Option<Purpose>,
 }
 
 /// The environment of a sweep.
 pub struct SweepBench<'a> {
-    studio: Studio<'a>,
+    dual: DualRenderer<'a>,
     effort: Effort,
     seed: u64,
     /// Number of random views, if given.
@@ -117,7 +117,7 @@ impl<'a> SweepBench<'a> {
     /// # Errors
     /// The threads of the renderers cannot be started.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: Faults) -> Result<Self, SessionError> {
-        Ok(Self { studio: Studio::new(session)?, effort, seed, views: None, faults })
+        Ok(Self { dual: DualRenderer::new(session)?, effort, seed, views: None, faults })
     }
 
     /// The same with another number of random views; `None`: the effort's.
@@ -127,7 +127,7 @@ impl<'a> SweepBench<'a> {
     }
 
     fn session(&self) -> &'a Session {
-        self.studio.session
+        self.dual.session
     }
 
     /// The first value for a short effort, else the second.
@@ -136,8 +136,8 @@ impl<'a> SweepBench<'a> {
     }
 
     /// A planned view, with the injected fault.
-    fn planned(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<crate::measure::PlannedView, SessionError> {
-        let mut view = self.studio.planned(request, sampling)?;
+    fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<crate::measure::PlannedView, SessionError> {
+        let mut view = self.dual.plan_view(request, sampling)?;
         if let Some(change) = self.faults.plan {
             change(&mut view.plan);
         }
@@ -145,7 +145,7 @@ impl<'a> SweepBench<'a> {
     }
 
     fn light(&self, view: &crate::measure::PlannedView, precision: Precision) -> Result<crate::measure::LightPicture, SessionError> {
-        self.studio.light(view, precision)
+        self.dual.light(view, precision)
     }
 }
 
@@ -159,7 +159,7 @@ const fn sweep(
     name: &'static str,
     (bound, unit): (f64, &'static str),
     reason: &'static str,
-    run: fn(&SweepBench<'_>) -> Result<Found, SessionError>,
+    run: fn(&SweepBench<'_>) -> Result<SweepResult, SessionError>,
 ) -> Sweep {
     Sweep { name, unit, bound, reason, run }
 }

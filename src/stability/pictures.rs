@@ -2,7 +2,7 @@
 
 use super::difference::worst_of;
 use super::views::{SATURN, looking, sunward};
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LightPicture, levels_apart};
 use crate::render::plan::SamplingQuality;
@@ -21,8 +21,8 @@ const DISC_PX: f64 = 24.0;
 const FLAT_RADII: f64 = 3e4;
 
 /// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and far away each distance against the one before.
-pub(super) fn depth(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     // A day without an eclipse; the light leaves the body at one instant at every distance.
     let left = Instant::from_jd_tdb(2_460_469.762);
@@ -45,7 +45,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
             };
             // Only the draws of the body, since others pass behind it.
             let drawn = |samples: u8, precision| -> Result<LightPicture, SessionError> {
-                let mut view = bench.planned(&request, SamplingQuality { samples, ..PLAIN })?;
+                let mut view = bench.plan_view(&request, SamplingQuality { samples, ..PLAIN })?;
                 let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
                 view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
                 bench.light(&view, precision)
@@ -69,18 +69,18 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Standard scenes against downsampled larger pictures of themselves; without points, stars and glare, whose size is in pixels.
-pub(super) fn scale(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let (side, finer) = bench.pick((64, 8), (256, 8));
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
-        let request = bench.studio.exposed(request)?;
+        let request = bench.dual.exposed(request)?;
         let fine = ViewRequest { width: side * finer, height: side * finer, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
-        let coarse = bench.light(&bench.studio.planned_alone(&request, sampling)?, Precision::F32)?;
-        let fine = bench.light(&bench.studio.planned_alone(&fine, sampling)?, Precision::F32)?.reduced(finer);
+        let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;
+        let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.reduced(finer);
         let apart = levels_apart(&coarse, &fine);
         let mean = apart.iter().sum::<f64>() / apart.len() as f64;
         let (at, worst) = worst_of(&apart);

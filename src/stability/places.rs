@@ -1,6 +1,6 @@
 //! Positions of bodies in the scene, against an independent computation.
 
-use super::{Found, SweepBench};
+use super::{SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::scene::request::{Position, ViewRequest};
@@ -37,8 +37,8 @@ fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3,
 }
 
 /// Sun, planets and moons from the Earth's centre, over the years of the kernel.
-pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     let place = bench.faults.place.unwrap_or(by_scene);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);

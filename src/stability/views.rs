@@ -3,7 +3,7 @@
 //! In: lists of views. Out: the worst pixel of each list. An impossible view (a camera inside its target) is skipped.
 
 use super::difference::{compare, worst_of};
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::events;
 use crate::random::Random;
@@ -26,11 +26,11 @@ pub(super) struct ExtremeView {
     pub request: ViewRequest,
 }
 
-fn compared(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+fn compared(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     for ExtremeView { location, request } in views {
         // A camera inside a body, or a time before its catalog's years, gives no view.
-        if let Ok(view) = bench.planned(&request, PLAIN) {
+        if let Ok(view) = bench.plan_view(&request, PLAIN) {
             compare(bench, &mut found, &view, &location)?;
         }
     }
@@ -63,7 +63,7 @@ pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f6
 }
 
 /// From a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
-pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let bodies = bench.pick(named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
     let (steps, side) = bench.pick((10, 16), (27, 32));
     let fovs = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
@@ -84,7 +84,7 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Each body from the centre of each other body, fitted into the frame; a random sample of the pairs for a short effort.
-pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let bodies = bench.session().catalog().bodies();
     let mut random = Random::new(bench.seed);
     let part = bench.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
@@ -121,16 +121,16 @@ fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
 }
 
 /// Along the horizon, from two metres to ten radii above the ground.
-pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    along_horizons(bench, &[0.3, 30.0, 120.0])
+pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    horizon_views(bench, &[0.3, 30.0, 120.0])
 }
 
 /// The same with a field of view of 10 arcseconds.
-pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    along_horizons(bench, &[0.003])
+pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    horizon_views(bench, &[0.003])
 }
 
-fn along_horizons(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<Found, SessionError> {
+fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult, SessionError> {
     let names: &[&str] =
         bench.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
     let azimuths = bench.pick(2, 12);
@@ -154,7 +154,7 @@ fn along_horizons(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<Found, Ses
 }
 
 /// Down and along the horizon at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
-pub(super) fn places(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let names: &[&str] = bench
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
     let mut views = Vec::new();
@@ -191,7 +191,7 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// The camera within and beside Saturn's ring plane, and the days on which the Earth and the Sun cross it.
-pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut views = Vec::new();
     let catalog = bench.session().catalog();
     let ringed = catalog.bodies().iter().filter(|b| !b.rings.is_empty());
@@ -219,7 +219,7 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<Found, SessionError> 
 }
 
 /// Pictures at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
-pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
     // Partial, annular, total and hybrid ones.
     let years = bench.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
@@ -263,7 +263,7 @@ pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Every body, from the smallest moon to the Sun, filling the frame.
-pub(super) fn radii(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn radii(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let side = bench.pick(24, 96);
     let view = |body: &Body| ExtremeView {
         location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
@@ -273,7 +273,7 @@ pub(super) fn radii(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Years -3000 to 3000.
-pub(super) fn years(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn years(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let step = bench.pick(500, 50);
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
@@ -287,7 +287,7 @@ pub(super) fn years(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Discs from a third of a pixel to four times the frame.
-pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (side, steps) = bench.pick((24, 12), (48, 60));
     let mut views = Vec::new();
     for body in named(bench, &["earth", "saturn", "moon", "sun", "jupiter"]) {
@@ -304,7 +304,7 @@ pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Simple shaders: lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map, as display bytes in both precisions.
-pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let side = bench.pick(96, 256);
     let all = Layers::ALL;
     let of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
@@ -336,12 +336,11 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..of(NaifId::SUN, in_shadow) }),
         ("night sky", night_sky),
     ];
-    let mut found = Found::none();
+    let mut found = SweepResult::none();
     for (name, request) in views {
-        let view = bench.planned(&request, PLAIN)?;
-        let bytes = |precision| {
-            bench.studio.renderer(precision).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
-        };
+        let view = bench.plan_view(&request, PLAIN)?;
+        let bytes =
+            |precision| bench.dual.renderer(precision).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display);
         let (single, double) = (bytes(Precision::F32)?, bytes(Precision::F64)?);
         let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         let differences: Vec<f64> = single.iter().zip(&double).map(apart).collect();

@@ -9,7 +9,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::session::{Session, SessionError};
 use crate::time::Instant;
 use crate::view::app::initial_view::initial_view;
-use crate::view::app::places::SessionPlaces;
+use crate::view::app::places::SessionPositions;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, standing};
 use crate::wording::did_you_mean;
 use glam::DVec3;
@@ -23,12 +23,12 @@ use std::borrow::Cow;
 pub const SCHEME: &str = "orrery://view?";
 
 /// Fields that a text may have although the default view does not write them.
-const UNWRITTEN: [&str; 2] = ["time", "paused"];
+const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
 /// Largest text, bytes; written ones have some 600.
 pub const MAX_BYTES: u64 = 65_536;
 /// Largest number of listed errors, and of characters of each.
 const MAX_FAULTS: usize = 20;
-const FAULT_CHARACTERS: usize = 200;
+const MAX_FAULT_CHARACTERS: usize = 200;
 
 /// Why a text is no view, in one line.
 #[derive(Debug, thiserror::Error)]
@@ -70,14 +70,14 @@ fn query_of(link: &str) -> Option<&str> {
 ///
 /// # Errors
 /// One line that names each unreadable field and each impossible value.
-pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
+pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
     let catalog = session.catalog();
-    let mut told = PartialView::of(text);
-    told.name_bodies(catalog);
-    let target = told.target();
-    let time = told.time().unwrap_or(now);
-    let usual = initial_view(catalog, &SessionPlaces(session), target, time)?;
-    let view = told.over(&usual, catalog)?;
+    let mut given = PartialView::of(text);
+    given.name_bodies(catalog);
+    let target = given.target();
+    let time = given.time().unwrap_or(now);
+    let defaults = initial_view(catalog, &SessionPositions(session), target, time)?;
+    let view = given.with_defaults(&defaults, catalog)?;
     // Combinations of fields and coverage by the ephemeris are checked now, not for each picture.
     let request = view.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request)?;
@@ -106,7 +106,7 @@ struct PartialView {
 impl PartialView {
     fn of(text: &str) -> Self {
         if text.len() as u64 > MAX_BYTES {
-            Self::refused(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
+            Self::from_error(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
         } else if is_link(text) {
             Self::of_link(text)
         } else {
@@ -114,50 +114,50 @@ impl PartialView {
         }
     }
 
-    fn refused(why: String) -> Self {
-        let mut told = Self { fields: Map::new(), faults: Vec::new() };
-        told.fault(why);
-        told
+    fn from_error(why: String) -> Self {
+        let mut given = Self { fields: Map::new(), faults: Vec::new() };
+        given.fault(why);
+        given
     }
 
     /// Texts may come from anywhere: an error has one line of limited length.
     fn fault(&mut self, why: String) {
         let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-        let mut line: String = why.chars().take(FAULT_CHARACTERS).map(plain).collect();
-        if line.len() < why.len() && why.chars().count() > FAULT_CHARACTERS {
+        let mut line: String = why.chars().take(MAX_FAULT_CHARACTERS).map(plain).collect();
+        if line.len() < why.len() && why.chars().count() > MAX_FAULT_CHARACTERS {
             line.push('…');
         }
         self.faults.push(line);
     }
 
     fn of_link(link: &str) -> Self {
-        let Some(query) = query_of(link) else { return Self::refused(format!("a link starts with {SCHEME}")) };
-        let mut told = Self { fields: Map::new(), faults: Vec::new() };
+        let Some(query) = query_of(link) else { return Self::from_error(format!("a link starts with {SCHEME}")) };
+        let mut given = Self { fields: Map::new(), faults: Vec::new() };
         for pair in query.split('&').filter(|p| !p.is_empty()) {
-            if let Err(why) = told.take_pair(pair) {
-                told.fault(why);
+            if let Err(why) = given.take_pair(pair) {
+                given.fault(why);
             }
         }
-        told
+        given
     }
 
     fn take_pair(&mut self, pair: &str) -> Result<(), String> {
-        let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", brief(pair)))?;
-        let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", brief(pair)))?;
+        let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", shortened(pair)))?;
+        let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
         // A text field is whatever is no JSON scalar.
         let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
         let Some((above, name)) = path.split_once('.') else {
             if self.fields.get(path).is_some_and(Value::is_object) {
-                return Err(format!("`{}` is both a value and a group of fields", brief(path)));
+                return Err(format!("`{}` is both a value and a group of fields", shortened(path)));
             }
             self.fields.insert(path.to_owned(), value);
             return Ok(());
         };
         if name.contains('.') {
-            return Err(format!("`{}`: fields are nested one level deep", brief(path)));
+            return Err(format!("`{}`: fields are nested one level deep", shortened(path)));
         }
         let below = self.fields.entry(above).or_insert_with(|| Value::Object(Map::new()));
-        let map = below.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", brief(path)))?;
+        let map = below.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", shortened(path)))?;
         map.insert(name.to_owned(), value);
         Ok(())
     }
@@ -165,7 +165,7 @@ impl PartialView {
     fn json_error_text(text: &str) -> Self {
         match serde_json::from_str(text) {
             Ok(fields) => Self { fields, faults: Vec::new() },
-            Err(e) => Self::refused(e.to_string()),
+            Err(e) => Self::from_error(e.to_string()),
         }
     }
 
@@ -180,7 +180,7 @@ impl PartialView {
                 Err(_) => Err(format!("{field} {other}: write a body's name or its NAIF code")),
             },
         };
-        let mut put = |field: &str, map: &mut Map<String, Value>, name: &str| {
+        let mut set_field = |field: &str, map: &mut Map<String, Value>, name: &str| {
             let Some(value) = map.get(name) else { return };
             match code(field, value) {
                 Ok(id) => {
@@ -192,9 +192,9 @@ impl PartialView {
                 }
             }
         };
-        put("target", &mut self.fields, "target");
+        set_field("target", &mut self.fields, "target");
         if let Some(Value::Object(eye)) = self.fields.get_mut("eye") {
-            put("eye.body", eye, "body");
+            set_field("eye.body", eye, "body");
         }
         faults.into_iter().for_each(|why| self.fault(why));
     }
@@ -219,17 +219,17 @@ impl PartialView {
         read("tdb_s", &seconds?).ok().map(Instant::from_tdb_seconds_past_j2000)
     }
 
-    /// The view; omitted fields are those of `usual`, an orbit. The given time is in `usual` already.
-    fn over(mut self, usual: &ViewState, catalog: &Catalog) -> Result<ViewState, ViewTextError> {
+    /// The view; omitted fields are those of `defaults`, an orbit. The given time is in `defaults` already.
+    fn with_defaults(mut self, defaults: &ViewState, catalog: &Catalog) -> Result<ViewState, ViewTextError> {
         let fields = std::mem::take(&mut self.fields);
-        let mut whole = object_of(usual);
+        let mut whole = object_of(defaults);
         for (name, value) in fields {
             match value {
-                Value::Object(told) if name == "eye" => {
-                    let eye = self.eye_over(told, usual);
+                Value::Object(given) if name == "eye" => {
+                    let eye = self.camera_with_defaults(given, defaults);
                     whole.extend(eye.map(|eye| (name, Value::Object(eye))));
                 }
-                value => self.put::<ViewState>("", &mut whole, &name, value),
+                value => self.set_field::<ViewState>("", &mut whole, &name, value),
             }
         }
         let mut view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
@@ -247,7 +247,7 @@ impl PartialView {
     }
 
     /// Sets a field of a serialised `T`, if the result can be read.
-    fn put<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
+    fn set_field<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
         let before = whole.insert(name.to_owned(), value);
         if let Err(e) = serde_json::from_value::<T>(Value::Object(whole.clone())) {
             match before {
@@ -255,7 +255,7 @@ impl PartialView {
                 None => whole.remove(name),
             };
             let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
-                let known = whole.keys().map(String::as_str).chain(UNWRITTEN.into_iter().filter(|_| above.is_empty()));
+                let known = whole.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| above.is_empty()));
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")
             });
@@ -264,15 +264,15 @@ impl PartialView {
     }
 
     /// The camera of a text: an orbit unless it says otherwise.
-    fn eye_over(&mut self, mut told: Map<String, Value>, usual: &ViewState) -> Option<Map<String, Value>> {
-        let body = usual.target;
-        let kind = told.remove("kind").unwrap_or_else(|| "orbit".into());
+    fn camera_with_defaults(&mut self, mut given: Map<String, Value>, defaults: &ViewState) -> Option<Map<String, Value>> {
+        let body = defaults.target;
+        let kind = given.remove("kind").unwrap_or_else(|| "orbit".into());
         let mut whole = match kind.as_str() {
-            Some("orbit") => object_of(&usual.eye),
+            Some("orbit") => object_of(&defaults.eye),
             Some("ground") => object_of(&standing(body, 0.0, 0.0)),
             Some("centre") => object_of(&CameraPose::Centre { body }),
             Some("free") => {
-                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !told.contains_key(*name)) {
+                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !given.contains_key(*name)) {
                     self.fault(format!("eye.{name} is missing: a free camera has no default"));
                 }
                 object_of(&CameraPose::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
@@ -282,18 +282,18 @@ impl PartialView {
                 return None;
             }
         };
-        for (name, value) in told {
-            self.put::<CameraPose>("eye.", &mut whole, &name, value);
+        for (name, value) in given {
+            self.set_field::<CameraPose>("eye.", &mut whole, &name, value);
         }
         Some(whole)
     }
 }
 
 /// The beginning of a user's text, for a message.
-fn brief(text: &str) -> String {
-    const CHARACTERS: usize = 60;
+fn shortened(text: &str) -> String {
+    const MAX_CHARACTERS: usize = 60;
     let mut all = text.chars();
-    let begun: String = all.by_ref().take(CHARACTERS).collect();
+    let begun: String = all.by_ref().take(MAX_CHARACTERS).collect();
     if all.next().is_some() { begun + "…" } else { begun }
 }
 

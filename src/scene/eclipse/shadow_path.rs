@@ -49,7 +49,7 @@ pub(crate) struct ShadowPaths(Memo<Passage, Arc<ShadowPath>>);
 
 impl Default for ShadowPaths {
     fn default() -> Self {
-        Self(Memo::holding(8))
+        Self(Memo::with_capacity(8))
     }
 }
 
@@ -72,7 +72,7 @@ impl ShadowPaths {
         let serves = |kept: &Passage, wanted: &Passage| {
             kept.ids == wanted.ids && kept.radii_km == wanted.radii_km && (kept.middle_s - wanted.middle_s).abs() < 60.0
         };
-        Some(self.0.get_like(serves, passage, || Arc::new(moving.path(middle_s, half_s))))
+        Some(self.0.get_compatible(serves, passage, || Arc::new(moving.path(middle_s, half_s))))
     }
 }
 

@@ -7,7 +7,7 @@
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
-use crate::unwinding::caught;
+use crate::unwinding::catch_panic;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -95,15 +95,15 @@ pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
 /// The module in an entry.
 pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     // naga's arenas and postcard's readers of them expect what naga wrote.
-    caught(|| decode_trusting(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
+    catch_panic(|| decode_trusting(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
 }
 
 /// The module in an entry that another generator may have written: to look at and to compare, not to draw views with. A tape that this program's software renderer
 /// does not run is lowered anew.
 pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let unchecked = Lowering { check: |_, _| Ok(()), ..lowering.clone() };
-    let mut module = caught(|| decode_trusting(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
-    let runs = caught(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
+    let mut module = catch_panic(|| decode_trusting(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
+    let runs = catch_panic(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
     if !runs {
         module.tape = (lowering.lower)(&module.module, &module.info).map_err(|_| EntryError::Tape)?;
     }

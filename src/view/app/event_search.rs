@@ -111,21 +111,21 @@ pub struct EventSearch {
     reach_s: f64,
     backward: bool,
     /// Length searched so far.
-    done_s: f64,
+    searched_s: f64,
 }
 
 impl EventSearch {
     pub fn new(kinds: Vec<EventKind>, start: Instant, reach_s: f64, backward: bool) -> Self {
-        Self { kinds, start, reach_s, backward, done_s: 0.0 }
+        Self { kinds, start, reach_s, backward, searched_s: 0.0 }
     }
 
     /// Searched fraction, 0 to 1.
     pub fn progress(&self) -> f32 {
-        (self.done_s / self.reach_s) as f32
+        (self.searched_s / self.reach_s) as f32
     }
 
     pub fn is_over(&self) -> bool {
-        self.kinds.is_empty() || self.done_s >= self.reach_s
+        self.kinds.is_empty() || self.searched_s >= self.reach_s
     }
 
     /// Searches the next step: what it finds, nearest first.
@@ -134,14 +134,14 @@ impl EventSearch {
     /// The ephemeris does not reach so far.
     pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
         let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
-        let until_s = (self.done_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
-        let [near, far] = [self.done_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
+        let until_s = (self.searched_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
+        let [near, far] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
         let (from, to) = if self.backward { (far, near) } else { (near, far) };
         let mut found = events_between(catalog, ephemeris, &self.kinds, from, to)?;
         if self.backward {
             found.reverse();
         }
-        self.done_s = until_s;
+        self.searched_s = until_s;
         Ok(found)
     }
 
@@ -160,21 +160,21 @@ impl EventSearch {
 }
 
 /// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; the corona surrounds an eclipsed Sun.
-const COVERED_SUN_DEG: f64 = 3.0;
-const SUN_DEG: f64 = 0.8;
-const MOON_DEG: f64 = 0.8;
+const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
+const SUN_FOV_DEG: f64 = 0.8;
+const MOON_FOV_DEG: f64 = 0.8;
 /// Field of view for moons' events, in diameters of the planet; for mutual events, of the moon.
-const PLANET_WIDTHS: f64 = 2.2;
-const MOON_WIDTHS: f64 = 12.0;
+const PLANET_DIAMETERS: f64 = 2.2;
+const MOON_DIAMETERS: f64 = 12.0;
 /// Height of the camera where the Sun is near the horizon, km: the dip of the horizon is then 1.8 degrees.
-const LOW_SUN_EYE_KM: f64 = 3.0;
-const STANDING_EYE_KM: f64 = 0.01;
+const LOW_SUN_CAMERA_KM: f64 = 3.0;
+const GROUND_CAMERA_KM: f64 = 0.01;
 /// Altitude below which the Sun counts as low, degrees.
 const LOW_SUN_DEG: f64 = 2.0;
 /// Approximate real seconds in which *watch* plays an event.
-const WATCH_S: f64 = 30.0;
+const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact.
-const LEAD: f64 = 0.05;
+const LEAD_FRACTION: f64 = 0.05;
 
 impl SkyEvent {
     pub fn kind(&self) -> EventKind {
@@ -262,8 +262,8 @@ impl SkyEvent {
         }
     }
 
-    /// Whether the event is among the most notable: a total or annular solar eclipse, a Moon in the umbra, a transit of the Sun, a shadow on a planet.
-    pub fn is_great(&self) -> bool {
+    /// Whether the event is notable: a total, annular or hybrid solar eclipse, a total lunar eclipse, a transit, or a shadow on a planet.
+    pub fn is_notable(&self) -> bool {
         match self {
             Self::Solar(e) => e.class != SolarType::Partial,
             Self::Lunar(e) => e.class == LunarType::Total,
@@ -278,8 +278,8 @@ impl SkyEvent {
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
     }
 
-    /// The best view of it, paused at its greatest phase; other settings as in `habits`.
-    pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, habits: &ViewState) -> ViewState {
+    /// The best view of it, paused at its greatest phase; other settings as in `base_view`.
+    pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
         let widths = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
@@ -287,24 +287,24 @@ impl SkyEvent {
             count * (2.0 * radius_km / distance_km).to_degrees()
         };
         let (target, eye, fov_deg) = match self {
-            Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, habits),
-            Self::Lunar(_) => from_earth(NaifId::MOON, MOON_DEG),
-            Self::Transit(_) => from_earth(NaifId::SUN, SUN_DEG),
-            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, widths(e.moon, MOON_WIDTHS)),
-            Self::Moons(e) => from_earth(e.planet, widths(e.planet, PLANET_WIDTHS)),
+            Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
+            Self::Lunar(_) => from_earth(NaifId::MOON, MOON_FOV_DEG),
+            Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
+            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, widths(e.moon, MOON_DIAMETERS)),
+            Self::Moons(e) => from_earth(e.planet, widths(e.planet, PLANET_DIAMETERS)),
         };
-        habits.standing_still(self.greatest(), target, eye, fov_deg)
+        base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
     /// The view from a place on the Earth, where the body is at the given altitude.
-    pub fn view_from(&self, place: Place, altitude_deg: f64, habits: &ViewState) -> ViewState {
+    pub fn view_from(&self, place: Place, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
-            Self::Solar(_) => (NaifId::SUN, COVERED_SUN_DEG),
-            Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_DEG),
-            Self::Transit(_) => (NaifId::SUN, SUN_DEG),
+            Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
+            Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_FOV_DEG),
+            Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
             Self::Moons(e) => (e.planet, 0.03),
         };
-        let eye_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_EYE_KM } else { STANDING_EYE_KM };
+        let eye_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_CAMERA_KM } else { GROUND_CAMERA_KM };
         let eye = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,
@@ -313,17 +313,17 @@ impl SkyEvent {
             azimuth_deg: 0.0,
             altitude_deg: 0.0,
         };
-        habits.standing_still(self.greatest(), target, eye, fov_deg)
+        base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
     /// From shortly before the first contact to shortly after the last one, at a rate that takes half a minute.
-    pub fn watched(&self) -> Watch {
+    pub fn playback(&self) -> Playback {
         let (first, last) = self.local_span();
         let length_s = (seconds(last) - seconds(first)).max(1.0);
-        Watch {
-            from_tdb_s: seconds(first) - LEAD * length_s,
-            to_tdb_s: seconds(last) + LEAD * length_s,
-            rate: ((1.0 + 2.0 * LEAD) * length_s / WATCH_S).max(1.0),
+        Playback {
+            from_tdb_s: seconds(first) - LEAD_FRACTION * length_s,
+            to_tdb_s: seconds(last) + LEAD_FRACTION * length_s,
+            rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
         }
     }
 
@@ -373,7 +373,7 @@ const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
 /// Span and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watch {
+pub struct Playback {
     pub from_tdb_s: f64,
     pub to_tdb_s: f64,
     /// Scene seconds per real second.

@@ -37,7 +37,7 @@ pub struct ExposureAdaptation {
 
 impl ExposureAdaptation {
     /// Resets the adaptation after a cut to another view.
-    fn watch(&mut self, view: &ViewState) {
+    fn reset_on_cut(&mut self, view: &ViewState) {
         let standpoint = (view.target, view.eye.body(), discriminant(&view.eye));
         let flies = |s: &Standpoint| {
             s.2 == discriminant(&CameraPose::Free {
@@ -55,7 +55,7 @@ impl ExposureAdaptation {
 
     /// The exposure to request for the next picture of a view.
     pub fn ask(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
-        self.watch(view);
+        self.reset_on_cut(view);
         (self.asked_s, self.awaited) = (now_s, true);
         match (view.exposure_stops, self.adapted) {
             (Some(stops), _) => ExposureRequest::Stops(stops),
@@ -68,14 +68,14 @@ impl ExposureAdaptation {
     }
 
     /// Takes note of a finished picture.
-    pub fn drew(&mut self, exposure: &Exposure, asked: ExposureRequest) {
+    pub fn note_drawn(&mut self, exposure: &Exposure, asked: ExposureRequest) {
         self.awaited = false;
         let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.asked_s };
         self.adapted = (!matches!(asked, ExposureRequest::Stops(_))).then_some(adapted);
     }
 
     /// Whether another picture of the same view would be closer to the metered exposure.
-    pub fn glides(&self) -> bool {
+    pub fn is_adapting(&self) -> bool {
         !self.awaited && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
     }
 }
@@ -103,16 +103,16 @@ mod tests {
             let mut step = |now_s: f64, metered: f64| {
                 let asked = eye.ask(&view, now_s);
                 let exposure = exposed(asked, metered);
-                eye.drew(&exposure, asked);
-                (exposure.stops, eye.glides())
+                eye.note_drawn(&exposure, asked);
+                (exposure.stops, eye.is_adapting())
             };
             assert_eq!(step(0.0, 0.0), (0.0, false), "the first picture jumps");
             let (mut last, mut at_constant) = (0.0, f64::NAN);
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;
-                let (stops, glides) = step(now_s, 10.0);
+                let (stops, is_adapting) = step(now_s, 10.0);
                 assert!((stops > last || last == 10.0) && stops <= 10.0, "{stops} after {last}");
-                assert_eq!(glides, stops != 10.0);
+                assert_eq!(is_adapting, stops != 10.0);
                 if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
                     at_constant = stops;
                 }
@@ -134,7 +134,7 @@ mod tests {
         let after = |next: &ViewState| {
             let (mut eye, first) = (ExposureAdaptation::default(), view(NaifId::EARTH));
             let asked = eye.ask(&first, 0.0);
-            eye.drew(&exposed(asked, 0.0), asked);
+            eye.note_drawn(&exposed(asked, 0.0), asked);
             eye.ask(next, 0.1)
         };
         assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);

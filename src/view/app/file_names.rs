@@ -78,7 +78,7 @@ pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>
 }
 
 /// The absolute path, for messages.
-pub fn whole(path: &Path) -> String {
+pub fn absolute_path(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_taken_is_followed_by_numbered_ones() {
+    fn an_existing_name_is_followed_by_numbered_ones() {
         assert_eq!(first("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
         assert_eq!(first("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
         assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn people_are_told_the_whole_path() {
-        assert!(Path::new(&whole(Path::new("orrery.png"))).is_absolute());
+    fn messages_have_the_absolute_path() {
+        assert!(Path::new(&absolute_path(Path::new("orrery.png"))).is_absolute());
     }
 }

@@ -17,9 +17,9 @@ pub struct KnownEvent {
 }
 
 /// Distance from J2000, years, beyond which no theory reaches, and nothing is searched.
-const YEARS: f64 = 3000.0;
+const MAX_YEARS: f64 = 3000.0;
 /// Number of events above which all are dropped, with their span.
-const MOST: usize = 5000;
+const MAX_EVENTS: usize = 5000;
 
 /// The events of some kinds found so far.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub struct KnownEvents {
     /// TDB seconds past J2000, from and to.
     searched: Option<(f64, f64)>,
     /// On this side the ephemeris ends.
-    ends: [bool; 2],
+    is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
 
@@ -44,21 +44,22 @@ pub struct NextSearch {
 impl KnownEvents {
     /// `step_days`: length of one search.
     pub fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
-        Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, ends: [false; 2], events: Vec::new() }
+        Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
     /// The next search for a span; `None` if the span is known.
     pub fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
         let middle_s = 0.5 * (from_s + to_s);
-        let apart = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
-        if self.searched.is_none_or(|s| apart(&s)) || self.events.len() > MOST {
-            (self.searched, self.ends) = (Some((middle_s, middle_s)), [false; 2]);
+        let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
+        if self.searched.is_none_or(|s| is_elsewhere(&s)) || self.events.len() > MAX_EVENTS {
+            (self.searched, self.is_exhausted) = (Some((middle_s, middle_s)), [false; 2]);
             self.events.clear();
         }
         let (first_s, last_s) = self.searched?;
-        let reach_s = YEARS * 365.25 * SECONDS_PER_DAY;
-        let wants = [first_s > from_s && !self.ends[0] && first_s > -reach_s, last_s < to_s && !self.ends[1] && last_s < reach_s];
-        let backward = match wants {
+        let reach_s = MAX_YEARS * 365.25 * SECONDS_PER_DAY;
+        let incomplete =
+            [first_s > from_s && !self.is_exhausted[0] && first_s > -reach_s, last_s < to_s && !self.is_exhausted[1] && last_s < reach_s];
+        let backward = match incomplete {
             [false, false] => return None,
             [true, true] => middle_s - first_s < last_s - middle_s,
             [before, _] => before,
@@ -76,7 +77,7 @@ impl KnownEvents {
             return;
         }
         let Some(found) = found else {
-            self.ends[usize::from(!of.backward)] = true;
+            self.is_exhausted[usize::from(!of.backward)] = true;
             return;
         };
         *end_s += if of.backward { -self.step_s } else { self.step_s };
@@ -108,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_span_is_searched_once_and_grown_where_it_moves() {
+    fn a_span_is_searched_once_and_extended_where_it_moves() {
         let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
         assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 10);
         assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 0);

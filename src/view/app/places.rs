@@ -21,9 +21,9 @@ pub trait BodyPositions {
 }
 
 /// Positions of a session's ephemeris.
-pub struct SessionPlaces<'a>(pub &'a Session);
+pub struct SessionPositions<'a>(pub &'a Session);
 
-impl BodyPositions for SessionPlaces<'_> {
+impl BodyPositions for SessionPositions<'_> {
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
         self.0.ephemeris().state(to, from, time, None).ok().map(|a| a.state.pos_km)
     }

@@ -149,8 +149,9 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
 }
 
 /// A feature from above, in a frame that rotates with its body; it fills a third of the picture's height.
-pub fn feature_view(feature: &Feature, body: &Subject, habits: &ViewState) -> ViewState {
-    let above = (FEATURE_HEIGHTS * feature.diameter_km / body.radii_km.x).clamp(FEATURE_RADII[0], FEATURE_RADII[1]);
+pub fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewState) -> ViewState {
+    let above = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
+        .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = Orbit::from_offset(feature.direction * (1.0 + above), 1.0, DVec3::Z);
     ViewState {
         target: body.id,
@@ -159,7 +160,7 @@ pub fn feature_view(feature: &Feature, body: &Subject, habits: &ViewState) -> Vi
         fov_deg: FOV_DEG,
         roll_deg: 0.0,
         exposure_stops: None,
-        ..habits.clone()
+        ..base_view.clone()
     }
 }
 
@@ -177,7 +178,7 @@ fn place(text: &str) -> Option<(f64, f64)> {
 }
 
 /// Whether a word is an abbreviation of a known one, with at least `least` letters.
-fn begins(known: &str, least: usize, word: &str) -> bool {
+fn is_abbreviation(known: &str, least: usize, word: &str) -> bool {
     word.len() >= least && known.starts_with(word)
 }
 
@@ -189,12 +190,12 @@ fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     if year.is_some() {
         words.pop();
     }
-    let is = |known: &str, least: usize| words.iter().any(|w| begins(known, least, w));
+    let is = |known: &str, least: usize| words.iter().any(|w| is_abbreviation(known, least, w));
     let known = [
         "eclipses", "solar", "lunar", "total", "partial", "annular", "sun", "moon", "transits", "mercury", "venus", "shadows", "jupiter",
         "moons",
     ];
-    if !words.iter().all(|w| known.iter().any(|k| begins(k, 3, w))) {
+    if !words.iter().all(|w| known.iter().any(|k| is_abbreviation(k, 3, w))) {
         return None;
     }
     let kinds = match () {
@@ -212,18 +213,18 @@ fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
 }
 
 /// Height above a feature, in its diameters, and limits in radii of the body.
-const FEATURE_HEIGHTS: f64 = 3.6;
-const FEATURE_RADII: [f64; 2] = [0.12, 2.5];
+const FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
+const FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star, degrees.
 const STAR_FIELD_DEG: f64 = 20.0;
 /// The camera is between the Earth and the star, at this distance from the Earth's centre, radii.
-const STAR_EYE_RADII: f64 = 3.0;
+const STAR_CAMERA_RADII: f64 = 3.0;
 
 /// A star in the middle of the picture, with the Earth behind the camera. `None`: the ephemeris does not cover the time.
-pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, habits: &ViewState) -> Option<ViewState> {
-    let pole = places.body_from_icrf(NaifId::EARTH, habits.time())?.row(2);
+pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
+    let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
-    let orbit = Orbit::from_offset(direction * STAR_EYE_RADII, 1.0, pole);
+    let orbit = Orbit::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
     let eye = CameraPose::Orbit {
         body: NaifId::EARTH,
         fixed: false,
@@ -241,6 +242,6 @@ pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions
         fov_deg: STAR_FIELD_DEG,
         roll_deg: 0.0,
         exposure_stops: None,
-        ..habits.clone()
+        ..base_view.clone()
     })
 }

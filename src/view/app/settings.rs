@@ -3,7 +3,7 @@
 //! In: a file, if it exists. Out: [`Settings`], written back as a whole file. Always: an unreadable file is kept aside and reported, never
 //! overwritten; missing fields have their defaults.
 
-use crate::files::{FileAccess, WriteError, failure, read_text, write_whole};
+use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
@@ -15,11 +15,11 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Scale factors of text and controls.
-pub const ZOOMS: RangeInclusive<f32> = 0.6..=3.0;
+pub const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
 /// Largest settings file, bytes: thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
 /// Number of recent views.
-const RECENT: usize = 20;
+const MAX_RECENT: usize = 20;
 
 /// The unit of lengths in the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -93,8 +93,8 @@ impl Default for PanelLayout {
 }
 
 /// A width from a settings file, if a panel can have it.
-pub fn usable_width(told: Option<f32>, usual: f32) -> f32 {
-    told.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(usual)
+pub fn valid_width(saved: Option<f32>, default: f32) -> f32 {
+    saved.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(default)
 }
 
 /// A view with a name.
@@ -156,7 +156,7 @@ impl Settings {
     pub fn remember(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
-        self.recent.truncate(RECENT);
+        self.recent.truncate(MAX_RECENT);
     }
 
     /// The settings of a file, and an error line if it could not be read: it is then renamed to end in `.broken`.
@@ -185,12 +185,12 @@ impl Settings {
     /// The path and why.
     pub fn save(&self, path: &Path) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder).map_err(|e| failure(path, &e))?;
-        write_whole(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
+        std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
+        write_atomic(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
     }
 
     /// The user's configuration folder.
-    pub fn usual_path() -> Option<PathBuf> {
+    pub fn default_path() -> Option<PathBuf> {
         directories::BaseDirs::new().map(|dirs| dirs.config_dir().join("orrery").join("settings.json"))
     }
 }
@@ -216,7 +216,7 @@ mod tests {
             settings.remember(format!("view {i}"), view(i));
         }
         settings.remember("again".into(), view(39));
-        assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (RECENT, "again"));
+        assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (MAX_RECENT, "again"));
         settings.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
         // As earlier versions wrote views.
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_file_is_kept_aside_and_said() {
+    fn a_broken_settings_file_is_kept_aside_and_reported() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
         std::fs::write(&path, "{\"zoom\": \"large\"}").expect("a file");

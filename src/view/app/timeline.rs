@@ -18,7 +18,7 @@ const TICK_POINTS: f64 = 72.0;
 /// Largest number of ticks: a window of 4000 points has fewer.
 const MAX_TICKS: usize = 100;
 /// Zoom factor of a wheel notch.
-const NOTCH: f64 = 1.3;
+const ZOOM_PER_NOTCH: f64 = 1.3;
 
 /// Span and width of a timeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,13 +68,13 @@ const STEPS: [Step; 18] = [
 ];
 
 /// A span, limited to the range.
-pub fn usable_span_s(told: f64) -> f64 {
-    if told.is_finite() { told.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
+pub fn usable_span_s(saved: f64) -> f64 {
+    if saved.is_finite() { saved.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
 }
 
 /// The span after notches of the wheel; positive ones shorten it.
 pub fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
-    usable_span_s(span_s * NOTCH.powf(-notches))
+    usable_span_s(span_s * ZOOM_PER_NOTCH.powf(-notches))
 }
 
 /// `36 hours`, `20 days`, `8 months`, `120 years`.
@@ -98,7 +98,7 @@ impl TimeAxis {
     }
 
     /// Points from the left end; negative or above the width outside the axis.
-    pub fn place(&self, tdb_s: f64) -> f64 {
+    pub fn position(&self, tdb_s: f64) -> f64 {
         (tdb_s - self.from_s()) / self.span_s * self.width
     }
 
@@ -191,11 +191,11 @@ mod tests {
     }
 
     #[test]
-    fn a_place_and_its_time_are_one() {
+    fn position_and_time_are_inverse() {
         let axis = axis("2024-04-08T18:17:00Z", 30.0 * SECONDS_PER_DAY, 900.0);
-        assert!((axis.place(axis.middle_s) - 450.0).abs() < 1e-9);
+        assert!((axis.position(axis.middle_s) - 450.0).abs() < 1e-9);
         for points in [0.0, 17.0, 450.0, 900.0] {
-            assert!((axis.place(axis.time_s(points)) - points).abs() < 1e-6);
+            assert!((axis.position(axis.time_s(points)) - points).abs() < 1e-6);
         }
         assert!((axis.seconds(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
     }
@@ -209,7 +209,7 @@ mod tests {
                 for width in [300.0, 900.0, 2500.0] {
                     let axis = axis(middle, span_s, width);
                     let ticks = axis.ticks(Clock::Utc);
-                    let places: Vec<f64> = ticks.iter().map(|t| axis.place(t.tdb_s)).collect();
+                    let places: Vec<f64> = ticks.iter().map(|t| axis.position(t.tdb_s)).collect();
                     let case = format!("{middle}, {}, {width}: {ticks:?}", span_text(span_s));
                     assert!(places.iter().all(|p| (0.0..=width).contains(p)), "{case}");
                     // Ticks every five days can be three days apart, from 26 February to 1 March.

@@ -3,14 +3,14 @@
 //! In: JSON, a session. Out: the view and the text at a given time. Always: the camera starts and ends each path at rest and meets both ends; scene time runs from one view's to
 //! the other's without a jump; fields that a stop omits have the defaults of a link. A file with an error is refused, with the stop and the field. Not here: playback.
 
-use super::flight::{FLIGHT_S, Flight, Pose, eased};
-use super::places::{BodyPositions, SessionPlaces};
+use super::flight::{FLIGHT_S, Flight, Pose, ease_in_out};
+use super::places::{BodyPositions, SessionPositions};
 use super::view_state::{CameraPose, ViewState};
 use crate::ephemeris::angle_rad;
 use crate::scene::viewpoint::viewer;
 use crate::session::Session;
 use crate::time::Instant;
-use crate::view::link::restored;
+use crate::view::link::view_from_text;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -72,12 +72,12 @@ struct Stop {
     /// Seconds of the path to this stop.
     travel_s: f64,
     /// `None`: the first stop, or a cut.
-    way: Option<Way>,
+    camera_path: Option<CameraPath>,
 }
 
 /// The camera path from the end of one stop to the start of the next.
 #[derive(Clone, Debug, PartialEq)]
-struct Way {
+struct CameraPath {
     flight: Flight,
     from_tdb_s: f64,
     from_fov_deg: f64,
@@ -88,7 +88,7 @@ struct Way {
 /// A path is raised if it starts or ends within this many radii of the body's centre.
 const NEAR_RADII: f64 = 1.2;
 /// How much it is raised in its middle, per radian around the body.
-const LIFT: f64 = 0.3;
+const LIFT_PER_RAD: f64 = 0.3;
 
 /// The state of a tour at one time.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,7 +121,7 @@ impl Tour {
                 Value::String(link) => link,
                 fields => fields.to_string(),
             };
-            let view = restored(&words, session, now).map_err(|e| wrong("view", e.to_string()))?;
+            let view = view_from_text(&words, session, now).map_err(|e| wrong("view", e.to_string()))?;
             for (field, value) in [("hold_s", told.hold_s), ("travel_s", told.travel_s)] {
                 if !(0.0..=3600.0).contains(&value) {
                     return Err(wrong(field, format!("{value} is not 0 to 3600 seconds")));
@@ -131,11 +131,11 @@ impl Tour {
                 return Err(wrong("time_rate", format!("{} is not -1e9 to 1e9 seconds a second", told.time_rate)));
             }
             let mut stop =
-                Stop { view, text: told.text, hold_s: told.hold_s, time_rate: told.time_rate, travel_s: told.travel_s, way: None };
+                Stop { view, text: told.text, hold_s: told.hold_s, time_rate: told.time_rate, travel_s: told.travel_s, camera_path: None };
             match stops.last() {
                 Some(before) if stop.travel_s > 0.0 => {
-                    let way = Way::between(&before.left(), &stop.view, session).map_err(|why| wrong("view", why))?;
-                    stop.way = Some(way);
+                    let camera_path = CameraPath::between(&before.left(), &stop.view, session).map_err(|why| wrong("view", why))?;
+                    stop.camera_path = Some(camera_path);
                 }
                 _ => stop.travel_s = 0.0,
             }
@@ -174,8 +174,8 @@ impl Tour {
         let mut left_s = passed_s.max(0.0);
         let last = self.stops.len() - 1;
         for (k, stop) in self.stops.iter().enumerate() {
-            if let Some(way) = stop.way.as_ref().filter(|_| left_s < stop.travel_s) {
-                return TourMoment { view: way.at(left_s / stop.travel_s, &stop.view), stop: k, moves: true };
+            if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| left_s < stop.travel_s) {
+                return TourMoment { view: camera_path.at(left_s / stop.travel_s, &stop.view), stop: k, moves: true };
             }
             left_s -= stop.travel_s;
             if left_s < stop.hold_s || k == last {
@@ -199,7 +199,7 @@ impl Stop {
     }
 }
 
-impl Way {
+impl CameraPath {
     fn between(from: &ViewState, to: &ViewState, session: &Session) -> Result<Self, String> {
         let body = to.eye.body();
         let pose = |view: &ViewState| -> Result<Pose, String> {
@@ -213,7 +213,7 @@ impl Way {
                 Some((_, centre_km)) => centre_km,
                 None => ephemeris.light_time_position(own, camera.position_km, view.time()).map_err(|e| e.to_string())?.0,
             };
-            let offset_km = SessionPlaces(session)
+            let offset_km = SessionPositions(session)
                 .offset_from_km(body, own, camera.position_km - own_km, view.time())
                 .ok_or_else(|| format!("no source knows where {} is", body.0))?;
             Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
@@ -221,13 +221,13 @@ impl Way {
         let (start, end) = (pose(from)?, pose(to)?);
         let radius_km = session.catalog().body(body).map_or(0.0, |b| b.radii_km.max_element());
         let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km;
-        let lift = if is_near { LIFT * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
+        let lift = if is_near { LIFT_PER_RAD * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
         Ok(Self { flight: Flight::new(start, end), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg, lift })
     }
 
     fn at(&self, part: f64, to: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { passed_s: part * FLIGHT_S, ..self.flight }.pose();
-        let s = eased(part);
+        let s = ease_in_out(part);
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * s * (1.0 - s));
         ViewState {
             tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * s,

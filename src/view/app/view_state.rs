@@ -174,7 +174,7 @@ impl ViewState {
     }
 
     /// A body tracked from a camera at a paused instant, with automatic exposure; quality, effects and layers are kept.
-    pub fn standing_still(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
+    pub fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
             target,
@@ -356,7 +356,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_look_aside_turns_right_and_up() {
+    fn yaw_turns_right_and_pitch_up() {
         let (forward, up) = rotated_view(DVec3::Y, DVec3::Z, 90.0, 0.0);
         assert!((forward - DVec3::X).length() < 1e-12 && (up - DVec3::Z).length() < 1e-12);
         let (forward, up) = rotated_view(DVec3::Y, DVec3::Z, 0.0, 30.0);

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
 /// Line segments of the great circle.
-const PIECES: u32 = 48;
+const SEGMENTS: u32 = 48;
 
 /// Directions of the clicked places, ICRF unit vectors: two at most.
 #[derive(Debug, Default)]
@@ -72,7 +72,7 @@ impl MeasuredAngle {
         let angle = angle_rad(*a, *b);
         let Some(across) = (b - a * a.dot(*b)).try_normalize() else { return };
         let on_arc = |part: f64| seen(*a * (angle * part).cos() + across * (angle * part).sin());
-        let points: Vec<Option<Pos2>> = (0..=PIECES).map(|k| on_arc(f64::from(k) / f64::from(PIECES))).collect();
+        let points: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
         for run in points.split(Option::is_none).filter(|run| run.len() > 1) {
             painter.add(Shape::line(run.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }

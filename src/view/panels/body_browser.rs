@@ -11,7 +11,7 @@ use egui::{Id, ScrollArea, UiBuilder};
 #[derive(Default)]
 pub struct BodyBrowser {
     /// The selection for which the tree was last expanded.
-    unfolded_for: Option<NaifId>,
+    expanded_for: Option<NaifId>,
     /// The selection was made in the tree, so it need not scroll.
     clicked: Option<NaifId>,
     /// Scrolled to until its branch has expanded.
@@ -20,7 +20,7 @@ pub struct BodyBrowser {
 
 /// The Sun, its planets each with its moons, then the other bodies.
 pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let news = to_unfold(interface, ui);
+    let news = branch_to_expand(interface, ui);
     let before = actions.len();
     let mut is_opening = false;
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
@@ -59,17 +59,17 @@ pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
 
 /// The body of a new selection whose branch must be expanded; once, so that the user can collapse it again. Between press and release
 /// nothing expands: a selection made meanwhile is handled after it.
-fn to_unfold(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
+fn branch_to_expand(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     let selected = interface.viewer.selected;
     let browse = &mut interface.browse;
-    if browse.unfolded_for == Some(selected) {
+    if browse.expanded_for == Some(selected) {
         return None;
     }
     if ui.input(|i| i.pointer.any_down() || i.pointer.any_released()) {
         ui.ctx().request_repaint();
         return None;
     }
-    browse.unfolded_for = Some(selected);
+    browse.expanded_for = Some(selected);
     browse.shown = (browse.clicked.take() != Some(selected)).then_some(selected);
     Some(selected)
 }

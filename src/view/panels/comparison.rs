@@ -6,7 +6,7 @@ use super::Interface;
 use super::fact::grouped;
 use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::KM_PER_AU;
-use crate::view::app::places::{BodyPositions, SessionPlaces};
+use crate::view::app::places::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
@@ -15,9 +15,9 @@ use glam::DVec3;
 const SIZES_HEIGHT: f32 = 110.0;
 const DISTANCES_HEIGHT: f32 = 44.0;
 /// Smallest radius of a drawn body, points.
-const LEAST: f32 = 1.0;
+const MIN_RADIUS: f32 = 1.0;
 /// Vertices of an ellipse.
-const CORNERS: usize = 96;
+const ELLIPSE_VERTICES: usize = 96;
 const MARK: Color32 = Color32::from_rgb(255, 206, 110);
 const GREY: Color32 = Color32::from_gray(190);
 
@@ -54,7 +54,7 @@ pub fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) 
     ui.separator();
     ui.strong("Distances from the Sun to scale");
     let time = viewer.view.time();
-    let places = SessionPlaces(worker.session());
+    let places = SessionPositions(worker.session());
     let distance_km = |id: NaifId| places.between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // A moon is marked at its planet.
     let carrier = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
@@ -86,10 +86,10 @@ fn distance_text(name: &str, au: f64) -> String {
 /// Light time per au (IAU 2012 au, speed of light).
 const MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
 
-/// The background of a drawing; `said`: its accessible description.
-fn ground(ui: &mut Ui, height: f32, said: &str) -> Rect {
+/// The background of a drawing; `description`: its accessible description.
+fn background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, said));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, description));
     ui.painter().rect_filled(rect, 4.0, Color32::BLACK);
     rect
 }
@@ -102,13 +102,13 @@ fn scale(room: [f64; 2], a: DVec3, b: DVec3) -> f64 {
 }
 
 fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
-    let rect = ground(ui, SIZES_HEIGHT, &format!("Discs of {} and {} to one scale", a.name, b.name));
+    let rect = background(ui, SIZES_HEIGHT, &format!("Discs of {} and {} to one scale", a.name, b.name));
     let inner = rect.shrink2(vec2(12.0, 16.0));
     let points = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
     for (body, colour) in [(a, MARK), (b, GREY)] {
-        let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points) as f32).max(0.5 * LEAST));
+        let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points) as f32).max(0.5 * MIN_RADIUS));
         let centre = pos2(left + half_width, inner.center().y);
         ui.painter().add(ellipse(centre, half_width, half_height, disc_colour(catalog, body.id)));
         let at = pos2(centre.x.clamp(rect.left() + 24.0, rect.right() - 24.0), rect.bottom() - 2.0);
@@ -119,10 +119,10 @@ fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
 
 fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Shape {
     let corner = |k: usize| {
-        let (sin, cos) = (k as f32 / CORNERS as f32 * std::f32::consts::TAU).sin_cos();
+        let (sin, cos) = (k as f32 / ELLIPSE_VERTICES as f32 * std::f32::consts::TAU).sin_cos();
         centre + vec2(half_width * cos, half_height * sin)
     };
-    Shape::convex_polygon((0..CORNERS).map(corner).collect(), fill, Stroke::NONE)
+    Shape::convex_polygon((0..ELLIPSE_VERTICES).map(corner).collect(), fill, Stroke::NONE)
 }
 
 /// The mean colour of the disc, brightened for the screen.
@@ -135,8 +135,8 @@ fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
 
 fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
     let farthest = along.iter().map(|p| p.1).fold(1.0, f64::max);
-    let said: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {au:.2}")).collect();
-    let rect = ground(ui, DISTANCES_HEIGHT, &format!("Distances from the Sun, au: {}", said.join(", ")));
+    let description: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {au:.2}")).collect();
+    let rect = background(ui, DISTANCES_HEIGHT, &format!("Distances from the Sun, au: {}", description.join(", ")));
     let line = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
     let at = |au: f64| from + (to - from) * (au / farthest) as f32;
@@ -185,11 +185,11 @@ mod tests {
 
     /// Volumes by NASA's planetary fact sheets: Saturn 8.2713e14, the Earth 1.08321e12 km³.
     #[test]
-    fn sizes_are_told_as_the_fact_sheets_have_them() {
+    fn sizes_match_the_fact_sheets() {
         let (saturn, earth) = (body("Saturn", 60_268.0, 54_364.0), body("Earth", 6378.137, 6356.752));
-        let said = size_text(&saturn, &earth);
-        assert_eq!(said, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
-        assert_eq!(size_text(&earth, &saturn), said, "the larger one is told of");
+        let description = size_text(&saturn, &earth);
+        assert_eq!(description, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
+        assert_eq!(size_text(&earth, &saturn), description, "the larger one is told of");
         assert!((82_713.0 / 108.321_f64 - 764.0).abs() < 1.0);
         assert!(distance_text("Earth", 1.0).contains("8.3 minutes"));
     }

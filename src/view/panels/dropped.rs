@@ -13,7 +13,7 @@ pub struct DroppedFiles {
 }
 
 /// Takes the files dropped in this frame, and shows those that have been read.
-pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+pub fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);
     for path in paths {
@@ -33,7 +33,7 @@ pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderW
             Ok(what) => {
                 interface.viewer.view.layers.data = true;
                 // The same view now gives another picture.
-                interface.viewport.ordered = None;
+                interface.viewport.requested = None;
                 what
             }
             Err(why) => why,

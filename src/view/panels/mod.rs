@@ -34,10 +34,10 @@ mod viewport;
 mod warning;
 
 use self::render_loop::Viewport;
-pub use self::share::dialog::{FileDialog, FileQuestion};
+pub use self::share::dialog::{FileDialog, FileRequest};
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
-use crate::view::app::places::SessionPlaces;
-use crate::view::app::settings::{Settings, usable_width};
+use crate::view::app::places::SessionPositions;
+use crate::view::app::settings::{Settings, valid_width};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
 use crate::view::worker::render_worker::RenderWorker;
@@ -114,7 +114,7 @@ pub struct Interface {
     /// Effect switches apply to the selected body only.
     pub effects_of_one: bool,
     /// The user asked to quit.
-    pub quits: bool,
+    pub quit_requested: bool,
     /// The window should be fullscreen.
     pub fullscreen: bool,
     /// The window is presented by the GPU that draws: images may stay there.
@@ -136,7 +136,7 @@ pub struct Interface {
     /// Why there is no picture of the current view.
     no_picture: Option<String>,
     /// Messages of the session: a fallback, a map that cannot be read.
-    pub heard: Arc<Mutex<Vec<String>>>,
+    pub session_messages: Arc<Mutex<Vec<String>>>,
     /// The last of them, and until when it is shown.
     notice: Option<(String, f64)>,
     browse: body_browser::BodyBrowser,
@@ -151,7 +151,7 @@ pub struct Interface {
     tour: tour::TourPlayer,
     events: events::EventsPanel,
     standpoint: standpoint::Standpoint,
-    prices: effects::Prices,
+    effect_costs: effects::EffectCosts,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
     angle: angle::MeasuredAngle,
@@ -169,7 +169,7 @@ impl Interface {
             bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
             effects_of_one: false,
-            quits: false,
+            quit_requested: false,
             fullscreen: false,
             on_gpu: false,
             warning: None,
@@ -180,7 +180,7 @@ impl Interface {
             message: String::new(),
             message_shown: Default::default(),
             no_picture: None,
-            heard: Arc::default(),
+            session_messages: Arc::default(),
             settings,
             notice: None,
             browse: body_browser::BodyBrowser::default(),
@@ -194,7 +194,7 @@ impl Interface {
             tour: tour::TourPlayer::default(),
             events: events::EventsPanel::default(),
             standpoint: standpoint::Standpoint::default(),
-            prices: effects::Prices::default(),
+            effect_costs: effects::EffectCosts::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
             angle: angle::MeasuredAngle::default(),
@@ -209,11 +209,12 @@ impl Interface {
         let now_s = ui.input(|i| i.time);
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
-        self.viewer.pass(passed_s);
+        self.viewer.advance(passed_s);
         tour::advance(self, ui.ctx(), passed_s);
         // Messages about drivers go to the Performance panel, not over the picture.
-        let (of_drivers, others): (Vec<_>, Vec<_>) = self.heard.lock().drain(..).partition(|line| performance::is_about_drivers(line));
-        self.performance.messages.extend(of_drivers);
+        let (about_drivers, others): (Vec<_>, Vec<_>) =
+            self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
+        self.performance.messages.extend(about_drivers);
         if let Some(line) = others.into_iter().next_back() {
             self.notice = Some((line, now_s + NOTICE_S));
         }
@@ -227,12 +228,12 @@ impl Interface {
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ui.ctx());
         }
-        let looks = match self.settings.dark {
+        let theme_preference = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,
             Some(false) => egui::ThemePreference::Light,
             None => egui::ThemePreference::System,
         };
-        ui.ctx().set_theme(looks);
+        ui.ctx().set_theme(theme_preference);
         // A slider must not move away from the pointer while it is dragged.
         if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
             ui.ctx().set_zoom_factor(self.settings.zoom);
@@ -241,12 +242,12 @@ impl Interface {
         let had_tour = self.tour.is_open();
         let panels_before = now::open_panels(self);
         shortcuts::pressed(self, ui.ctx(), &mut actions);
-        share::work(self, ui.ctx(), worker);
-        dropped::work(self, ui.ctx(), worker);
-        events::work(self, worker);
+        share::update(self, ui.ctx(), worker);
+        dropped::update(self, ui.ctx(), worker);
+        events::update(self, worker);
         egui::Panel::top("top").show(ui, |ui| top_bar::bar(self, ui, worker, &mut actions));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, &mut actions));
-        self.sides(ui, worker, &mut actions);
+        self.side_panels(ui, worker, &mut actions);
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
             shortcuts::help(self, ui.ctx());
@@ -256,7 +257,7 @@ impl Interface {
         let starts_tour = !had_tour && self.tour.is_open();
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
-        let places = SessionPlaces(worker.session());
+        let places = SessionPositions(worker.session());
         // A selection does not move the view, so the picture stays sharp.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.moved_s = now_s;
@@ -267,11 +268,11 @@ impl Interface {
         for action in actions {
             match action {
                 Action::Turn(..) | Action::LookAround(..) => self.settings.hints.drag = true,
-                Action::Zoom(_) | Action::Lens(_) => self.settings.hints.scroll = true,
+                Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
-                let view = self.viewer.settled().clone();
+                let view = self.viewer.destination().clone();
                 let name = format!("{} {}", self.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default());
                 self.settings.remember(name, view);
             }
@@ -282,16 +283,16 @@ impl Interface {
     }
 
     /// The list of bodies, and the open panel. Their widths are remembered as the user set them.
-    fn sides(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    fn side_panels(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
         // A width that a small window enforces is not the user's choice.
         let most = 0.5 * ui.ctx().content_rect().width();
-        let noted = |width: f32, kept: &mut Option<f32>| {
+        let remember_width = |width: f32, kept: &mut Option<f32>| {
             if width <= most {
                 *kept = Some(width);
             }
         };
         if self.bodies_shown {
-            let width = usable_width(self.settings.panels.bodies_width, MIN_WIDTHS[0]);
+            let width = valid_width(self.settings.panels.bodies_width, MIN_WIDTHS[0]);
             let shown = egui::Panel::left("bodies").default_size(width).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
                 // In a low window each part has its own scroll area.
                 let most = 0.6 * ui.available_height();
@@ -303,14 +304,14 @@ impl Interface {
                 });
                 body_browser::tree(self, ui, actions);
             });
-            noted(shown.response.rect.width(), &mut self.settings.panels.bodies_width);
+            remember_width(shown.response.rect.width(), &mut self.settings.panels.bodies_width);
         }
         if let Some(tab) = self.tab {
             let kept = if tab.is_wide() { self.settings.panels.wide_width } else { self.settings.panels.panel_width };
             // egui keeps a panel's width by its name: source needs more space than a list.
             let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
             let panel = if self.settings.panels.on_left { egui::Panel::left(name) } else { egui::Panel::right(name) };
-            let width = usable_width(kept, tab.width_points());
+            let width = valid_width(kept, tab.width_points());
             let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
@@ -325,19 +326,19 @@ impl Interface {
                 }
             });
             let panels = &mut self.settings.panels;
-            noted(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
+            remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
         }
         self.settings.panels.bodies_shown = self.bodies_shown;
         self.settings.panels.open = self.tab.map(|tab| tab.title().to_owned());
     }
 
     /// Records the time of the interface itself, including painting.
-    pub fn note_painting(&mut self, took: std::time::Duration) {
+    pub fn record_interface_time(&mut self, took: std::time::Duration) {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
     /// The message below the sky: why there is no picture, else the reply to the last action, else the last message of the session.
-    pub fn said(&self) -> &str {
+    pub fn message_line(&self) -> &str {
         match (&self.no_picture, self.message.as_str()) {
             (Some(why), _) => why,
             (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
@@ -363,7 +364,7 @@ impl Interface {
 
     /// Shows a saved view.
     pub fn show(&mut self, view: ViewState, worker: &dyn RenderWorker) {
-        let places = SessionPlaces(worker.session());
+        let places = SessionPositions(worker.session());
         self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &places);
     }
 }

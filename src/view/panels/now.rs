@@ -23,7 +23,7 @@ const DENSITY: f32 = 1.5;
 const MIN_SKY: [f32; 2] = [760.0, 300.0];
 
 /// A view and its picture, rows top first.
-struct Drawn {
+struct DrawnTile {
     now: NowView,
     picture: Option<([u32; 2], Vec<[u8; 4]>)>,
 }
@@ -34,45 +34,45 @@ struct Tile {
 }
 
 #[derive(Default)]
-enum Place {
+enum TileState {
     #[default]
-    Unasked,
-    Coming(Pending<Option<Drawn>>),
-    Here(Box<Tile>),
+    NotRequested,
+    Loading(Pending<Option<DrawnTile>>),
+    Ready(Box<Tile>),
     /// There is no such view.
-    Nothing,
+    Missing,
 }
 
 #[derive(Default)]
 pub struct NowShowing {
-    places: [Place; NowItem::ALL.len()],
+    tiles: [TileState; NowItem::ALL.len()],
 }
 
 /// Draws missing pictures while the row is visible.
-fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     if interface.drawing().is_none() {
         return;
     }
-    let habits = ViewState { quality: Quality::Standard, ..interface.viewer.settled().clone() };
+    let base_view = ViewState { quality: Quality::Standard, ..interface.viewer.destination().clone() };
     let now = interface.viewer.now();
     let mut is_busy = false;
-    for (item, place) in NowItem::ALL.into_iter().zip(&mut interface.now.places) {
-        if let Place::Coming(coming) = place {
+    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now.tiles) {
+        if let TileState::Loading(coming) = state {
             match coming.take() {
                 None => is_busy = true,
-                Some(drawn) => *place = drawn.map_or(Place::Nothing, |drawn| Place::Here(Box::new(tile(ctx, drawn)))),
+                Some(drawn) => *state = drawn.map_or(TileState::Missing, |drawn| TileState::Ready(Box::new(tile(ctx, drawn)))),
             }
         }
-        if !is_busy && matches!(place, Place::Unasked) {
-            let habits = habits.clone();
-            *place = Place::Coming(ask(worker, move |session| drawn(session, item, now, &habits)));
+        if !is_busy && matches!(state, TileState::NotRequested) {
+            let base_view = base_view.clone();
+            *state = TileState::Loading(ask(worker, move |session| drawn(session, item, now, &base_view)));
             is_busy = true;
         }
     }
 }
 
-fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, habits: &ViewState) -> Option<Drawn> {
-    let now = item.view(session, now, habits)?;
+fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnTile> {
+    let now = item.view(session, now, base_view)?;
     let [width, height] = SIZE.map(|points| (points * DENSITY) as u32);
     // The pixel view of the shader's eclipse computation.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
@@ -81,10 +81,10 @@ fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Ins
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
-    Some(Drawn { now, picture })
+    Some(DrawnTile { now, picture })
 }
 
-fn tile(ctx: &egui::Context, drawn: Drawn) -> Tile {
+fn tile(ctx: &egui::Context, drawn: DrawnTile) -> Tile {
     let texture = drawn.picture.map(|([width, height], rows)| {
         let name = format!("now: {}", drawn.now.title);
         ctx.load_texture(name, colour_image(width, height, rows), TextureOptions::LINEAR)
@@ -134,13 +134,13 @@ pub fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, s
 
 /// The pictures, each a button; returns whether one was clicked.
 pub fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
-    work(interface, ui.ctx(), worker);
+    update(interface, ui.ctx(), worker);
     let mut clicked = None;
-    for (item, place) in NowItem::ALL.into_iter().zip(&interface.now.places) {
-        if matches!(place, Place::Nothing) {
+    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now.tiles) {
+        if matches!(state, TileState::Missing) {
             continue;
         }
-        let tile = if let Place::Here(tile) = place { Some(tile) } else { None };
+        let tile = if let TileState::Ready(tile) = state { Some(tile) } else { None };
         if button(ui, item, tile.map(|t| &**t)) {
             clicked = tile.map(|t| (item, t.now.clone()));
         }

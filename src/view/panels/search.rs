@@ -7,7 +7,7 @@ use super::{Interface, Tab, events};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::places::SessionPlaces;
+use crate::view::app::places::SessionPositions;
 use crate::view::app::search::{Answer, Suggestion, feature_view, names, near_names, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
@@ -35,7 +35,7 @@ pub struct SearchField {
 
 impl SearchField {
     /// Closes the search with its suggestions and clears the text. False if there was nothing to close.
-    pub fn give_up(&mut self) -> bool {
+    pub fn close(&mut self) -> bool {
         let had_any = !self.wanted.is_empty() || self.failure.is_some();
         self.wanted.clear();
         self.failure = None;
@@ -81,7 +81,7 @@ pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         match (found.get(interface.search.highlighted), set_effects(interface)) {
             (Some(suggestion), _) => chosen = Some(suggestion.answer.clone()),
             (None, Some(Ok(()))) => {
-                interface.search.give_up();
+                interface.search.close();
             }
             (None, Some(Err(why))) => interface.search.failure = Some(why),
             (None, None) => interface.search.failure = Some(not_found(interface)),
@@ -94,8 +94,8 @@ pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     }
     below(interface, ui, catalog, response.rect, &found, &mut chosen);
     if let Some(answer) = chosen {
-        interface.search.give_up();
-        follow(interface, worker, answer, actions);
+        interface.search.close();
+        apply_answer(interface, worker, answer, actions);
     }
 }
 
@@ -152,11 +152,11 @@ fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
 }
 
 /// Applies the chosen suggestion.
-fn follow(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
+fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
     interface.settings.hints.search = true;
     let session = worker.session();
     let catalog = session.catalog();
-    let places = SessionPlaces(session);
+    let places = SessionPositions(session);
     match answer {
         Answer::Body(id) => actions.push(Action::FlyTo(id)),
         Answer::Time(time) => actions.push(Action::SetTime(time)),

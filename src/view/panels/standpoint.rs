@@ -27,7 +27,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
             actions.push(Action::LookAt(selected));
         }
         if ui.add(level).on_hover_text("Look at the body again, north up (Home)").clicked() {
-            actions.push(Action::Level);
+            actions.push(Action::FaceSelected);
         }
     });
     from_another(interface, ui, selected, actions);
@@ -52,7 +52,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     };
     let turn = ui.add_enabled(orbits, Checkbox::new(&mut fixed, "Rotate with body"));
     if turn.on_hover_text("Body-fixed frame in place of an inertial one (f)").clicked() {
-        actions.push(Action::TurnWithBody(fixed));
+        actions.push(Action::RotateWithBody(fixed));
     }
     let mut tracks = interface.viewer.view.tracks;
     if ui.checkbox(&mut tracks, "Follow target").on_hover_text("Keep the camera pointed at the target").clicked() {

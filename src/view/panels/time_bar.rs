@@ -8,7 +8,7 @@ use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
-use crate::view::app::time_rate::{FASTEST, SLOWEST, pace_text};
+use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, speed_text};
 use crate::view::app::viewer::Action;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
@@ -201,14 +201,14 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
         }
     }
     caption(ui, "Rate");
-    let mut pace = time_rate.pace();
-    let slider = Slider::new(&mut pace, SLOWEST..=FASTEST).logarithmic(true).show_value(false);
+    let mut speed = time_rate.speed();
+    let slider = Slider::new(&mut speed, MIN_SPEED..=MAX_SPEED).logarithmic(true).show_value(false);
     let slider = ui.add(slider).on_hover_text("Rate of time: from real time to a year a second (, and .)").accessible_name("Rate of time");
     if slider.changed() {
-        actions.push(Action::SetPace(pace));
+        actions.push(Action::SetSpeed(speed));
     }
     // As wide as the longest text, so that nothing beside it moves.
-    let text = if paused { format!("paused ({})", pace_text(pace)) } else { time_rate.label() };
+    let text = if paused { format!("paused ({})", speed_text(speed)) } else { time_rate.label() };
     let size = [100.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }
@@ -243,7 +243,7 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
     }
     if let Some(backward) = backward {
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
-        let start = interface.viewer.settled().time().plus_seconds(gap_s);
+        let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let search = EventSearch::new(vec![kind], start, EVENT_REACH_S, backward);
         interface.clock.coming =
             Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| e.to_string())));

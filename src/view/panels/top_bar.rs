@@ -32,10 +32,10 @@ pub fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, ac
         caption(ui, "Explore");
         icons::toggle(ui, Icon::Bodies, &mut interface.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
         search::field(interface, ui, worker, actions);
-        let can_go = [interface.viewer.can_go_back(), interface.viewer.can_go_ahead()];
+        let can_go = [interface.viewer.has_previous_view(), interface.viewer.has_next_view()];
         for (can_go, icon, name, hover, action) in [
-            (can_go[0], Icon::Back, "Back", "Previous view (Backspace)", Action::Back),
-            (can_go[1], Icon::Forward, "Forward", "Next view (Shift+Backspace)", Action::Ahead),
+            (can_go[0], Icon::Back, "Back", "Previous view (Backspace)", Action::PreviousView),
+            (can_go[1], Icon::Forward, "Forward", "Next view (Shift+Backspace)", Action::NextView),
         ] {
             let button = ui.add_enabled_ui(can_go, |ui| icons::bare(ui, icon, name)).inner;
             if button.on_hover_text(hover).clicked() {

@@ -19,19 +19,19 @@ use std::time::Duration;
 /// The tour being played, if any.
 #[derive(Default)]
 pub struct TourPlayer {
-    playing: Option<Playing>,
+    playing: Option<Playback>,
     /// The file name in the field of *Open tour*.
     pub file: String,
 }
 
-struct Playing {
+struct Playback {
     tour: Arc<Tour>,
     passed_s: f64,
     is_paused: bool,
 }
 
 /// Interval between frames while nothing moves, for the progress bar.
-const QUIET_TURN: Duration = Duration::from_millis(200);
+const IDLE_INTERVAL: Duration = Duration::from_millis(200);
 /// Greatest width of the text, points.
 const TEXT_WIDTH: f32 = 560.0;
 
@@ -62,8 +62,8 @@ impl TourPlayer {
 pub fn start(interface: &mut Interface, session: &Session, text: &str, actions: &mut Vec<Action>) {
     match Tour::parse(text, session, interface.viewer.now()) {
         Ok(tour) => {
-            actions.push(Action::Show(Box::new(of_user(tour.at(0.0).view, &interface.viewer.view, true))));
-            interface.tour.playing = Some(Playing { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
+            actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
+            interface.tour.playing = Some(Playback { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
         }
         Err(e) => interface.message = e.to_string(),
     }
@@ -78,20 +78,20 @@ pub fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Acti
 }
 
 /// A tour's view with the user's quality; `paused`: time is paused from here on.
-fn of_user(view: ViewState, shown: &ViewState, paused: bool) -> ViewState {
+fn with_user_settings(view: ViewState, shown: &ViewState, paused: bool) -> ViewState {
     ViewState { quality: shown.quality, paused: paused.then_some(true), ..view }
 }
 
 /// Advances the tour.
 pub fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
-    interface.viewer.is_led = false;
+    interface.viewer.is_in_tour = false;
     let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };
     playing.passed_s += seconds.max(0.0);
     let moment = playing.tour.at(playing.passed_s);
     playing.is_paused = playing.passed_s >= playing.tour.length_s();
-    interface.viewer.view = of_user(moment.view, &interface.viewer.view, false);
-    interface.viewer.is_led = moment.moves && !playing.is_paused;
-    ctx.request_repaint_after(if moment.moves { Duration::ZERO } else { QUIET_TURN });
+    interface.viewer.view = with_user_settings(moment.view, &interface.viewer.view, false);
+    interface.viewer.is_in_tour = moment.moves && !playing.is_paused;
+    ctx.request_repaint_after(if moment.moves { Duration::ZERO } else { IDLE_INTERVAL });
 }
 
 /// Draws the text and the controls over the sky.

@@ -7,7 +7,7 @@ use crate::catalog::NaifId;
 use crate::scene::marks::{
     self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
 };
-use crate::view::app::orbit::NOTCH;
+use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::panels::theme::{BODY, HEADING};
 use crate::view::window::primitives::ON_GPU;
@@ -36,10 +36,10 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     tour::show(interface, ui, rect);
     let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
-        if interface.said().is_empty() {
+        if interface.message_line().is_empty() {
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(HEADING), NAME_COLOUR);
         } else {
-            say(interface, ui, rect);
+            show_message(interface, ui, rect);
         }
         return;
     };
@@ -61,7 +61,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         take_click(interface, worker, click);
     }
     menu(interface, &response, &place, actions);
-    say(interface, ui, rect);
+    show_message(interface, ui, rect);
     now::over_sky(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() {
         hints(interface, ui, rect);
@@ -100,8 +100,8 @@ impl ImagePlacement {
 }
 
 /// The message line over the lower edge, which does not move the picture.
-fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
-    let said = interface.said();
+fn show_message(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+    let said = interface.message_line();
     if said.is_empty() {
         return;
     }
@@ -120,7 +120,7 @@ fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
 fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let used = interface.settings.hints;
     let all = [(used.drag, "Drag to turn"), (used.scroll, "Scroll to zoom"), (used.search, "Press / to search")];
-    if all.iter().all(|(used, _)| *used) || !interface.said().is_empty() || rect.width() < HINTS_WIDTH {
+    if all.iter().all(|(used, _)| *used) || !interface.message_line().is_empty() || rect.width() < HINTS_WIDTH {
         return;
     }
     let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
@@ -147,12 +147,12 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
             DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / place.points_per_px
         });
         let found = at.zip(interface.drawing()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
-        interface.viewport.menu_of = found;
+        interface.viewport.menu_body = found;
         interface.viewport.menu_px = at;
         actions.extend(found.map(Action::Select));
     }
     response.context_menu(|ui| {
-        if let Some(body) = interface.viewport.menu_of {
+        if let Some(body) = interface.viewport.menu_body {
             ui.strong(interface.viewer.name(body));
             for (name, hover, action) in [
                 ("Fly there", "Fly to its lit side (double-click, g)", Action::FlyTo(body)),
@@ -179,10 +179,10 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
             && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.drawing.as_ref())
         {
             let at_px = snapped_px(&interface.viewport.marks, &drawing.scene, at_px);
-            measure(interface, at_px, interface.viewport.menu_of);
+            measure(interface, at_px, interface.viewport.menu_body);
         }
         if ui.button("Copy link to this view").on_hover_text("A link that restores it (Ctrl+C)").clicked() {
-            ui.ctx().copy_text(interface.viewer.shared().to_link());
+            ui.ctx().copy_text(interface.viewer.shareable().to_link());
             interface.message = "Link copied".into();
         }
         if ui.button("Save image").on_hover_text("As the Share panel says (Ctrl+S)").clicked() {
@@ -284,11 +284,11 @@ fn mouse(
     if response.hovered() {
         // One notch of most wheels is fifty points.
         let (wheel, pinch, lens) =
-            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / NOTCH, i.modifiers.alt));
+            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / ZOOM_PER_NOTCH, i.modifiers.alt));
         // Spreading two fingers to twice their distance halves the height.
         let notches = if pinch == 0.0 { wheel } else { pinch };
         if notches != 0.0 {
-            actions.push(if lens { Action::Lens(notches) } else { Action::Zoom(notches) });
+            actions.push(if lens { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
     let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };

@@ -160,8 +160,8 @@ impl Band<'_> {
         }
         let step_u = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
         let step_v = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
-        let plain = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
-        if let Some(colour) = plain {
+        let without_source_line = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
+        if let Some(colour) = without_source_line {
             for y in top..bottom {
                 lay(colour, self.row(y, left, right));
             }
@@ -206,7 +206,7 @@ impl Band<'_> {
         let left = x0.max(bounds.left as i64);
         let right = (x1 + 1).min(bounds.right as i64);
         let one_colour = a.color == b.color && b.color == c.color;
-        let plain = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
+        let without_source_line = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
         let uniform_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.at(a.uv.x, a.uv.y));
         // Top-left rule: a point on an edge belongs to the triangle whose top or left edge it is.
         let owns = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
@@ -218,7 +218,7 @@ impl Band<'_> {
             let mut w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
             let Some((from, to)) = span_within(w, steps, keep, right - left) else { continue };
             let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
-            if let Some(colour) = plain {
+            if let Some(colour) = without_source_line {
                 lay(colour, pixels);
                 continue;
             }

@@ -3,13 +3,13 @@
 //! In: the purpose of the file. Out: its path, once chosen. Always: only a thread of its own waits for a dialog. On Linux the dialog comes from the desktop's portal (D-Bus)
 //! or from zenity; without both, no file is chosen.
 
-use crate::view::panels::FileQuestion;
+use crate::view::panels::FileRequest;
 use crate::view::worker::render_worker::Pending;
 use std::path::{Path, PathBuf};
 
 /// Opens a dialog.
-pub fn open(question: FileQuestion) -> Pending<Option<PathBuf>> {
-    let (pending, answer) = Pending::promised();
+pub fn open(question: FileRequest) -> Pending<Option<PathBuf>> {
+    let (pending, answer) = Pending::with_sender();
     let named = Path::new(&question.name);
     let mut dialog = rfd::AsyncFileDialog::new().set_title(question.title).add_filter(question.title, question.endings);
     let folder = std::path::absolute(named).ok().and_then(|path| path.parent().map(Path::to_owned));

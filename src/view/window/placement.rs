@@ -32,16 +32,16 @@ pub struct Monitor {
 }
 
 /// Smallest useful size of a window, points.
-const MINIMAL: [f64; 2] = [320.0, 240.0];
+const MIN_SIZE: [f64; 2] = [320.0, 240.0];
 /// Space for a frame and a taskbar, points.
-const FRAME: [f64; 2] = [16.0, 64.0];
+const DECORATIONS: [f64; 2] = [16.0, 64.0];
 /// A system without monitors reports one of a pixel; smaller ones are ignored.
 const MIN_SCREEN: f64 = 64.0;
 /// Distance from the upper edge at which a window is grabbed.
-const GRIP_PX: f64 = 8.0;
+const TITLE_BAR_PX: f64 = 8.0;
 
 impl Monitor {
-    fn holds(&self, at_px: [f64; 2]) -> bool {
+    fn contains(&self, at_px: [f64; 2]) -> bool {
         (0..2).all(|k| {
             let from = f64::from(self.corner_px[k]);
             (from..from + f64::from(self.size_px[k])).contains(&at_px[k])
@@ -59,23 +59,23 @@ impl Monitor {
     }
 
     /// Space for a window, points; `None`: the system does not tell.
-    fn room(&self) -> Option<[f64; 2]> {
+    fn available_size(&self) -> Option<[f64; 2]> {
         let sides = self.size_px.map(|side| f64::from(side) / self.scale);
         let told = sides.iter().all(|side| side.is_finite() && *side >= MIN_SCREEN);
-        told.then(|| [0, 1].map(|k| (sides[k] - FRAME[k]).max(MIN_SCREEN)))
+        told.then(|| [0, 1].map(|k| (sides[k] - DECORATIONS[k]).max(MIN_SCREEN)))
     }
 }
 
 impl WindowPlacement {
     /// Where to open on these monitors, the first of which is the default: the position is kept if the middle of the upper edge is on a monitor.
-    pub fn on(&self, screens: &[Monitor]) -> Self {
+    pub fn on(&self, monitors: &[Monitor]) -> Self {
         let grip_on = |screen: &Monitor, [x, y]: [i32; 2]| {
-            screen.holds([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + GRIP_PX * screen.scale])
+            screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_PX * screen.scale])
         };
-        let held = self.corner_px.and_then(|corner| screens.iter().find(|screen| grip_on(screen, corner)));
-        let room = held.or(screens.first()).and_then(Monitor::room).unwrap_or([f64::INFINITY; 2]);
+        let held = self.corner_px.and_then(|corner| monitors.iter().find(|screen| grip_on(screen, corner)));
+        let available_size = held.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
         let usual = Self::default().size;
-        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MINIMAL[k]) } else { usual[k] }.min(room[k]));
+        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MIN_SIZE[k]) } else { usual[k] }.min(available_size[k]));
         Self { corner_px: self.corner_px.filter(|_| held.is_some()), size, maximised: self.maximised }
     }
 }
@@ -105,7 +105,7 @@ mod tests {
     fn a_place_on_no_screen_is_forgotten_and_its_size_is_not() {
         let gone = WindowPlacement { corner_px: None, ..at(0, 0) };
         // The right monitor is gone, or the upper edge is above, below or beside all of them.
-        for (place, screens) in [
+        for (place, monitors) in [
             (at(1600, 300), &[LEFT][..]),
             (at(100, -200), &[LEFT, RIGHT]),
             (at(100, 1195), &[LEFT, RIGHT]),
@@ -113,7 +113,7 @@ mod tests {
             (at(-600, 100), &[LEFT, RIGHT]),
             (at(100, 100), &[]),
         ] {
-            assert_eq!(place.on(screens), gone, "{place:?}");
+            assert_eq!(place.on(monitors), gone, "{place:?}");
         }
     }
 
@@ -124,7 +124,7 @@ mod tests {
         // The monitor with two pixels per point has room for 640 by 360 points with their frame.
         assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
         assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
-        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MINIMAL);
+        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
         assert_eq!(of([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
         let untold = Monitor { size_px: [1, 1], ..LEFT };
         assert_eq!(of([1000.0, 700.0], None).on(&[untold]).size, [1000.0, 700.0]);

@@ -12,7 +12,7 @@ use egui::{ClippedPrimitive, TextureId};
 pub const ON_GPU: TextureId = TextureId::User(0);
 
 /// `size`: of the window, pixels.
-pub fn pieces(
+pub fn ui_primitives(
     painter: &Painter,
     [width, height]: [u32; 2],
     pixels_per_point: f32,

@@ -22,16 +22,16 @@ impl<K, T> Default for QueryCache<K, T> {
 }
 
 /// Capacity; when it is exceeded, the cache is cleared.
-const MOST: usize = 600;
+const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
     /// The answer, if it has arrived; otherwise starts `query`, unless it is running.
-    pub fn get(&mut self, worker: &dyn RenderWorker, key: &K, question: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
+    pub fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
         if !self.0.contains_key(key) {
-            if self.0.len() >= MOST {
+            if self.0.len() >= CAPACITY {
                 self.0.clear();
             }
-            self.0.insert(key.clone(), Answer::Coming(ask(worker, question)));
+            self.0.insert(key.clone(), Answer::Coming(ask(worker, query)));
         }
         self.known(key)
     }

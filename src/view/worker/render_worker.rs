@@ -67,7 +67,7 @@ impl<T> Default for Pending<T> {
 
 impl<T> Pending<T> {
     /// An empty answer, and the function that fills it.
-    pub fn promised() -> (Self, impl FnOnce(T)) {
+    pub fn with_sender() -> (Self, impl FnOnce(T)) {
         let slot = Arc::new(Mutex::new(None));
         let answer = Arc::clone(&slot);
         (Self(slot), move |given| *locked(&answer) = Some(given))
@@ -80,10 +80,10 @@ impl<T> Pending<T> {
 }
 
 /// Runs a query on the worker; the result receives its answer.
-pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, question: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
+pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    worker.run(Box::new(move |session| *locked(&answer) = Some(question(session))));
+    worker.run(Box::new(move |session| *locked(&answer) = Some(query(session))));
     Pending(slot)
 }
 

@@ -9,7 +9,7 @@ use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOpt
 use std::sync::Arc;
 
 /// One drawn picture.
-pub struct Half {
+pub struct ComparedPicture {
     pub picture: DisplayImage,
     /// The renderer or device.
     pub by: String,
@@ -18,7 +18,7 @@ pub struct Half {
 
 /// Two pictures and their difference.
 pub struct Pair {
-    pub halves: [Half; 2],
+    pub halves: [ComparedPicture; 2],
     pub apart: image::Difference,
     pub difference: DisplayImage,
 }
@@ -26,7 +26,7 @@ pub struct Pair {
 impl Pair {
     /// # Errors
     /// Why one could not be drawn, or that the sizes differ.
-    pub fn of(left: Result<Half, String>, right: Result<Half, String>) -> Result<Self, String> {
+    pub fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
         let left = left.map_err(|e| format!("left: {e}"))?;
         let right = right.map_err(|e| format!("right: {e}"))?;
         let apart = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
@@ -82,7 +82,7 @@ impl PairView {
 
     /// `names`: of the left and the right picture; `bound`: shows the error bounds of the left one, if available.
     pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
-        self.take_in(ui.ctx(), pair);
+        self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
             for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
                 ui.selectable_value(&mut self.shows, shows, name).on_hover_text(about);
@@ -112,7 +112,7 @@ impl PairView {
         figures(ui, pair);
     }
 
-    fn take_in(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
+    fn load_textures(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
         if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, pair)) {
             return;
         }

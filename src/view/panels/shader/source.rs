@@ -3,8 +3,8 @@
 //! Always: only visible lines are laid out, so that a text of a hundred thousand lines scrolls like a short one; Tab stops once for
 //! the whole list, and arrow keys move between its lines.
 
-use super::text::{Text, feature_colour, found_in, job};
-use super::{Seen, ShaderPanel};
+use super::text::{Text, feature_colour, find_all, layout_job};
+use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::panels::accessible;
 use crate::view::panels::theme::{CODE, SMALL};
@@ -50,7 +50,7 @@ fn language_name(language: Language) -> (&'static str, &'static str) {
     }
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
+pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);
     ui.horizontal_wrapped(|ui| {
@@ -61,12 +61,12 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
             }
         }
     });
-    let text = match panel.work.text(seen.worker, &seen.id, language) {
+    let text = match panel.queries.text(inspected.worker, &inspected.id, language) {
         Some(Ok(text)) => text,
         Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => return drop(accessible::coming(ui, "Generating the source")),
     };
-    page.meet(&text);
+    page.show_requested(&text);
     page.find(ui, &text);
     if !text.features.is_empty() {
         page.legend(ui, &text);
@@ -88,7 +88,7 @@ impl SourcePage {
     }
 
     /// Jumps to the requested feature, if this module has it.
-    fn meet(&mut self, text: &Arc<Text>) {
+    fn show_requested(&mut self, text: &Arc<Text>) {
         if self.asked_in.as_ref().is_some_and(|met| Arc::ptr_eq(met, text)) {
             return;
         }
@@ -127,7 +127,7 @@ impl SourcePage {
             }
             let current = self.found.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
             if !current {
-                let holds = |line: &str| !found_in(line, &self.needle).is_empty();
+                let holds = |line: &str| !find_all(line, &self.needle).is_empty();
                 let lines = (0..).zip(&text.lines).filter(|(_, l)| holds(&l.text)).map(|(i, _)| i).collect::<Vec<u32>>();
                 self.at = 0;
                 self.jump = lines.first().copied();
@@ -244,7 +244,7 @@ impl SourcePage {
                             clicked = Some(usize::from(line.feature));
                         }
                     }
-                    let shown = ui.add(egui::Label::new(job(i + 1, &line.text, &self.needle, &font, dark)).extend());
+                    let shown = ui.add(egui::Label::new(layout_job(i + 1, &line.text, &self.needle, &font, dark)).extend());
                     if stop.has_focus() && row == at_keys {
                         ui.painter().rect_stroke(shown.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
                         ui.ctx().accesskit_node_builder(stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));

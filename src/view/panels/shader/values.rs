@@ -2,7 +2,7 @@
 //!
 //! Always: the numbers are those of the last drawing; under a key changed by hand, those that this draw would give it.
 
-use super::{Seen, ShaderPanel};
+use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
 use crate::shader::reflect::Field;
 use crate::shader::{Layout, ModuleId};
@@ -17,15 +17,15 @@ pub struct ValuesPage {
     draw: usize,
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let Some(module) = panel.work.whole(seen.worker, &seen.id) else {
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
         accessible::coming(ui, "Loading the module");
         return;
     };
     let layout = &module.module.layout;
-    let bytes = match (seen.draw, &seen.id) {
-        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, seen.drawing.job.sampling.anisotropy)),
-        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, seen, name).map(Ok),
+    let bytes = match (inspected.draw, &inspected.id) {
+        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, inspected.drawing.job.sampling.anisotropy)),
+        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };
     ui.horizontal(|ui| {
@@ -45,13 +45,13 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         uniform_bytes(ui, layout, bytes.as_deref(), &panel.values.wanted);
         ui.separator();
         ui.strong(format!("Textures: {}, samplers: {}", layout.textures.len(), layout.samplers.len()));
-        textures(panel, ui, seen, layout);
+        textures(panel, ui, inspected, layout);
     });
 }
 
 /// The uniform bytes of a shared module, for the chosen draw if it has several.
-fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, module: &str) -> Option<Vec<u8>> {
-    let draws: Vec<_> = seen.drawing.simple_draws.iter().filter(|d| d.module == module).collect();
+fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
+    let draws: Vec<_> = inspected.drawing.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
@@ -113,7 +113,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
     });
 }
 
-fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout: &Layout) {
+fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
     Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in ["binding", "name", "file", "size"] {
             ui.weak(head);
@@ -122,12 +122,12 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
         for t in &layout.textures {
             ui.monospace(t.binding.to_string());
             ui.label(&t.name);
-            let map = seen.draw.zip(role_of(&t.name)).and_then(|(d, role)| d.map_files.by_role().find(|(r, _)| *r == role));
-            let table = seen.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.name == RING_PROFILE);
+            let map = inspected.draw.zip(role_of(&t.name)).and_then(|(d, role)| d.map_files.by_role().find(|(r, _)| *r == role));
+            let table = inspected.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.name == RING_PROFILE);
             match (map, table) {
                 (Some((role, file)), _) => {
                     ui.label(file);
-                    match panel.work.map(seen.worker, role, file) {
+                    match panel.queries.map(inspected.worker, role, file) {
                         Some(Ok(m)) => {
                             ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
                         }
@@ -150,7 +150,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
             ui.monospace(s.binding.to_string());
             ui.label(&s.name);
             ui.weak("sampler");
-            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.job.sampling.anisotropy));
+            ui.label(format!("linear; at most {} taps a pixel", inspected.drawing.job.sampling.anisotropy));
             ui.end_row();
         }
     });

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// The purpose of a dialog.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FileQuestion {
+pub struct FileRequest {
     pub title: &'static str,
     /// File extensions without the dot.
     pub endings: &'static [&'static str],
@@ -23,7 +23,7 @@ pub struct FileQuestion {
 }
 
 /// Opens a dialog; the answer is `None` if no file was chosen or no dialog could open.
-pub type FileDialog = fn(FileQuestion) -> Pending<Option<PathBuf>>;
+pub type FileDialog = fn(FileRequest) -> Pending<Option<PathBuf>>;
 
 /// The field that receives the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,17 +41,17 @@ pub struct OpenDialog {
 }
 
 /// Interval between checks of a dialog.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 impl FileField {
-    fn question(self, name: &str) -> FileQuestion {
+    fn question(self, name: &str) -> FileRequest {
         let (title, endings, opens): (_, &'static [&'static str], _) = match self {
             Self::View => ("View file", &["json"], false),
             Self::Picture => ("Image file", &["png", "exr"], false),
             Self::Animation => ("Animation file", &["gif", "apng"], false),
             Self::Tour => ("Tour file", &["json"], true),
         };
-        FileQuestion { title, endings, name: name.to_owned(), opens }
+        FileRequest { title, endings, name: name.to_owned(), opens }
     }
 }
 
@@ -78,11 +78,11 @@ pub fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
 }
 
 /// Takes the answer of a dialog.
-pub fn work(interface: &mut Interface, ctx: &egui::Context) {
+pub fn update(interface: &mut Interface, ctx: &egui::Context) {
     let Some(dialog) = &interface.share.dialog else { return };
     let field = dialog.field;
     match dialog.answer.take() {
-        None => ctx.request_repaint_after(LOOK),
+        None => ctx.request_repaint_after(CHECK_INTERVAL),
         Some(answer) => {
             interface.share.dialog = None;
             match answer {

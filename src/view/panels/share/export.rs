@@ -30,19 +30,21 @@ pub enum Frames {
     /// One view at times `step_s` apart.
     Steps { view: Box<ViewState>, step_s: f64 },
     /// A tour at `rate` frames per second, with the quality of the window.
-    Tour { tour: Arc<Tour>, rate: u32, habits: Box<ViewState> },
+    Tour { tour: Arc<Tour>, rate: u32, base_view: Box<ViewState> },
 }
 
 impl Frames {
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
-            Self::Tour { tour, rate, habits } => ViewState { quality: habits.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view },
+            Self::Tour { tour, rate, base_view } => {
+                ViewState { quality: base_view.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view }
+            }
         }
     }
 }
 
-struct MovingPicture {
+struct AnimationInProgress {
     writer: AnimationWriter<SharedBytes>,
     bytes: SharedBytes,
     name: String,
@@ -52,11 +54,11 @@ enum Output {
     /// One file per frame.
     Files(NumberedName),
     /// One file for all frames; `None` while a frame is being added.
-    Moving(Option<Box<MovingPicture>>),
+    Animation(Option<Box<AnimationInProgress>>),
 }
 
 /// The file of a frame, if it has been written; the animation, if it is not finished.
-type FrameAnswer = Result<(Option<PathBuf>, Option<Box<MovingPicture>>), String>;
+type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), String>;
 
 /// A running export.
 pub struct Export {
@@ -66,7 +68,7 @@ pub struct Export {
     done: u32,
     count: u32,
     began_s: f64,
-    frame: Pending<FrameAnswer>,
+    frame: Pending<FrameResult>,
 }
 
 impl Export {
@@ -83,7 +85,7 @@ impl Export {
     ///
     /// # Errors
     /// An extension that is no animation format's, or a size or rate that the format does not support.
-    pub fn of_moving(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
+    pub fn of_animation(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| format!("{name}: an animation's file ends in .gif or .apng"))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
@@ -91,8 +93,8 @@ impl Export {
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| e.to_string())?;
-        let moving = MovingPicture { writer, bytes, name: name.to_owned() };
-        Ok(Self::of(frames, Output::Moving(Some(Box::new(moving))), count, format))
+        let moving = AnimationInProgress { writer, bytes, name: name.to_owned() };
+        Ok(Self::of(frames, Output::Animation(Some(Box::new(moving))), count, format))
     }
 
     fn of(frames: Frames, output: Output, count: u32, format: Format) -> Self {
@@ -107,28 +109,28 @@ impl Export {
     }
 
     /// Finished fraction, 0 to 1.
-    pub fn part(&self) -> f32 {
+    pub fn fraction(&self) -> f32 {
         self.done as f32 / self.count.max(1) as f32
     }
 
     /// `12 of 60, about 20 s left`.
-    pub fn told(&self, now_s: f64) -> String {
+    pub fn progress_text(&self, now_s: f64) -> String {
         let left = match (self.done, now_s - self.began_s) {
             (0, _) => String::new(),
-            (done, passed_s) => format!(", {}", left_text(passed_s / f64::from(done) * f64::from(self.count - done))),
+            (done, passed_s) => format!(", {}", remaining_text(passed_s / f64::from(done) * f64::from(self.count - done))),
         };
         format!("{} of {}{left}", self.done, self.count)
     }
 
     /// Takes a finished frame and starts the next one. `Some`: a message, and whether the export has ended.
-    pub fn go_on(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
+    pub fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, moving) = match self.frame.take()? {
             Ok(answer) => answer,
             Err(why) => return Some((why, true)),
         };
         self.done += 1;
         let is_over = self.done >= self.count;
-        if let Output::Moving(place) = &mut self.output {
+        if let Output::Animation(place) = &mut self.output {
             *place = moving;
         }
         if !is_over {
@@ -150,7 +152,7 @@ impl Export {
                 let file = files.path(at);
                 ask(worker, move |session| Ok((Some(save(session, &frames.view(at), format, std::iter::once(file))?), None)))
             }
-            Output::Moving(moving) => {
+            Output::Animation(moving) => {
                 let Some(moving) = moving.take() else { return };
                 ask(worker, move |session| added(session, moving, &frames.view(at), format, is_last))
             }
@@ -159,7 +161,7 @@ impl Export {
 }
 
 /// `about 2 min left`.
-fn left_text(seconds: f64) -> String {
+fn remaining_text(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a moment left".into(),
         s if s < 90.0 => format!("about {s:.0} s left"),
@@ -169,13 +171,13 @@ fn left_text(seconds: f64) -> String {
 }
 
 /// Adds a frame to an animation, and writes the file after the last frame.
-fn added(session: &Session, mut moving: Box<MovingPicture>, view: &ViewState, format: Format, is_last: bool) -> FrameAnswer {
+fn added(session: &Session, mut moving: Box<AnimationInProgress>, view: &ViewState, format: Format, is_last: bool) -> FrameResult {
     let (_, drawn) = drawn(session, view, format, false)?;
     moving.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
     if !is_last {
         return Ok((None, Some(moving)));
     }
-    let MovingPicture { writer, bytes, name } = *moving;
+    let AnimationInProgress { writer, bytes, name } = *moving;
     writer.finish().map_err(|e| e.to_string())?;
     let bytes = bytes.0.lock();
     let names = free_names(&name).map_err(|e| e.to_string())?.map(|file| std::path::absolute(&file).unwrap_or(file));
@@ -218,11 +220,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_is_told_in_the_unit_that_people_wait_in() {
+    fn remaining_time_has_a_suitable_unit() {
         for (seconds, text) in
             [(0.2, "a moment left"), (20.4, "about 20 s left"), (600.0, "about 10 min left"), (9000.0, "about 2.5 h left")]
         {
-            assert_eq!(left_text(seconds), text);
+            assert_eq!(remaining_text(seconds), text);
         }
     }
 }

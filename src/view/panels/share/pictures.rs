@@ -3,7 +3,7 @@
 use super::dialog::{self, FileField};
 use super::export::Format;
 use super::{Interface, Wanted};
-use crate::view::app::file_names::whole;
+use crate::view::app::file_names::absolute_path;
 use crate::view::panels::accessible;
 use crate::view::panels::icons::{self, Icon};
 use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
@@ -23,7 +23,8 @@ fn format_fields(ui: &mut Ui, format: &mut Format, [width, height, labels]: [&st
 }
 
 fn folder(ui: &mut Ui, file: &str) {
-    let folder = whole(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
+    let folder =
+        absolute_path(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
     ui.add(Label::new(RichText::new(format!("Folder: {folder}/")).small().weak()).truncate());
 }
 
@@ -55,10 +56,10 @@ pub fn frames(interface: &mut Interface, ui: &mut Ui) {
         accessible::number(ui, step, "Simulated seconds between frames");
         ui.label("apart");
     });
-    if let Some(watch) = interface.events.watch_of_chosen() {
-        let whole =
+    if let Some(watch) = interface.events.playback_of_chosen() {
+        let absolute_path =
             ui.button("Whole event").on_hover_text("As many seconds apart as the chosen event takes from its first frame to its last");
-        if whole.clicked() {
+        if absolute_path.clicked() {
             panel.step_s = ((watch.to_tdb_s - watch.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
         }
     }
@@ -104,10 +105,10 @@ pub fn progress(interface: &mut Interface, ui: &mut Ui) {
     let now_s = interface.viewport.last_s;
     let Some(export) = &interface.share.export else { return };
     let cancelled = ui.horizontal_wrapped(|ui| {
-        ui.add(ProgressBar::new(export.part()).desired_width(120.0).show_percentage()).accessible_name("Progress of the export");
+        ui.add(ProgressBar::new(export.fraction()).desired_width(120.0).show_percentage()).accessible_name("Progress of the export");
         let cancel = icons::button(ui, Icon::Stop, "Cancel");
         let cancelled = ui.add(cancel).on_hover_text("Stop the export; frames of a sequence that are written stay").clicked();
-        ui.label(export.told(now_s));
+        ui.label(export.progress_text(now_s));
         cancelled
     });
     if cancelled.inner {

@@ -8,10 +8,10 @@ use super::Session;
 use crate::render::gpu::GpuError;
 use crate::render::plan::{GpuImage, PlanError, UiPrimitive};
 
-#[cfg(not(feature = "gpu"))]
-pub use none::{DeviceSurface, WindowHandle};
 #[cfg(feature = "gpu")]
-pub use some::{DeviceSurface, WindowHandle};
+pub use with_gpu::{DeviceSurface, WindowHandle};
+#[cfg(not(feature = "gpu"))]
+pub use without_gpu::{DeviceSurface, WindowHandle};
 
 /// The user's preference for presenting the window, where a GPU draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -30,11 +30,11 @@ pub enum DisplayPreference {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresenterChoice {
     /// No change.
-    AsBefore,
+    Unchanged,
     /// By a GPU for which the window has no surface yet.
-    AnotherDevice,
+    OtherGpu,
     /// By the CPU, because the software renderer draws.
-    Processor,
+    Cpu,
 }
 
 /// Why the GPU cannot present in a window.
@@ -50,7 +50,7 @@ pub enum DisplayError {
 }
 
 #[cfg(feature = "gpu")]
-mod some {
+mod with_gpu {
     use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
     use crate::render::gpu::{self, AdapterKind, GpuRenderer, GpuSurface};
     use crate::render::plan;
@@ -64,7 +64,7 @@ mod some {
     /// A window's surface and the GPU renderer that it belongs to.
     pub struct DeviceSurface {
         renderer: Arc<GpuRenderer>,
-        screen: GpuSurface,
+        window_surface: GpuSurface,
     }
 
     impl DeviceSurface {
@@ -76,23 +76,25 @@ mod some {
 
     impl Session {
         /// How a window with this surface, or none, is to be presented. Never blocks.
-        pub fn shown_by(&self, screen: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
-            let shall = |renderer: &GpuRenderer| match preference {
+        pub fn presenter_choice(&self, window_surface: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
+            let may_present = |renderer: &GpuRenderer| match preference {
                 DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
                 DisplayPreference::Device => true,
                 DisplayPreference::Processor => false,
             };
-            let standing = match self.devices.standing() {
-                DeviceState::Open(renderer) if !shall(&renderer) => DeviceState::Software,
-                standing => standing,
+            let device_state = match self.devices.device_state() {
+                DeviceState::Open(renderer) if !may_present(&renderer) => DeviceState::Software,
+                device_state => device_state,
             };
-            match (standing, screen) {
-                (DeviceState::Open(renderer), Some(screen)) if Arc::ptr_eq(&renderer, &screen.renderer) => PresenterChoice::AsBefore,
-                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::AnotherDevice,
+            match (device_state, window_surface) {
+                (DeviceState::Open(renderer), Some(window_surface)) if Arc::ptr_eq(&renderer, &window_surface.renderer) => {
+                    PresenterChoice::Unchanged
+                }
+                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::OtherGpu,
                 // The pipelines of the window's own frames are being compiled beside those of the picture.
-                (DeviceState::Open(_), _) => PresenterChoice::AsBefore,
-                (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::AsBefore,
-                (DeviceState::Software, Some(_)) => PresenterChoice::Processor,
+                (DeviceState::Open(_), _) => PresenterChoice::Unchanged,
+                (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::Unchanged,
+                (DeviceState::Software, Some(_)) => PresenterChoice::Cpu,
             }
         }
 
@@ -104,10 +106,10 @@ mod some {
         ///
         /// # Errors
         /// Why the device cannot present in this window, in one line.
-        pub fn screen(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
-            let DeviceState::Open(renderer) = self.devices.standing() else { return None };
+        pub fn window_surface(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
+            let DeviceState::Open(renderer) = self.devices.device_state() else { return None };
             Some(match renderer.screen(window) {
-                Ok(screen) => Ok(DeviceSurface { renderer, screen }),
+                Ok(window_surface) => Ok(DeviceSurface { renderer, window_surface }),
                 Err(e) => Err(e.into()),
             })
         }
@@ -119,19 +121,19 @@ mod some {
         pub fn show(
             &self,
             on: &mut DeviceSurface,
-            pieces: Vec<UiPrimitive>,
+            primitives: Vec<UiPrimitive>,
             size: [u32; 2],
-            about_to_show: impl FnOnce(),
+            before_present: impl FnOnce(),
         ) -> Result<bool, DisplayError> {
-            let plan = plan::interface(pieces, size, self)?;
-            Ok(on.renderer.show(&mut on.screen, &plan, &self.library, about_to_show)?)
+            let plan = plan::interface(primitives, size, self)?;
+            Ok(on.renderer.show(&mut on.window_surface, &plan, &self.library, before_present)?)
         }
     }
 }
 
 /// A build without the GPU renderer has no such surface.
 #[cfg(not(feature = "gpu"))]
-mod none {
+mod without_gpu {
     use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
 
     /// Has no values.
@@ -149,12 +151,12 @@ mod none {
 
     impl Session {
         /// Always the CPU.
-        pub fn shown_by(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChoice {
-            PresenterChoice::AsBefore
+        pub fn presenter_choice(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChoice {
+            PresenterChoice::Unchanged
         }
 
         /// Always `None`.
-        pub fn screen(&self, _: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
+        pub fn window_surface(&self, _: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
             None
         }
 

@@ -16,7 +16,7 @@ use crate::shader::library::Origin;
 use crate::shader::module::diagnosis;
 use crate::shader::translate::Language;
 use crate::shader::{Emitted, ModuleId, ShaderModule};
-use crate::view::panels::compare::pair::{Half, Pair};
+use crate::view::panels::compare::pair::{ComparedPicture, Pair};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
@@ -27,7 +27,7 @@ use std::sync::Arc;
 use std::time::Instant as Moment;
 
 /// A module and its cost.
-pub struct Examined {
+pub struct LoadedModule {
     pub module: Arc<ShaderModule>,
     pub ir: IrCost,
     /// Vertex stage first.
@@ -38,22 +38,22 @@ pub struct Examined {
 }
 
 /// Why there is no module.
-pub struct Broken {
+pub struct ModuleFailure {
     pub why: String,
     /// With the source line and a caret.
     pub diagnosis: String,
 }
 
-pub type Module = Result<Arc<Examined>, Arc<Broken>>;
+pub type Module = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 
-fn examine(session: &Session, id: &ModuleId) -> Module {
+fn load_module(session: &Session, id: &ModuleId) -> Module {
     let library = session.library();
-    let broken = |why: String, diagnosis: String| Arc::new(Broken { why, diagnosis });
+    let broken = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
     let module = library.get(id).map_err(|e| broken(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
     let tapes = tape_costs(&module).map_err(|e| broken(e.to_string(), String::new()))?;
     let entry = library.entry_path(id).and_then(|path| Some((path.metadata().ok()?.len(), path)));
     let entry = entry.map(|(bytes, path)| (path, bytes));
-    Ok(Arc::new(Examined { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
+    Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
 }
 
 /// Properties of a map as the shader reads it.
@@ -74,7 +74,7 @@ type Sample = Result<egui::ColorImage, String>;
 
 /// A view drawn once unchanged and once with another key for one draw.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct Swap {
+pub struct KeySwap {
     pub body: NaifId,
     pub part: &'static str,
     pub key: ShaderKey,
@@ -84,7 +84,7 @@ pub struct Swap {
 
 /// All queries so far.
 #[derive(Default)]
-pub struct Work {
+pub struct ShaderQueries {
     generator: Option<Arc<str>>,
     modules: QueryCache<ModuleId, Module>,
     texts: QueryCache<(ModuleId, Language), Result<Arc<Text>, String>>,
@@ -94,13 +94,13 @@ pub struct Work {
     maps: QueryCache<(MapRole, String), Result<MapFacts, String>>,
     samples: QueryCache<ShaderKey, Sample>,
     pictures: HashMap<ShaderKey, TextureHandle>,
-    swaps: QueryCache<Swap, Result<Arc<Pair>, String>>,
+    swaps: QueryCache<KeySwap, Result<Arc<Pair>, String>>,
     swap_view: u64,
 }
 
-impl Work {
+impl ShaderQueries {
     /// Drops all answers if the fragments have changed.
-    pub fn keep_up(&mut self, worker: &dyn RenderWorker) {
+    pub fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
         let generator = worker.session().library().generator();
         if self.generator.as_ref() != Some(&generator) {
             *self = Self { generator: Some(generator), ..Self::default() };
@@ -109,11 +109,11 @@ impl Work {
 
     pub fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
         let of = id.clone();
-        self.modules.get(worker, id, move |session| examine(session, &of)).cloned()
+        self.modules.get(worker, id, move |session| load_module(session, &of)).cloned()
     }
 
     /// The module, if it has arrived and is valid.
-    pub fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<Examined>> {
+    pub fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
         self.module(worker, id)?.ok()
     }
 
@@ -188,7 +188,7 @@ impl Work {
     }
 
     /// The view with one draw's key as drawn, and with another.
-    pub fn swap(&mut self, worker: &dyn RenderWorker, of: &Swap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
+    pub fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
         if self.swap_view != of.view {
             // Pictures of earlier views are large and no longer needed.
             self.swap_view = of.view;
@@ -217,7 +217,7 @@ fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
     Ok(colour_image(SAMPLE_PX, SAMPLE_PX, rgba))
 }
 
-fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -> Result<Half, String> {
+fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>) -> Result<ComparedPicture, String> {
     let sampling = SamplingQuality::of(request.quality);
     let mut scene = session.scene(request).map_err(|e| e.to_string())?;
     for draw in &mut scene.draws {
@@ -230,5 +230,5 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -
     let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let picture = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
-    Ok(Half { picture, by: "software".into(), took_ms })
+    Ok(ComparedPicture { picture, by: "software".into(), took_ms })
 }

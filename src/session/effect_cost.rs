@@ -65,7 +65,7 @@ impl Session {
         let shrink = (MEASURED_PX / pixels).sqrt().min(1.0);
         let side = |px: u32| ((f64::from(px) * shrink).round() as u32).max(1);
         let (width, height) = (side(request.width), side(request.height));
-        let planned = |with: bool| -> Result<Plan, SessionError> {
+        let plan_view = |with: bool| -> Result<Plan, SessionError> {
             let mut small = ViewRequest { width, height, exposure: ExposureRequest::Stops(stops), ..request.clone() };
             match of_body {
                 _ if with && on => {}
@@ -74,22 +74,22 @@ impl Session {
             }
             Ok(self.plan(&small, SamplingQuality::of(request.quality))?.1)
         };
-        let plans = [planned(false)?, planned(true)?];
-        let mut quickest = [Duration::MAX; 2];
+        let plans = [plan_view(false)?, plan_view(true)?];
+        let mut fastest = [Duration::MAX; 2];
         let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
             for (which, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
                 let drawn = self.background_renderer().render(plan, self.library(), true);
                 let (frame, _) = drawn?;
-                quickest[which] = quickest[which].min(start.elapsed());
+                fastest[which] = fastest[which].min(start.elapsed());
                 light[which] = frame.hdr;
             }
         }
-        let counted_up = pixels / (f64::from(width) * f64::from(height));
+        let pixel_ratio = pixels / (f64::from(width) * f64::from(height));
         Ok(EffectCost {
             // An effect cannot save time: a negative difference is noise.
-            ms: (quickest[1].as_secs_f64() - quickest[0].as_secs_f64()).max(0.0) * 1e3 * counted_up,
+            ms: (fastest[1].as_secs_f64() - fastest[0].as_secs_f64()).max(0.0) * 1e3 * pixel_ratio,
             light: LightChange::between(&light[0], &light[1]),
         })
     }

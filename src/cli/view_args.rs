@@ -201,7 +201,7 @@ mod tests {
 
     /// From all latitudes of three bodies, towards bodies high, low and below the horizon: the horizon is level and the zenith up.
     #[test]
-    fn who_stands_on_ground_sees_its_horizon_level() {
+    fn the_horizon_is_level_from_the_ground() {
         use crate::ephemeris::Ephemeris;
         use crate::scene::viewpoint::viewer;
         let catalog = Catalog::embedded();
@@ -215,7 +215,7 @@ mod tests {
                 .flat_map(|at| ["2024-04-08T18:42:38Z", "2013-08-20T07:11:29Z"].map(|time| (at, time)))
             {
                 let some = |text: &str| Some(text.to_owned());
-                let words = ViewArgs {
+                let args = ViewArgs {
                     target: some(target),
                     from: some(from),
                     at: some(at),
@@ -227,7 +227,7 @@ mod tests {
                     pixels: "final".into(),
                     ..ViewArgs::default()
                 };
-                let request = words.request(&catalog).expect(at);
+                let request = args.request(&catalog).expect(at);
                 let Position::Ground { body, latitude_deg, longitude_deg, .. } = request.position else { panic!("{at} is no ground") };
                 let radii_km = catalog.body(body).expect("a body").radii_km;
                 let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
@@ -239,7 +239,7 @@ mod tests {
                 }
                 let tilt = camera.right.dot(zenith);
                 assert!(tilt.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted by {tilt}");
-                let northward = ViewArgs { up: some("north"), ..words }.request(&catalog).expect(at);
+                let northward = ViewArgs { up: some("north"), ..args }.request(&catalog).expect(at);
                 let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
                 tilted_before += usize::from(camera.right.dot(zenith).abs() > 0.1);
             }

@@ -62,7 +62,7 @@ fn file_digest(path: &Path) -> String {
 }
 
 /// Digests of the files from which a session draws.
-pub(super) fn of_sources(
+pub(super) fn source_digests(
     catalog: &Catalog,
     kernel: Option<&Path>,
     stars: Option<&Path>,
@@ -98,8 +98,8 @@ fn layer_text(layer: &DataLayer) -> String {
 }
 
 /// The calendar date and time of a provenance.
-fn clock_of(mark: &Provenance) -> &str {
-    mark.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
+fn calendar_time(provenance: &Provenance) -> &str {
+    provenance.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
 }
 
 impl Provenance {
@@ -190,7 +190,7 @@ impl Provenance {
     /// Target, time and size: what identifies a picture to its user.
     pub fn short(&self) -> String {
         let value = |name: &str| self.0.get(name).map_or("", String::as_str);
-        format!("target {}, time {}, size {}", echo_within(value("target"), 60), clock_of(self), value("size"))
+        format!("target {}, time {}, size {}", echo_within(value("target"), 60), calendar_time(self), value("size"))
     }
 
     fn parse(text: &str) -> Option<Self> {
@@ -209,10 +209,10 @@ impl Provenance {
             }
         }
         // Two times that differ only below a millisecond are shown with their TDB seconds.
-        let same_clock = clock_of(theirs) == clock_of(ours);
-        let value = |mark: &Self, name: &str| match mark.0.get(name).map(String::as_str) {
+        let same_clock = calendar_time(theirs) == calendar_time(ours);
+        let value = |provenance: &Self, name: &str| match provenance.0.get(name).map(String::as_str) {
             None | Some("") => "none".to_owned(),
-            Some(_) if name == "time" && !same_clock => echo_within(clock_of(mark), 60),
+            Some(_) if name == "time" && !same_clock => echo_within(calendar_time(provenance), 60),
             Some(text) => echo_within(text, 60),
         };
         let said = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_within(n, 20), value(theirs, n), value(ours, n)));
@@ -264,8 +264,8 @@ impl Session {
     /// The provenance of a request that this session draws.
     pub fn provenance(&self, request: &ViewRequest) -> Provenance {
         let (kernel, stars, minor_planets) = (self.kernel.as_deref(), self.stars.as_deref(), self.minor_planets.as_deref());
-        let sources = self.mark_sources.get_or_init(|| {
-            let mut sources = of_sources(&self.catalog, kernel, stars, minor_planets, &self.folders);
+        let sources = self.source_digests.get_or_init(|| {
+            let mut sources = source_digests(&self.catalog, kernel, stars, minor_planets, &self.folders);
             if let Some(map) = self.catalog.lunar_heights() {
                 sources.insert("lunar heights".into(), hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.km()).to_vec()]));
             }
