@@ -184,7 +184,7 @@ pub fn fragments() -> Vec<Vec<u8>> {
 }
 
 pub fn questions() -> Vec<Vec<u8>> {
-    let all = orrery::probe::questions_text();
+    let all = orrery::probe::queries_text();
     all.lines().filter(|l| l.trim().starts_with("{\"q\"")).map(|l| l.trim().as_bytes().to_vec()).collect()
 }
 

@@ -20,7 +20,7 @@ use orrery::shader::library::decode;
 use orrery::shader::record::DigestRecord;
 use orrery::shader::{ModuleId, ShaderLibrary};
 use orrery::view::app::settings::Settings;
-use orrery::view::link::restored;
+use orrery::view::link::view_from_text;
 use orrery::{Catalog, Fragments, Instant, NaifId, Session, ShaderModule, Sources, lowering};
 use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
@@ -195,7 +195,7 @@ pub static TARGETS: &[Target] = &[
     },
     Target {
         name: "link",
-        run: |bytes| drop(restored(&format!("orrery://view?{}", text(bytes)), &SESSION, epoch())),
+        run: |bytes| drop(view_from_text(&format!("orrery://view?{}", text(bytes)), &SESSION, epoch())),
         seeds: || {
             texts(&[
                 "target=599&eye.kind=orbit&eye.body=599&time=2015-01-24T06:45:00Z",
@@ -206,7 +206,7 @@ pub static TARGETS: &[Target] = &[
     },
     Target {
         name: "view-file",
-        run: |bytes| drop(restored(&text(bytes), &SESSION, epoch())),
+        run: |bytes| drop(view_from_text(&text(bytes), &SESSION, epoch())),
         seeds: || texts(&[r#"{"target":"saturn","eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z","fov_deg":20}"#]),
         words: &["{", "}", "[", "null", "1e400", "-1", "\"eye\"", "\"kind\":\"free\""],
     },

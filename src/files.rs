@@ -1,8 +1,8 @@
-//! Files: bounded reading of what comes from outside, whole writing of what is kept.
+//! Files: reads with a size limit, and atomic writes.
 //!
-//! In: paths. Out: bytes of regular files, of bounded length; files that are written whole or not at all. Always: a pipe, a device or a folder is refused at once; what is
-//! written is created under a name that nobody can foresee, in the folder of its target and never through a link, and is on the disk before it takes the target's name;
-//! temporary files that a killed process left are removed when a day old. It knows no format, and decides on no place.
+//! In: paths. Out: bytes of regular files, of bounded length; files that are written completely or not at all. Always: a pipe, a device or a folder is refused at once; a new
+//! file is created under an unpredictable name in the folder of its target, never through a link, and is synced to disk before it is renamed to its target;
+//! temporary files of a killed process are removed after a day. It knows no format, and chooses no location.
 
 use crate::wording::echo;
 use parking_lot::Mutex;
@@ -13,19 +13,19 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
 
-/// What the names of temporary files begin with.
+/// Prefix of temporary files.
 const TEMPORARY: &str = ".orrery-writing-";
-/// Age from which a temporary file is of no process that still runs: none takes so long to write one file.
-const LITTER_AGE: Duration = Duration::from_secs(86_400);
+/// Age above which a temporary file cannot belong to a running process, since no file takes so long to write.
+const STALE_AGE: Duration = Duration::from_secs(86_400);
 
 /// The bytes of a regular file of at most `max_bytes`.
 ///
 /// # Errors
-/// Why it cannot be opened or read, that it is no regular file, or that it is longer.
+/// It cannot be opened or read, is no regular file, or is longer.
 pub fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let mut options = OpenOptions::new();
     options.read(true);
-    // Opening a pipe that nobody writes would wait for ever.
+    // Opening a pipe without a writer would block forever.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
     let file = options.open(path)?;
@@ -42,12 +42,12 @@ pub fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
         return Err(too_long(about.len()));
     }
     let mut bytes = Vec::new();
-    // Files of the kernel say that they have no bytes; others may grow.
+    // Files of procfs have length 0; others may grow.
     file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max_bytes { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
 }
 
-/// The same of text in UTF-8.
+/// The same for UTF-8 text.
 ///
 /// # Errors
 /// As [`read_bytes`], or that it is not UTF-8.
@@ -55,10 +55,10 @@ pub fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))
 }
 
-/// That a file of a folder lies in it, links followed: the folder may be a stranger's, and its catalog names the file.
+/// Checks that a file is inside a folder after links are resolved: the folder may come from somebody else, and its catalog names the file.
 ///
 /// # Errors
-/// That it lies elsewhere, or that it or the folder is not there.
+/// It is elsewhere, or it or the folder does not exist.
 pub fn check_inside(folder: &Path, path: &Path) -> Result<()> {
     match path.canonicalize()?.starts_with(folder.canonicalize()?) {
         true => Ok(()),
@@ -66,11 +66,11 @@ pub fn check_inside(folder: &Path, path: &Path) -> Result<()> {
     }
 }
 
-/// Who may read a file that is kept.
+/// Who may read a written file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileAccess {
     All,
-    /// Settings tell where someone lives.
+    /// For settings, which include the user's home.
     Owner,
 }
 
@@ -78,28 +78,28 @@ pub enum FileAccess {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {why}")]
 pub struct WriteError {
-    /// As it was named, escaped and cut for a message.
+    /// The path as it was named, escaped and shortened for a message.
     pub path: String,
-    /// What the system says, or which folder is missing.
+    /// The system's error, or the missing folder.
     pub why: String,
 }
 
-/// Writes beside the target and moves it there whole.
+/// Writes a file atomically.
 ///
 /// # Errors
 /// The path and why.
-pub fn write_whole(
+pub fn write_atomic(
     path: &Path,
     readers: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<(), WriteError> {
-    replace(path, readers, fill).map_err(|e| failure(path, &e))
+    replace(path, readers, fill).map_err(|e| write_error(path, &e))
 }
 
-/// Writes beside the target and moves it whole to the first of `names`, all of one folder, that no file has; answers which it is.
+/// Writes a file atomically under the first of `names`, all in one folder, that does not exist; returns that name.
 ///
 /// # Errors
-/// The path and why: no name is free, for one.
+/// The path and why, such as that no name is free.
 pub fn write_new(
     names: impl IntoIterator<Item = PathBuf>,
     readers: FileAccess,
@@ -108,9 +108,9 @@ pub fn write_new(
     let mut names = names.into_iter();
     let none = || WriteError { path: String::new(), why: "no name to write to".into() };
     let mut name = names.next().ok_or_else(none)?;
-    let mut file = filled(&name, readers, fill).map_err(|e| failure(&name, &e))?;
+    let mut file = write_temporary(&name, readers, fill).map_err(|e| write_error(&name, &e))?;
     loop {
-        // One step of the system: between looking and moving another program could take the name.
+        // One system call: between a check and a rename another program could take the name.
         match file.persist_noclobber(&name) {
             Ok(_) => return Ok(name),
             Err(e) if e.error.kind() == ErrorKind::AlreadyExists => {
@@ -118,12 +118,12 @@ pub fn write_new(
                 file = e.file;
                 name = names.next().ok_or_else(taken)?;
             }
-            Err(e) => return Err(failure(&name, &e.error)),
+            Err(e) => return Err(write_error(&name, &e.error)),
         }
     }
 }
 
-/// Writes an entry of a cache whole, for this user alone, and makes the folders that it lacks.
+/// Writes a cache entry atomically, readable by this user only, and creates missing folders.
 ///
 /// # Errors
 /// Why it cannot be written.
@@ -137,30 +137,30 @@ pub fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 fn replace(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<()> {
-    // Moving a file there would put an end to the device or pipe.
+    // A rename would replace the device or pipe.
     if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return Err(Error::new(ErrorKind::InvalidInput, "not a regular file, which cannot be replaced"));
     }
-    filled(path, readers, fill)?.persist(path).map_err(|e| e.error)?;
+    write_temporary(path, readers, fill)?.persist(path).map_err(|e| e.error)?;
     Ok(())
 }
 
-/// The content of `path`, whole and on the disk, under another name of its folder.
-fn filled(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
+/// Writes the content for `path`, completely and synced to disk, to a temporary file in the same folder.
+fn write_temporary(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
     let folder = folder_of(path);
-    remove_litter_once(folder);
+    remove_stale_once(folder);
     let mut options = OpenOptions::new();
     options.read(true).write(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    // Opened here: the crate's own opening puts the temporary name into its message.
+    // Opened here, because the crate's own error message contains the temporary name.
     let mut file = tempfile::Builder::new().prefix(TEMPORARY).make_in(folder, |at| options.open(at))?;
     let mut out = BufWriter::new(file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
     if readers == FileAccess::All {
-        open_to_others(file.as_file());
+        make_world_readable(file.as_file());
     }
     file.as_file().sync_all()?;
     Ok(file)
@@ -170,8 +170,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Which folder is missing says more than that something is.
-pub fn failure(path: &Path, e: &Error) -> WriteError {
+/// The error for a failed write. It names the missing folder, where that is the reason.
+pub fn write_error(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());
     let why = match e.kind() {
         ErrorKind::NotFound => format!("there is no folder {folder}; make it first"),
@@ -181,16 +181,16 @@ pub fn failure(path: &Path, e: &Error) -> WriteError {
     WriteError { path: echo(&path.display().to_string()), why }
 }
 
-/// Temporary files are private; a picture is not.
+/// Temporary files are private, while pictures are not.
 #[cfg(unix)]
-fn open_to_others(file: &File) {
+fn make_world_readable(file: &File) {
     use std::os::unix::fs::PermissionsExt;
-    // Failing leaves the picture readable by its owner alone, which is no reason to lose it.
+    // On failure only the owner can read the picture, which is better than losing it.
     let _ = file.set_permissions(std::fs::Permissions::from_mode(0o644));
 }
 
 #[cfg(not(unix))]
-fn open_to_others(_file: &File) {}
+fn make_world_readable(_file: &File) {}
 
 /// Whether a file is a temporary one of this program.
 pub fn is_temporary(path: &Path) -> bool {
@@ -198,30 +198,30 @@ pub fn is_temporary(path: &Path) -> bool {
 }
 
 /// Removes the temporary files of a folder that are older than a day, when this process first writes into it.
-fn remove_litter_once(folder: &Path) {
-    static LOOKED_INTO: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-    if !LOOKED_INTO.lock().insert(folder.to_owned()) {
+fn remove_stale_once(folder: &Path) {
+    static CHECKED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    if !CHECKED.lock().insert(folder.to_owned()) {
         return;
     }
     #[expect(clippy::disallowed_methods, reason = "the age of a file on disk; no picture depends on it")]
     let now = SystemTime::now();
     let is_old = |path: &Path| {
         let changed = path.symlink_metadata().ok().filter(std::fs::Metadata::is_file).and_then(|m| m.modified().ok());
-        changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > LITTER_AGE)
+        changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > STALE_AGE)
     };
     let entries = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
-    // Another user's, or gone already: neither stops anybody.
+    // A file of another user, or already removed: neither matters.
     entries.filter(|path| is_temporary(path) && is_old(path)).for_each(|path| drop(std::fs::remove_file(path)));
 }
 
-/// Why a folder is not this user's alone to write: another's, or open to others. `is_above`: our own folder is below it and is looked at itself, so that a group may write
-/// here, and everybody where nobody can remove what is another's (the sticky bit of /tmp). A folder that does not exist is nobody's.
+/// Why other users could write to a folder: its owner or its mode. `is_above`: a parent of our own folder, which is checked itself; a parent may be group-writable,
+/// and world-writable if only owners can remove files (the sticky bit of /tmp). `None` for a folder that does not exist.
 #[cfg(unix)]
-pub fn who_else_writes(folder: &Path, is_above: bool) -> Option<String> {
+pub fn foreign_write_access(folder: &Path, is_above: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
     // SAFETY: it takes nothing, cannot fail and changes nothing.
     let own = unsafe { libc::geteuid() };
-    // Of a link both count: what it is and where it leads.
+    // For a link, both itself and its target count.
     for about in [folder.symlink_metadata().ok()?, folder.metadata().ok()?] {
         if about.uid() != own && about.uid() != 0 {
             return Some(format!("it belongs to user {}", about.uid()));
@@ -238,7 +238,7 @@ pub fn who_else_writes(folder: &Path, is_above: bool) -> Option<String> {
 }
 
 #[cfg(not(unix))]
-pub fn who_else_writes(_folder: &Path, _is_above: bool) -> Option<String> {
+pub fn foreign_write_access(_folder: &Path, _is_above: bool) -> Option<String> {
     None
 }
 
@@ -251,7 +251,7 @@ mod tests {
         (1..).map(move |n| folder.join(format!("a-{n}.txt")))
     }
 
-    /// Eight writers at once, each ten files, beside files of others: nothing is lost and nothing replaced.
+    /// Eight concurrent writers with ten files each, beside existing files: nothing is lost or replaced.
     #[test]
     fn what_is_written_under_a_new_name_replaces_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -277,7 +277,7 @@ mod tests {
         for n in others {
             assert_eq!(std::fs::read_to_string(folder.path().join(format!("a-{n}.txt"))).expect("a file"), "another's");
         }
-        // No name is left out, and nothing else is left behind.
+        // No name is skipped, and no other file remains.
         let expected: BTreeSet<String> = (1..=83).map(|n| format!("a-{n}.txt")).collect();
         assert_eq!(names_in(folder.path()), expected);
     }
@@ -299,13 +299,13 @@ mod tests {
         assert!(write_new([nowhere], FileAccess::All, |_| Ok(())).is_err_and(|e| e.path.ends_with("b.txt")));
     }
 
-    /// A failure half-way leaves the old file as it was and nothing beside it.
+    /// A write that fails half-way leaves the old file unchanged and no other behind.
     #[test]
     fn a_write_that_fails_leaves_what_was_there() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
-        write_whole(&path, FileAccess::All, |out| out.write_all(b"first")).expect("written");
-        let half = write_whole(&path, FileAccess::All, |out| {
+        write_atomic(&path, FileAccess::All, |out| out.write_all(b"first")).expect("written");
+        let half = write_atomic(&path, FileAccess::All, |out| {
             out.write_all(&[b'x'; 100_000])?;
             Err(Error::other("the disk is gone"))
         });
@@ -353,7 +353,7 @@ mod tests {
         }
     }
 
-    /// Each of these would never end, or never begin.
+    /// Reading any of these would block or never end.
     #[cfg(unix)]
     #[test]
     fn pipes_and_devices_are_refused_at_once() {
@@ -365,10 +365,10 @@ mod tests {
         let begun = std::time::Instant::now();
         for path in [&pipe, &link, Path::new("/dev/zero")] {
             assert_eq!(read_bytes(path, 1 << 20).expect_err("no file").to_string(), "not a regular file");
-            assert!(write_whole(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
+            assert!(write_atomic(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
         }
         assert!(read_bytes(&round, 1 << 20).is_err());
-        // A file of the kernel that says it has no bytes.
+        // A procfs file that reports length 0.
         assert!(!read_bytes(Path::new("/proc/self/stat"), 1 << 20).map_or(vec![0], |b| b).is_empty());
         assert!(begun.elapsed() < Duration::from_secs(5));
     }
@@ -391,7 +391,7 @@ mod tests {
         assert_eq!(names_in(folder.path()), expected.into_iter().map(str::to_owned).collect());
     }
 
-    /// What someone laid at a name that could be foreseen is never written through.
+    /// A link placed at a predictable name is never followed.
     #[cfg(unix)]
     #[test]
     fn names_of_temporary_files_differ_and_links_are_not_followed() {
@@ -401,7 +401,7 @@ mod tests {
         std::os::unix::fs::symlink(&precious, &target).expect("a link");
         let mut temporary = BTreeSet::new();
         for _ in 0..20 {
-            write_whole(&target, FileAccess::Owner, |_| {
+            write_atomic(&target, FileAccess::Owner, |_| {
                 temporary.extend(names_in(folder.path()).into_iter().filter(|n| n.starts_with(TEMPORARY)));
                 Ok(())
             })
@@ -418,10 +418,10 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let with = |mode: u32, is_above: bool| {
             std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
-            who_else_writes(folder.path(), is_above).is_some()
+            foreign_write_access(folder.path(), is_above).is_some()
         };
         assert!(!with(0o700, false) && !with(0o755, false) && !with(0o1777, true) && !with(0o775, true));
         assert!(with(0o777, false) && with(0o775, false) && with(0o777, true) && with(0o1777, false));
-        assert!(who_else_writes(&folder.path().join("none"), false).is_none());
+        assert!(foreign_write_access(&folder.path().join("none"), false).is_none());
     }
 }

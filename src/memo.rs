@@ -1,14 +1,14 @@
-//! A small memo: values that take long to make and stay the same from frame to frame.
+//! A small cache of values that are expensive to compute and stay the same from frame to frame.
 //!
-//! In: a key and how to make its value. Out: the value, made once. Always: whole keys are compared; a handful is kept and the oldest goes first; while
-//! one thread makes a value, others wait for that key alone. Its owner decides how long it lives: there is no process-wide one.
+//! In: a key and a function for its value. Out: the value, computed once. Always: whole keys are compared; a few values are kept and the oldest is dropped first; while
+//! one thread computes a value, others wait only for that key. Its owner decides how long it lives: there is no process-wide one.
 
 use parking_lot::Mutex;
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// Keys with their values, each made once; the oldest first.
+/// Keys with their values, oldest first.
 type Slots<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
 
 /// Values by key.
@@ -18,13 +18,13 @@ pub(crate) struct Memo<K, V> {
 }
 
 impl<K, V: Clone> Memo<K, V> {
-    /// `capacity`: values that are kept at most.
-    pub fn holding(capacity: usize) -> Self {
+    /// `capacity`: largest number of values.
+    pub fn with_capacity(capacity: usize) -> Self {
         Self { slots: Mutex::new(VecDeque::new()), capacity }
     }
 
-    /// The value of a kept key that serves as well as `key`, else that of `key` itself. `serves` is given the kept key and the wanted one.
-    pub fn get_like(&self, serves: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
+    /// The value of a kept key that can stand in for `key`, else that of `key` itself. `serves` receives the kept key and the requested one.
+    pub fn get_compatible(&self, serves: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
         let slot = {
             let mut slots = self.slots.lock();
             let found = slots.iter().find(|(kept, _)| serves(kept, &key)).map(|(_, slot)| Arc::clone(slot));
@@ -44,7 +44,7 @@ impl<K, V: Clone> Memo<K, V> {
 impl<K: PartialEq, V: Clone> Memo<K, V> {
     /// The value of a key.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> V {
-        self.get_like(|kept, wanted| kept == wanted, key, make)
+        self.get_compatible(|kept, wanted| kept == wanted, key, make)
     }
 }
 
@@ -55,7 +55,7 @@ impl<K, V> fmt::Debug for Memo<K, V> {
     }
 }
 
-/// Numbers as a key: two are equal where every bit is.
+/// Numbers as a key, compared bit by bit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Numbers(Vec<u64>);
 
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn a_value_is_made_once_and_the_oldest_goes() {
         const CAPACITY: usize = 4;
-        let memo = Memo::holding(CAPACITY);
+        let memo = Memo::with_capacity(CAPACITY);
         let mut made = 0;
         let mut ask = |n: usize| {
             let value = memo.get(n, || {
@@ -92,18 +92,18 @@ mod tests {
     }
 
     #[test]
-    fn another_key_serves_where_it_is_near_enough() {
-        let memo: Memo<f64, f64> = Memo::holding(4);
+    fn a_compatible_key_is_reused() {
+        let memo: Memo<f64, f64> = Memo::with_capacity(4);
         let near = |kept: &f64, wanted: &f64| (kept - wanted).abs() < 0.1;
-        assert_eq!(memo.get_like(near, 1.0, || 1.0), 1.0);
-        assert_eq!(memo.get_like(near, 1.05, || 1.05), 1.0);
-        assert_eq!(memo.get_like(near, 1.2, || 1.2), 1.2);
+        assert_eq!(memo.get_compatible(near, 1.0, || 1.0), 1.0);
+        assert_eq!(memo.get_compatible(near, 1.05, || 1.05), 1.0);
+        assert_eq!(memo.get_compatible(near, 1.2, || 1.2), 1.2);
     }
 
-    /// A value that asks for another one while it is made: a lock held meanwhile would never be given back.
+    /// A value whose computation requests another one: a lock held meanwhile would be a deadlock.
     #[test]
     fn other_keys_can_be_asked_for_while_a_value_is_made() {
-        let (memo, made) = (Memo::holding(4), AtomicUsize::new(0));
+        let (memo, made) = (Memo::with_capacity(4), AtomicUsize::new(0));
         let value = memo.get(1, || {
             made.fetch_add(1, Ordering::SeqCst);
             memo.get(2, || 20) + 1

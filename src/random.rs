@@ -1,6 +1,6 @@
-//! Pseudorandom numbers, the same for the same seed on every machine: for random cases and invented bodies and stars.
+//! Pseudorandom numbers, the same for the same seed on every machine: for random cases and synthetic bodies and stars.
 //!
-//! In: a seed. Out: numbers and directions. Always: no state but its own. Not here: randomness that nobody may foresee.
+//! In: a seed. Out: numbers and directions. Always: no state but its own. Not here: unpredictable randomness.
 
 /// SplitMix64 (Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators, OOPSLA).
 pub struct Random(u64);
@@ -18,7 +18,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to 1.
+    /// Uniform from 0 to 1.
     pub fn part(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -27,17 +27,17 @@ impl Random {
         low + (high - low) * self.part()
     }
 
-    /// Below `count`; 0 of none.
+    /// Uniform below `count`; 0 if `count` is 0.
     pub fn below(&mut self, count: usize) -> usize {
         (self.bits() % count.max(1) as u64) as usize
     }
 
-    /// One of them; `all` is not empty.
+    /// A uniformly chosen element; `all` is not empty.
     pub fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
         &all[self.below(all.len())]
     }
 
-    /// A direction, evenly over the sphere.
+    /// A direction, uniform over the sphere.
     pub fn direction(&mut self) -> glam::DVec3 {
         let (z, turn) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
         let flat = (1.0 - z * z).sqrt();

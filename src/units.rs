@@ -1,6 +1,6 @@
 //! Physical constants and unit conversions, each with its source.
 //!
-//! Everything inside Orrery is SI with kilometres for lengths and radians for angles; degrees exist at the user's edge only.
+//! Everything inside Orrery is SI with kilometres for lengths and radians for angles; degrees exist only in input and output.
 
 /// Kilometres in one astronomical unit (IAU 2012 Resolution B2, exact).
 pub const KM_PER_AU: f64 = 149_597_870.7;
@@ -10,19 +10,19 @@ pub const SPEED_OF_LIGHT_KM_S: f64 = 299_792.458;
 pub const SUN_RADIUS_KM: f64 = 695_700.0;
 /// Solar irradiance at 1 au in W/m² (IAU 2015 Resolution B3 nominal total solar irradiance).
 pub const SOLAR_IRRADIANCE_W_M2: f64 = 1361.0;
-/// Of a Julian day, exact.
+/// Seconds of a Julian day, exact.
 pub const SECONDS_PER_DAY: f64 = 86_400.0;
 /// Julian date of J2000.0, 2000-01-01T12:00 in the scale at hand.
 pub const JD_J2000: f64 = 2_451_545.0;
-/// Of 86 400 s each, exact.
+/// Days of 86 400 s each, exact.
 pub const DAYS_PER_JULIAN_CENTURY: f64 = 36_525.0;
 /// pi / 648 000, exact.
 pub const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 
-/// Parts of red, green and blue in the luminance of linear RGB with the primaries of sRGB, and in the luma of encoded RGB (ITU-R BT.709-6, item 3.2).
+/// Weights of red, green and blue in the luminance of linear RGB with sRGB primaries, and in the luma of encoded RGB (ITU-R BT.709-6, item 3.2).
 pub const LUMINANCE_WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Luminance of linear RGB with the primaries of sRGB.
+/// Luminance of linear RGB with sRGB primaries.
 pub fn luminance(rgb: [f64; 3]) -> f64 {
     let [red, green, blue] = LUMINANCE_WEIGHTS;
     red * rgb[0] + green * rgb[1] + blue * rgb[2]

@@ -1,6 +1,6 @@
-//! Libraries on bytes from outside: a panic in one of them is an answer here.
+//! Catches panics of libraries that read untrusted bytes.
 //!
-//! In: a call into a library that reads what may be forged. Out: what it returns, or nothing where it panics. Always: such a panic prints nothing. Own code has no need of this.
+//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for this program's own code.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -10,8 +10,8 @@ thread_local! {
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What `read` answers; `None`: it panicked. What it had in hand is gone with it.
-pub fn caught<T>(read: impl FnOnce() -> T) -> Option<T> {
+/// The result of `read`; `None` if it panicked, which drops everything that it owned.
+pub fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let usual = take_hook();
@@ -32,11 +32,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_an_answer_and_what_follows_is_as_before() {
+    fn a_panic_is_caught_and_later_panics_print_again() {
         let lengths: [&[u8]; 2] = [&[1], &[]];
-        assert_eq!(lengths.map(|bytes| caught(|| bytes[0])), [Some(1), None]);
+        assert_eq!(lengths.map(|bytes| catch_panic(|| bytes[0])), [Some(1), None]);
         assert!(!IS_QUIET.get());
-        // One inside another leaves the outer one quiet.
-        assert_eq!(caught(|| (caught(|| lengths[1][0]), IS_QUIET.get())), Some((None, true)));
+        // A nested call leaves the outer one quiet.
+        assert_eq!(catch_panic(|| (catch_panic(|| lengths[1][0]), IS_QUIET.get())), Some((None, true)));
     }
 }

@@ -1,17 +1,17 @@
-//! Words of messages: what a message repeats of what it was given, and which known word may have been meant.
+//! Parts of messages: quotations of input, and suggestions of known words.
 //!
-//! In: text from outside. Out: text for one line on a terminal. Always: what comes out has no control character and at most as many characters as the caller allows.
-//! Not done: sentences, which belong to whoever knows what is wrong.
+//! In: untrusted text. Out: text for one line on a terminal. Always: the result has no control character and at most as many characters as the caller allows.
+//! Not here: the sentences of messages.
 
-/// Characters that a message repeats of what it was given, at most.
+/// Longest quotation of input in a message, characters.
 pub const MAX_ECHO_CHARS: usize = 200;
 
-/// What was given, with control characters escaped and cut at [`MAX_ECHO_CHARS`].
+/// The input with control characters escaped, cut at [`MAX_ECHO_CHARS`].
 pub fn echo(given: &str) -> String {
     echo_within(given, MAX_ECHO_CHARS)
 }
 
-/// The same with another limit, for messages that repeat more than one thing.
+/// The same with another limit, for messages with several quotations.
 pub fn echo_within(given: &str, most: usize) -> String {
     let escaped = given.chars().flat_map(|c| if controls_terminal(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] });
     let mut shown: Vec<char> = escaped.take(most + 1).collect();
@@ -22,25 +22,25 @@ pub fn echo_within(given: &str, most: usize) -> String {
     shown.into_iter().collect()
 }
 
-/// A message with what would steer a terminal escaped; lines stay lines.
+/// A message with terminal control characters escaped; line breaks stay.
 pub fn escape_controls(message: &str) -> String {
     message.chars().map(|c| if controls_terminal(c) && c != '\n' { c.escape_default().to_string() } else { c.to_string() }).collect()
 }
 
-/// A message on one line, with what would steer a terminal escaped.
+/// A message on one line, with terminal control characters escaped.
 pub fn one_line(message: &str) -> String {
     message.chars().map(|c| if controls_terminal(c) { c.escape_default().to_string() } else { c.to_string() }).collect()
 }
 
-/// Whether a terminal acts upon it: control characters, and those that turn the direction of writing.
+/// Whether a character controls the terminal: control characters, and those that change the direction of text.
 pub fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// The known words that `word` may have been, nearest first, three at most: those within a third of its letters (three at most) of edits or
-/// swaps, and those that it begins. Case does not count.
+/// The known words that `word` may have been meant for, nearest first, three at most: those within edits or swaps of a third of its letters
+/// (three at most), and those that begin with it. Case does not count.
 pub fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
-    // What is far longer than any name is near none, and would take long to compare.
+    // Very long input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
     let letters = lower.chars().count();
     let most = (letters / 3).clamp(1, 3);
@@ -64,12 +64,12 @@ pub fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) ->
     }
 }
 
-/// What was meant, or else all there is: ``did you mean `a`?`` or `one of a, b, c`.
+/// The suggestion, or else all known words: ``did you mean `a`?`` or `one of a, b, c`.
 pub fn suggestion_or_list(word: &str, known: &[&str]) -> String {
     did_you_mean(word, known.iter().copied()).unwrap_or_else(|| format!("one of {}", known.join(", ")))
 }
 
-/// What serde_json says, in plain words and without its place in the text: ``expected an object, found a list``.
+/// A serde_json error in plain words and without its position: ``expected an object, found a list``.
 pub fn json_error_text(error: &serde_json::Error) -> String {
     let said = error.to_string();
     let at = said.rfind(" at line ").filter(|_| error.line() > 0).unwrap_or(said.len());
@@ -83,7 +83,7 @@ pub fn json_error_text(error: &serde_json::Error) -> String {
     said.to_owned()
 }
 
-/// `sequence` is serde's word for a list.
+/// serde calls a list a sequence.
 fn json_kind_name(found: &str) -> String {
     match found {
         "sequence" => "a list".into(),
@@ -98,7 +98,7 @@ fn json_kind_name(found: &str) -> String {
     }
 }
 
-/// Rust's names of types are nobody's words.
+/// Plain words for Rust types.
 fn expected_type_name(wanted: &str) -> String {
     match wanted {
         "a sequence" => "a list".into(),
@@ -123,7 +123,7 @@ mod tests {
                 let shown = echo_within(given, most);
                 assert!(shown.chars().count() <= most, "{given:?}: {} characters", shown.chars().count());
                 assert!(!shown.chars().any(controls_terminal), "{shown:?}");
-                // What fits is shown as it is.
+                // Short harmless input is unchanged.
                 if given.chars().count() <= most && !given.chars().any(controls_terminal) {
                     assert_eq!(shown, given);
                 }
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn json_is_faulted_in_plain_words() {
+    fn json_errors_are_in_plain_words() {
         let said = |text: &str| json_error_text(&serde_json::from_str::<Vec<f64>>(text).expect_err(text));
         assert_eq!(said("{}"), "expected a list, found an object");
         assert_eq!(said("[\"a\"]"), "expected a number, found the text \"a\"");

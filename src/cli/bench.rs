@@ -1,10 +1,10 @@
-//! `orrery bench`: milliseconds per frame of the standard scenes, by stage, wall and processor time, as JSON.
+//! `orrery bench`: milliseconds per frame of the standard scenes, by stage, elapsed and CPU time, as JSON.
 //!
-//! A scene is drawn once to fill caches and then counted. What is printed of it belongs to one frame, the median by wall time, so that
-//! its stages add up to it. Writing a file is no part of a frame here.
+//! A scene is drawn once to fill caches and then measured. The row describes one frame, the median by elapsed time, so that
+//! its stages add up. Writing files is not part of a frame here.
 
-use super::output::{progress, say};
-use super::view_words::size;
+use super::output::{print_message, progress};
+use super::view_args::size;
 use super::{CliError, Common};
 use crate::measure::timing::{Spread, in_turns};
 use crate::render::plan::SamplingQuality;
@@ -63,11 +63,11 @@ pub struct BenchArgs {
     json: bool,
 }
 
-/// Stages of a frame, without those of the start.
+/// The stages of a frame, without those of program start.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
-/// One drawn frame.
-struct Measured {
+/// The measurements of one frame.
+struct MeasuredFrame {
     wall: Duration,
     cpu: Option<Duration>,
     stages: Stages,
@@ -86,7 +86,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
-    let open = || Session::open(&common.sources_to_draw(), say).map(Session::counting_cpu);
+    let open = || Session::open(&common.sources_to_draw(), print_message).map(Session::counting_cpu);
     let session = open()?;
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
@@ -97,7 +97,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             (None, None) => None,
         };
         let session = own.as_ref().unwrap_or(&session);
-        let measure_of = |request: &ViewRequest| -> Result<Measured, CliError> {
+        let measure_of = |request: &ViewRequest| -> Result<MeasuredFrame, CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = Moment::now();
@@ -105,7 +105,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
-            Ok(Measured { wall, cpu, stages: session.report().0.since(&earlier), by })
+            Ok(MeasuredFrame { wall, cpu, stages: session.report().0.since(&earlier), by })
         };
         let measure = || measure_of(&scene.request);
         let first = measure()?;
@@ -128,26 +128,26 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         "frames": args.frames,
         "scenes": rows,
     });
-    super::output::put(&format!("{report:#}\n"))
+    super::output::print_result(&format!("{report:#}\n"))
 }
 
-/// What each effect that is on takes and changes, from pairs of frames drawn one after the other.
+/// Cost and effect of each active effect, from pairs of frames drawn one after the other.
 fn effects(
     session: &Session,
     sampling: SamplingQuality,
     request: &ViewRequest,
     pairs: u32,
-    measure: &dyn Fn(&ViewRequest) -> Result<Measured, CliError>,
+    measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
 ) -> Result<Vec<Value>, CliError> {
     let whole = session.draw(request, sampling, true)?;
-    // The exposure stays: an effect less must not brighten the rest.
+    // Fixed exposure: without the effect the rest must not be brightened.
     let with = ViewRequest { exposure: ExposureRequest::Stops(whole.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
     let on = |e: Effect| whole.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
     for effect in Effect::ALL.into_iter().filter(|e| on(*e)) {
         let mut without = with.clone();
         without.effects.set(effect, false);
-        // Both have their modules and maps before any is timed.
+        // Load the modules and maps of both before timing.
         let bare = session.draw(&without, sampling, true)?;
         let pairs = in_turns(pairs as usize, &[&|| measure(&with), &|| measure(&without)])?;
         let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
@@ -167,7 +167,7 @@ fn effects(
     Ok(rows)
 }
 
-/// The cost that differences of pairs show, never below nothing, and its noise where there is more than one.
+/// Median of the differences, at least 0, and its noise if there are several.
 fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
     let median = |of: Vec<f64>| Spread::of(of).map(|s| s.median);
@@ -177,8 +177,8 @@ fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     (Some(to_microseconds(middle.max(0.0))), noise.map(to_microseconds))
 }
 
-/// What is printed of a scene; `frames` is not empty.
-fn row(name: &str, first: &Measured, frames: &mut [Measured]) -> Value {
+/// The row of a scene; `frames` is not empty.
+fn row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value {
     frames.sort_by_key(|f| f.wall);
     let median = &frames[(frames.len() - 1) / 2];
     let by_stage = |ms: &dyn Fn(Stage) -> Value| -> Map<String, Value> {
@@ -215,7 +215,7 @@ mod tests {
         let frame = |wall: u64, cpu: u64| {
             let mut stages = Stages::default();
             stages.add(Stage::Draw, ms(wall - 1));
-            Measured { wall: ms(wall), cpu: Some(ms(cpu)), stages, by: None }
+            MeasuredFrame { wall: ms(wall), cpu: Some(ms(cpu)), stages, by: None }
         };
         let mut frames = [frame(30, 1), frame(10, 3), frame(20, 7), frame(40, 2)];
         let row = row("saturn", &frame(90, 9), &mut frames);

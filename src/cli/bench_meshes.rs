@@ -1,9 +1,9 @@
-//! `orrery bench --meshes`: what a shape model costs by its number of triangles.
+//! `orrery bench --meshes`: cost of a shape model by its number of triangles.
 //!
-//! In: a size and a number of rounds. Out: JSON, a row a model: triangles, files read, shadow traced, and the times of frames with and without, in turns. Always: the
-//! shapes are invented, spheres with bumps laid onto Phobos; they live in a folder that goes with the measurement.
+//! In: a size and a number of rounds. Out: JSON, one row per model: triangles, time to read the file, time to trace the shadow, and times of frames with and without, in turns. Always: the
+//! shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
 
-use super::output::{progress, put, say};
+use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::catalog::NaifId;
 use crate::measure::timing::{Spread, Work, in_turns, seconds_of};
@@ -19,14 +19,14 @@ use std::fmt::Write;
 use std::path::Path;
 
 const PHOBOS: NaifId = NaifId(401);
-/// Rows of the spheres, from pole to pole: a sphere has four times as many triangles as the square of it.
+/// Rows of vertices from pole to pole: a sphere has four times the square of it in triangles.
 const ROWS: [u32; 4] = [36, 72, 143, 286];
-/// Kilometres, less than the body's own: bumps stay near its ellipsoid.
+/// Less than the body's own radius, so that bumps stay near its ellipsoid.
 const RADIUS_KM: f64 = 11.0;
-/// 2013-08-20 00:00 TDB; any time does.
+/// 2013-08-20 00:00 TDB, chosen arbitrarily.
 const JD_TDB: f64 = 2_456_524.5;
 
-/// A bumpy sphere as a Wavefront OBJ, and its triangles.
+/// A bumpy sphere as a Wavefront OBJ, and its number of triangles.
 fn bumpy_sphere(rows: u32) -> (String, u32) {
     let columns = 2 * rows;
     let place = |i: u32, j: u32| {
@@ -42,7 +42,7 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
     vertex(place(0, 0));
     (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(place(i, j))));
     vertex(place(0, rows));
-    // Rows of vertices between the poles, numbered from 1 after the southern one.
+    // Index of a vertex between the poles; the southern pole is vertex 1.
     let at = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
     let north = 2 + (rows - 1) * columns;
     let mut triangles = 0;
@@ -64,14 +64,14 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
 fn write(folder: &Path, rows: u32) -> Result<u32, CliError> {
     let (text, triangles) = bumpy_sphere(rows);
     let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
-    let put = |name: &str, text: &str| std::fs::write(folder.join(name), text);
-    put("bumpy.obj", &text)
-        .and_then(|()| put("bumpy.toml", catalog))
+    let write_file = |name: &str, text: &str| std::fs::write(folder.join(name), text);
+    write_file("bumpy.obj", &text)
+        .and_then(|()| write_file("bumpy.toml", catalog))
         .map_err(|e| CliError::Failed(format!("{}: {e}", folder.display())))?;
     Ok(triangles)
 }
 
-/// Median and quartiles of the ratios of times to those of the same rounds.
+/// Median and quartiles of the ratios of times, round by round.
 fn ratio(times: &[f64], to: &[f64]) -> Value {
     Spread::of_ratios(times, to)
         .map_or(Value::Null, |s| json!({ "median": rounded(s.median), "quartiles": [rounded(s.low), rounded(s.high)] }))
@@ -86,7 +86,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let triangles = write(folder.path(), rows)?;
     let mut sources = common.sources_to_draw();
     sources.catalogs = Some(folder.path().to_owned());
-    let session = Session::open(&sources, say)?.counting_cpu();
+    let session = Session::open(&sources, print_message)?.counting_cpu();
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let with = ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(JD_TDB)) };
     let without = |effect| {
@@ -97,7 +97,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let (unshadowed, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, false).map(drop);
-    // What each adds to the first frame: maps and modules, then the file, then the shadow.
+    // What each adds to the first frame: maps and modules, then the mesh file, then its shadow.
     let first = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;
@@ -128,7 +128,7 @@ pub fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<(), CliEr
         bar.inc(1);
     }
     bar.finish_and_clear();
-    put(&format!("{:#}\n", json!({ "width": size.0, "height": size.1, "rounds": rounds, "meshes": models })))
+    print_result(&format!("{:#}\n", json!({ "width": size.0, "height": size.1, "rounds": rounds, "meshes": models })))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! `orrery compare`: the difference between two images.
 
-use super::output::put;
+use super::output::print_result;
 use super::{CliError, Common};
-use crate::files::{FileAccess, read_bytes, write_new, write_whole};
+use crate::files::{FileAccess, read_bytes, write_atomic, write_new};
 use crate::image::{self, DisplayImage, MAX_FILE_BYTES};
 use crate::wording::{echo, echo_within};
 use std::fs::File;
@@ -44,11 +44,11 @@ fn read(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
     DisplayImage::decode(&name, &bytes, max_megapixels).map_err(|e| CliError::Failed(e.to_string()))
 }
 
-/// Writes the bytes, unless a file with other bytes is there and may not be replaced.
+/// Writes the bytes, unless a file with other bytes exists that must not be replaced.
 fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
     let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
     if overwrite {
-        return Ok(write_whole(path, FileAccess::All, fill)?);
+        return Ok(write_atomic(path, FileAccess::All, fill)?);
     }
     match read_bytes(path, MAX_FILE_BYTES) {
         Ok(there) if there == bytes => Ok(()),
@@ -89,11 +89,11 @@ pub fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         if let Some(part) = held {
             report["bound_held"] = part.into();
         }
-        put(&format!("{report}\n"))?;
+        print_result(&format!("{report}\n"))?;
     } else {
-        put(&format!("mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n", d.mean, d.p999, d.max, d.pixels))?;
+        print_result(&format!("mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n", d.mean, d.p999, d.max, d.pixels))?;
         if let Some(part) = held {
-            put(&format!("the bound holds in {:.4} % of the pixels\n", 100.0 * part))?;
+            print_result(&format!("the bound holds in {:.4} % of the pixels\n", 100.0 * part))?;
         }
     }
     match args.tolerance {

@@ -7,9 +7,9 @@ use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
 use crate::session::{RendererPreference, SessionError, cache_folder, read_catalog};
 
-/// One line more. Printed at the end: a reader that has seen enough is no error.
-macro_rules! tell {
-    ($out:expr, $($words:tt)*) => { $out.push_str(&format!("{}\n", format_args!($($words)*))) };
+/// Appends a line. The text is printed at the end, where a closed pipe is no error.
+macro_rules! push_line {
+    ($out:expr, $($args:tt)*) => { $out.push_str(&format!("{}\n", format_args!($($args)*))) };
 }
 
 #[derive(clap::Args, Debug, Default)]
@@ -22,22 +22,22 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
     match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
             let over = folder.map_or(String::new(), |f| format!(" under the files of {f}"));
-            tell!(out, "catalogs  embedded{over}, {} bodies", catalog.bodies().len());
+            push_line!(out, "catalogs  embedded{over}, {} bodies", catalog.bodies().len());
             catalog
         }
         Err(SessionError::Catalog(e)) => {
-            tell!(out, "catalogs  {} invalid fields:", e.problems.len());
-            e.to_string().lines().for_each(|problem| tell!(out, "          {problem}"));
+            push_line!(out, "catalogs  {} invalid fields:", e.problems.len());
+            e.to_string().lines().for_each(|problem| push_line!(out, "          {problem}"));
             embedded
         }
         Err(e) => {
-            tell!(out, "catalogs  {e}; give a readable folder with --catalogs");
+            push_line!(out, "catalogs  {e}; give a readable folder with --catalogs");
             embedded
         }
     }
 }
 
-/// How many of each kind, their names, and what belongs to nobody's list.
+/// Counts of each kind of body, their names, and bodies outside these kinds.
 fn bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
         (BodyKind::Star, "star"),
@@ -49,39 +49,39 @@ fn bodies(catalog: &Catalog, out: &mut String) {
     for (kind, called) in kinds {
         let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.kind == kind).map(|b| b.name.as_str()).collect();
         if !names.is_empty() {
-            tell!(out, "bodies    {} {called}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
+            push_line!(out, "bodies    {} {called}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
         }
     }
     let without: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
     if !without.is_empty() {
-        tell!(out, "          values without a source ([body.sources]): {}", without.join(", "));
+        push_line!(out, "          values without a source ([body.sources]): {}", without.join(", "));
     }
 }
 
 fn shaders(common: &Common, out: &mut String) {
     match (super::inputs::fragments(common), &common.shaders) {
         (Ok(fragments), Some(folder)) => {
-            tell!(out, "shaders   {} fragments replaced by {}", fragments.replaced().count(), folder.display());
+            push_line!(out, "shaders   {} fragments replaced by {}", fragments.replaced().count(), folder.display());
         }
-        (Ok(_), None) => tell!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len()),
-        (Err(e), _) => tell!(out, "shaders   {e}"),
+        (Ok(_), None) => push_line!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len()),
+        (Err(e), _) => push_line!(out, "shaders   {e}"),
     }
 }
 
 fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
     match super::inputs::ephemeris(common, catalog) {
         Ok(_) => match &common.kernel {
-            Some(path) => tell!(out, "kernel    {} over the embedded one, 1900 to 2100", path.display()),
-            None => tell!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
+            Some(path) => push_line!(out, "kernel    {} over the embedded one, 1900 to 2100", path.display()),
+            None => push_line!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
         },
-        // One line a fault: a body that no source can follow is listed with its file.
-        Err(e) => e.to_string().lines().for_each(|line| tell!(out, "kernel    {line}")),
+        // One line per fault: a body without any source is listed with its file.
+        Err(e) => e.to_string().lines().for_each(|line| push_line!(out, "kernel    {line}")),
     }
 }
 
 fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
     if let Some(folder) = common.textures.as_ref().filter(|folder| !folder.is_dir()) {
-        tell!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
+        push_line!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
     }
     let store = MapStore::new(common.textures.clone());
     let (mut embedded, mut own, mut bare) = (0, 0, Vec::new());
@@ -91,7 +91,7 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
                 MapOrigin::Embedded => embedded += 1,
                 MapOrigin::Folder(_) => own += 1,
                 MapOrigin::Missing => {
-                    tell!(out, "textures  {} of {} is missing; put it into the folder of --textures", map.file, body.name)
+                    push_line!(out, "textures  {} of {} is missing; put it into the folder of --textures", map.file, body.name)
                 }
             }
         }
@@ -99,13 +99,13 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
             bare.push(body.name.as_str());
         }
     }
-    tell!(out, "textures  {embedded} embedded, {own} from --textures");
+    push_line!(out, "textures  {embedded} embedded, {own} from --textures");
     if !bare.is_empty() {
-        tell!(out, "          no map, drawn in their mean colour: {}", bare.join(", "));
+        push_line!(out, "          no map, drawn in their mean colour: {}", bare.join(", "));
     }
 }
 
-/// The adapters, and what `--renderer` makes of them.
+/// The adapters, and which of them `--renderer` uses.
 #[cfg(feature = "gpu")]
 fn adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
@@ -118,25 +118,25 @@ fn adapters(common: &Common, out: &mut String) {
             Err(e) => format!("software: {e}"),
         },
     };
-    tell!(out, "renderer  {choice}");
+    push_line!(out, "renderer  {choice}");
     for facts in &all {
         let kind = match facts.kind {
             AdapterKind::Hardware => "hardware",
             AdapterKind::Unknown => "kind unknown to the driver",
             AdapterKind::Software => "software driver; used only with --renderer gpu",
         };
-        tell!(out, "adapter   {facts}: {kind}");
+        push_line!(out, "adapter   {facts}: {kind}");
     }
     if all.is_empty() {
-        tell!(out, "adapter   none found (Vulkan, Metal, DX12, GL)");
+        push_line!(out, "adapter   none found (Vulkan, Metal, DX12, GL)");
     }
 }
 
 #[cfg(not(feature = "gpu"))]
 fn adapters(common: &Common, out: &mut String) {
     match common.renderer {
-        RendererPreference::Gpu => tell!(out, "renderer  none: this build has no GPU renderer; omit --renderer to draw in software"),
-        _ => tell!(out, "renderer  software: this build has no GPU renderer"),
+        RendererPreference::Gpu => push_line!(out, "renderer  none: this build has no GPU renderer; omit --renderer to draw in software"),
+        _ => push_line!(out, "renderer  software: this build has no GPU renderer"),
     }
 }
 
@@ -145,18 +145,18 @@ pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     let threads = common.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let out = &mut String::new();
     adapters(common, out);
-    tell!(out, "software  {} kernels on {threads} threads", options.kernels.name());
+    push_line!(out, "software  {} kernels on {threads} threads", options.kernels.name());
     let others: Vec<_> = KernelClass::available().iter().filter(|k| **k != options.kernels).map(|k| k.name()).collect();
-    tell!(out, "          also available: {}; select one with ORRERY_KERNELS", others.join(", "));
+    push_line!(out, "          also available: {}; select one with ORRERY_KERNELS", others.join(", "));
     let catalog = catalogs(common, out);
     bodies(&catalog, out);
     kernel(common, &catalog, out);
     textures(common, &catalog, out);
     shaders(common, out);
     match cache_folder(common.cache.as_deref()).map(|cache| cache.join("orrery")) {
-        Ok(folder) if folder.is_dir() => tell!(out, "cache     {}", folder.display()),
-        Ok(folder) => tell!(out, "cache     {} does not exist yet; it is created with the first image", folder.display()),
-        Err(why) => tell!(out, "cache     {why}"),
+        Ok(folder) if folder.is_dir() => push_line!(out, "cache     {}", folder.display()),
+        Ok(folder) => push_line!(out, "cache     {} does not exist yet; it is created with the first image", folder.display()),
+        Err(why) => push_line!(out, "cache     {why}"),
     }
-    super::output::put(out)
+    super::output::print_result(out)
 }

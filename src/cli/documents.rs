@@ -1,6 +1,6 @@
-//! `orrery completions` and `orrery man`: what shells and readers of manuals know of the command line, from the same tables that read it.
+//! `orrery completions` and `orrery man`: shell completions and manual pages, generated from clap's tables.
 
-use super::output::put;
+use super::output::print_result;
 use super::{Cli, CliError};
 use clap::CommandFactory;
 
@@ -30,7 +30,7 @@ pub struct ManArgs {
 pub fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "orrery", &mut script);
-    put(&String::from_utf8_lossy(&script))
+    print_result(&String::from_utf8_lossy(&script))
 }
 
 pub fn manual(args: &ManArgs) -> Result<(), CliError> {
@@ -59,5 +59,5 @@ pub fn manual(args: &ManArgs) -> Result<(), CliError> {
         .manual("Orrery")
         .render(&mut text)
         .map_err(|e| CliError::Failed(format!("the manual page: {e}")))?;
-    put(&String::from_utf8_lossy(&text))
+    print_result(&String::from_utf8_lossy(&text))
 }

@@ -1,13 +1,13 @@
-//! `orrery eclipse find`: a span of time comes in, a table or JSON of what happens in it goes out.
+//! `orrery eclipse find`: the events of a span of time, as a table or JSON.
 
 use super::eclipse_table::as_text;
-use super::output::put;
+use super::output::print_result;
 use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::events::{self, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, Place, SolarEclipse, Transit};
-use crate::files::{FileAccess, write_whole};
+use crate::files::{FileAccess, write_atomic};
 use crate::time::Instant;
 use crate::wording::echo;
 use clap::{Args, Subcommand, ValueEnum};
@@ -84,9 +84,9 @@ pub fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let rows = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
     if args.json {
         let list: Vec<String> = rows.iter().map(|row| format!("  {row}")).collect();
-        return put(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) });
+        return print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) });
     }
-    put(&as_text(&catalog, &rows, args.at.is_some()))
+    print_result(&as_text(&catalog, &rows, args.at.is_some()))
 }
 
 /// The events of the span as JSON objects, by time.
@@ -155,7 +155,7 @@ pub(super) fn parse_place(text: &str) -> Result<Place, String> {
     Ok(Place { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }
 
-/// Contacts as an object of UTC times.
+/// Contacts as an object from name to UTC time.
 fn times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
@@ -183,7 +183,7 @@ fn solar(e: &SolarEclipse, place: Option<Place>) -> Value {
     row
 }
 
-/// Contacts by the Moon's own heights, and the beads beside totality or a closed ring.
+/// Contacts by the Moon's limb profile, and the beads beside totality or a closed ring.
 fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let of = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.later_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
     let named = |name: &str| contacts.iter().find(|c| c.name == name).map_or(Value::Null, |c| json!(c.time.to_utc_iso()));
@@ -289,10 +289,10 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
         return Err("--path: no central eclipse of the Sun in this span; widen it".into());
     }
     let collection = json!({ "type": "FeatureCollection", "features": features });
-    write_whole(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
+    write_atomic(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
 }
 
-/// What a place sees, under `local`; and the contacts of the discs beside the others.
+/// The circumstances at a place, under `local`; contacts of the discs beside those of the limb profile.
 fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
     let Some(seen) = seen else {
         row["local"] = json!({ "visible": false });

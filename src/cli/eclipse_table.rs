@@ -1,16 +1,16 @@
-//! The table of `orrery eclipse find`: the events' JSON objects come in, text for people goes out.
+//! The table of `orrery eclipse find`, from the events' JSON objects.
 
 use crate::catalog::Catalog;
 use crate::events;
 use serde_json::{Value, json};
 
-/// `2024-04-08 18:17:20` of an ISO time, to the second.
+/// `2024-04-08 18:17:20`: an ISO time rounded to the second.
 fn short_time(iso: &Value) -> String {
     let text = iso.as_str().unwrap_or("");
     text.split('.').next().unwrap_or("").trim_end_matches('Z').replace('T', " ")
 }
 
-/// `18:17:20` of the same.
+/// `18:17:20`: the time of day alone.
 fn time_of_day(iso: &Value) -> String {
     short_time(iso).rsplit(' ').next().unwrap_or("").to_owned()
 }
@@ -69,7 +69,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
     text + &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text())
 }
 
-/// By time; those of the discs at a place are in its own line.
+/// Contacts by time; the contacts of the discs at a place have their own line.
 fn contacts_text(row: &Value) -> String {
     let Some(contacts) = row["contacts"].as_object() else { return String::new() };
     let mut by_time: Vec<_> = contacts.iter().filter(|(name, _)| !name.starts_with('C')).collect();

@@ -1,9 +1,9 @@
-//! `orrery ephemeris`: questions by words or JSON lines come in, states and angles go out.
+//! `orrery ephemeris`: states and angles for queries from options or JSON lines.
 
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
-use super::output::put;
+use super::output::print_result;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -72,20 +72,20 @@ pub struct EphemerisArgs {
     json: bool,
 }
 
-/// What is asked of a body.
+/// What a query asks about a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Asked {
+enum Quantity {
     State,
     Apparent,
     Orientation,
 }
 
 impl EphemerisArgs {
-    fn asked(&self) -> Asked {
+    fn quantity(&self) -> Quantity {
         match (self.apparent, self.orientation) {
-            (true, _) => Asked::Apparent,
-            (_, true) => Asked::Orientation,
-            _ => Asked::State,
+            (true, _) => Quantity::Apparent,
+            (_, true) => Quantity::Orientation,
+            _ => Quantity::State,
         }
     }
 }
@@ -94,25 +94,25 @@ pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
     let source = args.source;
-    let asked = args.asked();
+    let quantity = args.quantity();
     if args.stdin {
-        return answer_lines(&catalog, &ephemeris, source, asked);
+        return answer_lines(&catalog, &ephemeris, source, quantity);
     }
     if args.from.is_some() || args.at.is_some() {
-        return put(&table(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
+        return print_result(&table(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
     }
     let word = |w: &Option<String>| w.clone().unwrap_or_default();
-    let question = Question { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
-    if asked != Asked::State {
-        let seen = question.seen(&catalog, &ephemeris, asked).map_err(CliError::Failed)?;
-        return put(&if args.json { format!("{seen}\n") } else { format!("{seen:#}\n") });
+    let query = StateQuery { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
+    if quantity != Quantity::State {
+        let seen = query.seen(&catalog, &ephemeris, quantity).map_err(CliError::Failed)?;
+        return print_result(&if args.json { format!("{seen}\n") } else { format!("{seen:#}\n") });
     }
-    let answer = question.answer(&catalog, &ephemeris).map_err(CliError::Failed)?;
+    let answer = query.answer(&catalog, &ephemeris).map_err(CliError::Failed)?;
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
-    put(&text)
+    print_result(&text)
 }
 
-/// What has rows, or a place.
+/// A table, or the sky of a place.
 fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
     let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
         body: NaifId::EARTH,
@@ -129,16 +129,16 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
         let day = ephemeris_table::day(catalog, ephemeris, body, at, named("time", &args.time)?).map_err(|e| e.to_string())?;
         return Ok(if args.json { format!("{day}\n") } else { ephemeris_table::day_text(&day) });
     }
-    let center = |usual: Option<NaifId>| match (&args.center, usual) {
+    let center = |default_center: Option<NaifId>| match (&args.center, default_center) {
         (Some(name), _) => place(catalog, "center", name),
-        (None, Some(usual)) => Ok(usual),
+        (None, Some(default_center)) => Ok(default_center),
         (None, None) => Err("--center is missing: the body that positions are relative to".into()),
     };
-    let columns = match (at, args.asked()) {
+    let columns = match (at, args.quantity()) {
         (Some(at), _) => Columns::Horizontal { at },
-        (_, Asked::State) => Columns::State { center: center(None)?, source: args.source },
-        (_, Asked::Apparent) => Columns::Apparent,
-        (_, Asked::Orientation) => Columns::Orientation { observer: center(Some(NaifId::EARTH))? },
+        (_, Quantity::State) => Columns::State { center: center(None)?, source: args.source },
+        (_, Quantity::Apparent) => Columns::Apparent,
+        (_, Quantity::Orientation) => Columns::Orientation { observer: center(Some(NaifId::EARTH))? },
     };
     let times = match &args.step {
         Some(step) => {
@@ -159,15 +159,15 @@ fn time_of(option: &str, text: &str) -> Result<Instant, String> {
     time(text).map_err(|e| format!("--{option}: {e}"))
 }
 
-/// One question, still in the user's words.
-struct Question {
+/// A query in the user's words, not yet resolved.
+struct StateQuery {
     body: String,
     center: String,
     time: String,
     source: Option<Source>,
 }
 
-impl Question {
+impl StateQuery {
     fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
         let body = place(catalog, "body", &self.body)?;
         let center = place(catalog, "center", &self.center)?;
@@ -175,11 +175,11 @@ impl Question {
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
 
-    /// Apparent place or orientation; without a centre the Earth looks.
-    fn seen(&self, catalog: &Catalog, ephemeris: &Ephemeris, asked: Asked) -> Result<Value, String> {
+    /// Apparent place or orientation; without a centre, as seen from the Earth.
+    fn seen(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
         let id = place(catalog, "body", &self.body)?;
         let t = time(&self.time)?;
-        let value = if asked == Asked::Apparent {
+        let value = if quantity == Quantity::Apparent {
             serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
         } else {
             let observer = if self.center.is_empty() { NaifId::EARTH } else { place(catalog, "center", &self.center)? };
@@ -190,8 +190,8 @@ impl Question {
         value.map_err(|e| e.to_string())
     }
 
-    /// Reads a line; `source` is the default for lines that name none.
-    fn from_json(line: &str, source: Option<Source>, asked: Asked) -> Result<Self, String> {
+    /// Parses a line; `source` is the default for lines without one.
+    fn from_json(line: &str, source: Option<Source>, quantity: Quantity) -> Result<Self, String> {
         let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
         if let Some(unknown) = object.keys().find(|k| !["body", "center", "time", "source"].contains(&k.as_str())) {
@@ -211,7 +211,7 @@ impl Question {
             ),
         };
         let center = match text("center") {
-            Err(_) if asked != Asked::State && !object.contains_key("center") => String::new(),
+            Err(_) if quantity != Quantity::State && !object.contains_key("center") => String::new(),
             center => center?,
         };
         Ok(Self { body: text("body")?, center, time: text("time")?, source })
@@ -222,7 +222,7 @@ fn place(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
     catalog.place(name).map_err(|e| format!("{field}: {e}"))
 }
 
-/// `now` is the one time that only the user's edge knows.
+/// `now` is resolved here, because nothing below this module reads the clock.
 fn time(text: &str) -> Result<Instant, String> {
     if text.trim().eq_ignore_ascii_case("now") {
         return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()).map_err(|e| e.to_string());
@@ -230,20 +230,24 @@ fn time(text: &str) -> Result<Instant, String> {
     Instant::parse(text).map_err(|e| e.to_string())
 }
 
-fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, asked: Asked) -> Result<(), CliError> {
+fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, quantity: Quantity) -> Result<(), CliError> {
     for line in std::io::stdin().lock().split(b'\n') {
         let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
         let answer = String::from_utf8(line)
             .map_err(|_| "not UTF-8 text".to_owned())
-            .and_then(|line| Question::from_json(line.trim(), source, asked))
+            .and_then(|line| StateQuery::from_json(line.trim(), source, quantity))
             .and_then(|q| {
-                if asked == Asked::State { q.answer(catalog, ephemeris).map(|a| as_json(&a)) } else { q.seen(catalog, ephemeris, asked) }
+                if quantity == Quantity::State {
+                    q.answer(catalog, ephemeris).map(|a| as_json(&a))
+                } else {
+                    q.seen(catalog, ephemeris, quantity)
+                }
             });
         let reply = match answer {
             Ok(a) => json!({ "ok": a }),
             Err(e) => json!({ "error": e }),
         };
-        put(&format!("{reply}\n"))?;
+        print_result(&format!("{reply}\n"))?;
     }
     Ok(())
 }
@@ -276,11 +280,11 @@ mod tests {
     fn ask(line: &str) -> Result<SourcedState, String> {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
-        Question::from_json(line, None, Asked::State)?.answer(&catalog, &ephemeris)
+        StateQuery::from_json(line, None, Quantity::State)?.answer(&catalog, &ephemeris)
     }
 
     #[test]
-    fn a_good_line_is_answered_and_a_bad_one_says_what_is_wrong() {
+    fn valid_lines_are_answered_and_invalid_ones_get_an_error() {
         let good = ask(r#"{"body":"Moon","center":"earth","time":"2024-04-08T18:17:16Z"}"#).expect("an answer");
         // The Moon was near its perigee, some 359 800 km away.
         assert!((good.state.pos_km.length() - 359_800.0).abs() < 500.0, "{}", good.state.pos_km.length());

@@ -1,7 +1,7 @@
-//! `orrery ephemeris` over a span of time or over a day at a place: rows of a table, and rising, transit, setting and twilight.
+//! Tables of `orrery ephemeris` over a span of time, and rise, transit, set and twilight of a day at a place.
 //!
-//! In: a body, instants, what is asked of the body. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, units stand in their names, and
-//! a row's time is UTC. Not here: the words of the command line.
+//! In: a body, instants, the wanted columns. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, their names contain the unit, and
+//! a row's time is UTC. Not here: parsing of the command line.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -12,17 +12,17 @@ use crate::units::SECONDS_PER_DAY;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
-/// Rows of a table, at most: a year by two and a half minutes.
+/// Largest number of rows: a year in steps of two and a half minutes.
 pub const MAX_ROWS: usize = 200_000;
 
-/// What a table tells of a body.
+/// The columns of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Columns {
     /// Geometric position and velocity about a centre, ICRF.
     State { center: NaifId, source: Option<Source> },
     /// Right ascension and declination from the Earth's centre.
     Apparent,
-    /// The points under an observer and under the Sun.
+    /// Sub-observer and sub-solar point.
     Orientation { observer: NaifId },
     /// Azimuth and altitude at a place, without refraction.
     Horizontal { at: Observer },
@@ -33,7 +33,7 @@ pub enum Columns {
 enum Cell {
     /// A number, and its decimals in text.
     Number(f64, usize),
-    /// A number that people read in another form: that form, then the number and its decimals in CSV.
+    /// A number with a second notation for people: that text, then the number and its decimals for CSV.
     Formatted(String, f64, usize),
     Text(String),
     None,
@@ -49,10 +49,10 @@ pub enum OutputFormat {
     Json,
 }
 
-/// The instants from `from` to `to`, both included where a step meets them, by the clock of UTC.
+/// The instants from `from` to `to`, both included if a step falls on them, in steps of UTC.
 ///
 /// # Errors
-/// A step that is not positive, a negative span, or more than [`MAX_ROWS`] of them.
+/// A step that is not positive, a negative span, or more than [`MAX_ROWS`] instants.
 pub fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
     let span_s = to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000();
     if span_s < 0.0 {
@@ -62,7 +62,7 @@ pub fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>,
         return Err("--step: must be more than 0".into());
     }
     let all = (0..=MAX_ROWS).map(|k| from.plus_utc_seconds(k as f64 * step_s));
-    // A tenth of a millisecond: what an end that the user wrote loses on its way to TDB.
+    // Tolerance of a tenth of a millisecond: the rounding of `to` in its conversion to TDB.
     let rows: Vec<Instant> = all.take_while(|t| t.tdb_seconds_past_j2000() <= to.tdb_seconds_past_j2000() + 1e-4).collect();
     if rows.len() > MAX_ROWS {
         return Err(format!("--step: more than {MAX_ROWS} rows; take a longer step or a shorter span"));
@@ -70,10 +70,10 @@ pub fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>,
     Ok(rows)
 }
 
-/// A table of a body over instants.
+/// A table of a body at given instants.
 ///
 /// # Errors
-/// What the ephemeris cannot answer, with its instant.
+/// The error of the ephemeris, with its instant.
 pub fn table(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -205,7 +205,7 @@ impl Cell {
         }
     }
 
-    /// A column that is not in degrees does not say so.
+    /// The heading: a column whose text is not in degrees drops the unit from its name.
     fn head(&self, name: &str) -> String {
         match self {
             Self::Formatted(..) => name.trim_end_matches("_deg").to_owned(),
@@ -217,7 +217,7 @@ impl Cell {
 /// Altitudes of the Sun's centre at the ends of the twilights (Explanatory Supplement, 3rd ed., section 12.1.3).
 const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)];
 
-/// Rising, transit and setting of a body over a place within the day that starts at `start`, and of the Sun the twilights.
+/// Rise, transit and set of a body at a place within the day that starts at `start`, and the twilights for the Sun.
 ///
 /// # Errors
 /// As [`ObserverSky::topocentric`].
@@ -251,7 +251,7 @@ pub fn day(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, place: Observ
     Ok(answer)
 }
 
-/// The same for people, a line each.
+/// The same as text, one event a line.
 pub fn day_text(day: &Value) -> String {
     let mut out = String::new();
     let up = if day["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };

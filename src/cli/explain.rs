@@ -1,6 +1,6 @@
-//! `orrery explain`: every body of a view, what its draw got and did not get, and why.
-use super::output::say;
-use super::view_words::ViewArgs;
+//! `orrery explain`: for every body of a view, the effects that are drawn, those that are not, and why.
+use super::output::print_message;
+use super::view_args::ViewArgs;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
 use crate::render::plan::SamplingQuality;
@@ -33,12 +33,12 @@ pub struct ExplainArgs {
 }
 
 pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
-    let session = Session::open(&common.sources(), say)?;
+    let session = Session::open(&common.sources(), print_message)?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality;
     request.purpose = Purpose::of_file(args.linear);
     if args.passes {
-        return super::output::put(&session.passes(&request, SamplingQuality::of(common.quality))?);
+        return super::output::print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
     let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
@@ -55,15 +55,15 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     } else {
         as_text(&scene, &bodies, session.catalog())
     };
-    super::output::put(&text)
+    super::output::print_result(&text)
 }
 
-/// The keys of its draws, the globe's first.
+/// The keys of a body's draws, the globe's first.
 fn keys(body: &BodyInView) -> Vec<String> {
     body.features.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
 }
 
-/// What of the body's values rests on estimates.
+/// Notes on values of the body that are estimates.
 fn estimate_notes(catalog: &Catalog, b: &BodyInView) -> Vec<String> {
     catalog.body(b.id).map(Body::estimate_notes).unwrap_or_default()
 }

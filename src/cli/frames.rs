@@ -1,7 +1,7 @@
-//! Where the frames of a run go, which of them this process draws, and which are there already.
+//! The output files of a sequence: their names, which of them this process draws, and which exist already.
 //!
-//! In: the words of the command line, and the mark of each frame. Out: paths, and how many frames are kept. Always: nothing is drawn before every file of the run is known
-//! to be this request's own or free to be written.
+//! In: options of the command line, and the provenance of each frame. Out: paths, and the frames that are kept. Always: nothing is drawn before every file of the sequence is known
+//! to belong to the same request or to be free.
 
 use super::CliError;
 use crate::image::{AnimationFormat, animation_format};
@@ -10,14 +10,14 @@ use crate::wording::{echo, echo_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Where frames go.
+/// Where frames are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
     One(PathBuf),
-    /// Text before and after the frame number, and its width.
-    Run(String, usize, String),
+    /// Text before the frame number, its width, and the text after it.
+    Sequence(String, usize, String),
     Stream,
-    /// One moving picture.
+    /// One animation file.
     Animation(PathBuf, AnimationFormat),
 }
 
@@ -40,7 +40,7 @@ impl Output {
             Some((before, rest)) => {
                 let digits = rest.split_once('d').and_then(|(width, after)| {
                     let width = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
-                    (!after.contains('%')).then(|| Self::Run(before.to_owned(), width, after.to_owned()))
+                    (!after.contains('%')).then(|| Self::Sequence(before.to_owned(), width, after.to_owned()))
                 });
                 digits.map_or_else(|| wrong("write the frame number as %d or %05d, once"), Ok)
             }
@@ -50,7 +50,7 @@ impl Output {
     pub fn path(&self, frame: u32) -> Option<PathBuf> {
         match self {
             Self::One(path) => Some(path.clone()),
-            Self::Run(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
+            Self::Sequence(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
             Self::Stream | Self::Animation(..) => None,
         }
     }
@@ -79,51 +79,51 @@ pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
         .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
 
-/// What a file that is not this request's says of itself.
-fn refusal(path: &Path, earlier: &ExistingPicture, mark: &Provenance, clock: bool) -> Option<CliError> {
+/// The error for an existing file that does not belong to this request.
+fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let instead = "--overwrite replaces it";
     let line = match earlier {
         ExistingPicture::None | ExistingPicture::Same => return None,
         ExistingPicture::Other(differ) => {
-            // A run that takes its time from the clock can never be gone on with.
-            let hint = if clock && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
+            // A sequence that starts at `now` can never be resumed.
+            let hint = if starts_now && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
             format!("{path} is of another request: {differ}; {instead}{hint}")
         }
         ExistingPicture::Damaged(why) => {
-            format!("{path} is of this request ({}) but damaged: {why}; --overwrite replaces it", mark.short())
+            format!("{path} is of this request ({}) but damaged: {why}; --overwrite replaces it", provenance.short())
         }
         ExistingPicture::Unknown(why) => {
-            format!("{path} exists, and its request is unknown ({why}); this one is {}; {instead}", mark.short())
+            format!("{path} exists, and its request is unknown ({why}); this one is {}; {instead}", provenance.short())
         }
     };
     Some(CliError::Failed(line))
 }
 
-/// The frames that are there already, whole and of this request; `wanted`: number, path and mark of each.
+/// The frames that exist already, complete and of this request; `wanted`: number, path and provenance of each.
 ///
 /// # Errors
-/// A file of another request, unless it may be replaced.
-pub fn kept(
+/// A file of another request, unless it may be overwritten.
+pub fn existing_frames(
     wanted: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),
     overwrite: bool,
-    clock: bool,
+    starts_now: bool,
 ) -> Result<BTreeSet<u32>, CliError> {
-    let mut kept = BTreeSet::new();
-    for (number, path, mark) in wanted {
+    let mut existing_frames = BTreeSet::new();
+    for (number, path, provenance) in wanted {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
             let shown = |path: &Path| echo_within(&path.display().to_string(), 100);
             return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
         }
-        let earlier = mark.existing(&path, size);
+        let earlier = provenance.existing(&path, size);
         if earlier == ExistingPicture::Same {
-            kept.insert(number);
-        } else if let (false, Some(refused)) = (overwrite, refusal(&path, &earlier, &mark, clock)) {
+            existing_frames.insert(number);
+        } else if let (false, Some(refused)) = (overwrite, conflict_error(&path, &earlier, &provenance, starts_now)) {
             return Err(refused);
         }
     }
-    Ok(kept)
+    Ok(existing_frames)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What the common options name, read from the disk.
+//! Reads the files that the common options name.
 
 use super::{CliError, Common};
 use crate::catalog::Catalog;
@@ -10,14 +10,14 @@ use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
 use std::collections::BTreeSet;
 
-/// The embedded catalog under the files of `--catalogs` (every `.toml` in it, in order of name).
+/// The embedded catalog, overridden by the files of `--catalogs` (every `.toml` in it, in order of name).
 pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
     let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
     let catalog = read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii).with_lunar_heights(heights);
     Ok(with_surfaces(catalog, &common.surface)?)
 }
 
-/// The fragments of `--shaders` and `--surface` over those built in.
+/// The built-in fragments, overridden by `--shaders` and `--surface`.
 pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
     let edited = match &common.shaders {
         Some(folder) => {
@@ -29,7 +29,7 @@ pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
     Ok(edited.and_files(surfaces))
 }
 
-/// The shipped ephemeris under the file of `--kernel`.
+/// The shipped ephemeris, overridden by the file of `--kernel`.
 pub fn ephemeris(common: &Common, catalog: &Catalog) -> Result<Ephemeris, CliError> {
     Ok(read_ephemeris(catalog, common.kernel.as_deref())?)
 }
@@ -39,7 +39,7 @@ pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> 
     Ok(keys_of(possible_features(&catalog(common)?)))
 }
 
-/// How modules become tapes.
+/// How modules are lowered to tapes.
 pub fn lowering() -> Lowering {
     crate::render::software::lowering()
 }

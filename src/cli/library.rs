@@ -1,7 +1,7 @@
 //! `orrery library`: the shader library on disk.
 
 use super::inputs::{lowering, reachable_keys};
-use super::output::{put, say};
+use super::output::{print_message, print_result};
 use super::{CliError, Common};
 use crate::session::{cache_folder, open_library};
 use crate::shader::id::SIMPLE_MODULES;
@@ -32,10 +32,10 @@ enum LibraryVerb {
     Clear,
 }
 
-/// The library that this command line asks for. Troubles with the disk go to standard error.
+/// The library of this command line. Disk errors are reported on standard error.
 pub fn open(common: &Common) -> Result<ShaderLibrary, CliError> {
-    let cache = cache_folder(common.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
-    let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(say));
+    let cache = cache_folder(common.cache.as_deref()).map_err(|e| print_message(&e.to_string())).ok();
+    let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(print_message));
     if common.shaders.is_some() || !common.surface.is_empty() {
         library.set_fragments(super::inputs::fragments(common)?);
     }
@@ -43,7 +43,7 @@ pub fn open(common: &Common) -> Result<ShaderLibrary, CliError> {
 }
 
 fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
-    put(&format!("{}\n", serde_json::to_string(value).map_err(|e| CliError::Failed(e.to_string()))?))
+    print_result(&format!("{}\n", serde_json::to_string(value).map_err(|e| CliError::Failed(e.to_string()))?))
 }
 
 pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
@@ -56,7 +56,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 return status.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))));
             }
             let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
-            put(&format!(
+            print_result(&format!(
                 "folder     {folder}\nentries    {} ({} kB)\nother versions  {} ({} kB)\n",
                 status.entries,
                 status.bytes / 1000,
@@ -68,7 +68,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
             ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Planet));
-            // Draws nothing where standard error is no terminal.
+            // Draws nothing unless standard error is a terminal.
             let bar = indicatif::ProgressBar::new(ids.len() as u64);
             let failures = library.warm(&ids, || bar.inc(1));
             bar.finish_and_clear();
@@ -84,7 +84,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 return json(&s);
             }
             let each = |seconds: f64, n: u64| if n == 0 { 0.0 } else { 1000.0 * seconds / n as f64 };
-            put(&format!(
+            print_result(&format!(
                 "compiled   {} ({:.2} ms each)\nfrom disk  {} ({:.2} ms each)\nwritten    {} ({:.2} ms each)\nrepaired   {}\n",
                 s.emitted,
                 each(s.emitting_s, s.emitted),
@@ -102,7 +102,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             } else {
                 let damaged =
                     check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
-                put(&format!("valid      {}\n{}", check.whole, damaged.collect::<String>()))?;
+                print_result(&format!("valid      {}\n{}", check.whole, damaged.collect::<String>()))?;
             }
             if let Some(why) = check.unreadable {
                 return Err(CliError::Failed(format!("shader library: {why}")));
@@ -120,7 +120,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             if args.json {
                 return json(&serde_json::json!({ "removed": removed }));
             }
-            put(&format!("removed    {removed} files\n"))
+            print_result(&format!("removed    {removed} files\n"))
         }
     }
 }

@@ -1,11 +1,11 @@
 //! `orrery measure`: speed against accuracy, as a table, CSV, JSON and a plot.
 
-use super::output::{put, say};
-use super::view_words::{instant, size};
+use super::output::{print_message, print_result};
+use super::view_args::{instant, size};
 use super::{CliError, Common};
-use crate::files::{FileAccess, write_whole};
+use crate::files::{FileAccess, write_atomic};
 use crate::image::write_png;
-use crate::measure::{CHOICES, ChoiceMeasure, ENOUGH_LEVELS, Effort, OptionMeasure, measure_view, plot, renderer};
+use crate::measure::{CHOICES, ChoiceMeasure, Effort, OptionMeasure, SUFFICIENT_LEVELS, measure_view, plot, renderer};
 use crate::scene::request::{Position, Quality, ViewRequest};
 use crate::session::Session;
 use crate::wording::echo;
@@ -64,7 +64,7 @@ pub fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
         kind_of(path)?;
     }
     let effort = if args.short { Effort::Short } else { Effort::Full };
-    let session = Session::open(&common.sources_to_draw(), say)?;
+    let session = Session::open(&common.sources_to_draw(), print_message)?;
     if let Some(body) = &args.body {
         return one_view(&session, args, body, effort);
     }
@@ -95,7 +95,7 @@ pub fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     } else {
         table(&choices)
     };
-    put(&text)
+    print_result(&text)
 }
 
 fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
@@ -113,13 +113,13 @@ fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -
     } else if args.csv {
         csv(choices)
     } else {
-        let within = format!("within {ENOUGH_LEVELS} level of the reference in 99.9 % of the pixels");
+        let within = format!("within {SUFFICIENT_LEVELS} level of the reference in 99.9 % of the pixels");
         format!("{}\n{} at {}: {enough} is enough ({within})\n", table(choices), body.name, time.to_utc_iso())
     };
-    put(&text)
+    print_result(&text)
 }
 
-/// A bar on a terminal, nothing in a pipe.
+/// A progress bar on a terminal, nothing in a pipe.
 fn progress(steps: u64) -> indicatif::ProgressBar {
     if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }
@@ -132,15 +132,15 @@ fn names(qualities: &[Quality]) -> Vec<&'static str> {
     qualities.iter().map(|q| q.name()).collect()
 }
 
-/// To four digits: more is noise.
+/// Four significant digits; more would be noise.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
-    let time = option.weight.time;
+    let time = option.measurement.time;
     json!({
-        "choice": choice.name, "option": option.name, "error": rounded(option.weight.error), "unit": choice.unit.name(),
+        "choice": choice.name, "option": option.name, "error": rounded(option.measurement.error), "unit": choice.unit.name(),
         "time_ratio": rounded(time.median), "spread": [rounded(time.low), rounded(time.high)],
         "dominated": option.is_dominated, "default_of": names(&option.default_of),
     })
@@ -148,12 +148,12 @@ fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
 
 fn csv(choices: &[ChoiceMeasure]) -> String {
     let line = |(c, o): (&ChoiceMeasure, &OptionMeasure)| {
-        let time = o.weight.time;
+        let time = o.measurement.time;
         format!(
             "{},\"{}\",{},{},{},{},{},{},{}\n",
             c.name,
             o.name.replace('"', "\"\""),
-            rounded(o.weight.error),
+            rounded(o.measurement.error),
             c.unit.name(),
             rounded(time.median),
             rounded(time.low),
@@ -171,7 +171,7 @@ fn table(choices: &[ChoiceMeasure]) -> String {
     for choice in choices {
         text += &format!("{} ({})\n", choice.name, choice.about);
         for o in &choice.options {
-            let time = o.weight.time;
+            let time = o.measurement.time;
             let mut notes = names(&o.default_of).join(", ");
             if o.is_dominated {
                 notes += if notes.is_empty() { "dominated" } else { "; dominated" };
@@ -179,7 +179,7 @@ fn table(choices: &[ChoiceMeasure]) -> String {
             let line = format!(
                 "  {:<26} {:>10} {:<11} time {:>7} ({} to {})  {notes}",
                 o.name,
-                rounded(o.weight.error),
+                rounded(o.measurement.error),
                 choice.unit.name(),
                 rounded(time.median),
                 rounded(time.low),
@@ -220,5 +220,5 @@ fn write_plot(path: &Path, choices: &[ChoiceMeasure]) -> Result<(), CliError> {
             bytes
         }
     };
-    Ok(write_whole(path, FileAccess::All, |out| out.write_all(&bytes))?)
+    Ok(write_atomic(path, FileAccess::All, |out| out.write_all(&bytes))?)
 }

@@ -20,7 +20,7 @@ use std::process::ExitCode;
 mod bench;
 mod bench_meshes;
 mod compare;
-mod composition_words;
+mod composition_args;
 mod doctor;
 mod documents;
 mod eclipse;
@@ -38,14 +38,14 @@ mod probe;
 mod render;
 mod render_views;
 mod shader;
+mod shader_export;
 mod shader_report;
-mod shader_sites;
 mod stability;
 mod values;
 mod view;
-mod view_words;
+mod view_args;
 
-/// Text under the verbs.
+/// Text below the list of verbs.
 const DEFAULT_VERB: &str = "Without a command, the arguments are those of `view`:
   orrery --target saturn --time 2017-05-17T00:00:00Z
   orrery 'orrery://view?target=599&time=2015-01-24T06:45:00Z'
@@ -159,30 +159,30 @@ pub struct Common {
     pub verbose: u8,
 }
 
-/// Why a verb ended early.
+/// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
-    /// It could not be done: one line that says why and what to do.
+    /// One line that says why and what to do.
     #[error("{0}")]
     Failed(String),
-    /// Fields of catalog files are wrong: a line for each.
+    /// Invalid fields of catalog files, one per line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The reader of standard output has seen enough, as in `orrery shader keys | head`.
+    /// The reader of standard output has closed it, as in `orrery shader keys | head`.
     #[error("standard output was closed")]
     OutputClosed,
 }
 
 impl Common {
-    /// The sources that the user chose, for verbs that draw frames.
+    /// The user's sources, for verbs that draw frames.
     pub fn sources_to_draw(&self) -> Sources {
         Sources { draws: true, ..self.sources() }
     }
 
-    /// The sources that the user chose, for verbs that draw nothing.
+    /// The user's sources, for verbs that draw nothing.
     pub fn sources(&self) -> Sources {
         Sources {
             catalogs: self.catalogs.clone(),
@@ -221,47 +221,47 @@ impl From<SessionError> for CliError {
     }
 }
 
-/// More threads than this only wait for each other, and starting 1000 takes seconds.
+/// More threads only wait for each other, and starting 1000 takes seconds.
 const MAX_THREADS: usize = 256;
 
-/// 0 stands for one thread per core.
+/// 0 means one thread per core.
 fn thread_count(text: &str) -> Result<usize, String> {
     let allowed = || format!("write a whole number of threads from 1 to {MAX_THREADS}, or 0 for one per core");
     text.parse().ok().filter(|n| *n <= MAX_THREADS).ok_or_else(allowed)
 }
 
-/// Characters of an argument that messages repeat, at most.
+/// Longest argument that messages quote, characters.
 const WORD_ECHO: usize = 60;
 
-/// Parses the arguments; those that name no verb are `view`'s.
-fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
-    let e = match Cli::try_parse_from(words) {
+/// Parses the arguments; without a verb they belong to `view`.
+fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
+    let e = match Cli::try_parse_from(args) {
         Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
         done => return done,
     };
     let verbs = Cli::command();
     let is_verb = |word: &OsString| verbs.get_subcommands().any(|v| word == v.get_name());
     let kept_view = match e.get(ContextKind::InvalidSubcommand) {
-        // A misspelt verb opens no window.
+        // A misspelt verb must not open the window.
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
-    if !kept_view || words.iter().skip(1).any(is_verb) {
+    if !kept_view || args.iter().skip(1).any(is_verb) {
         return Err(e);
     }
-    let viewed = words.iter().take(1).cloned().chain([OsString::from("view")]).chain(words.iter().skip(1).cloned());
+    let viewed = args.iter().take(1).cloned().chain([OsString::from("view")]).chain(args.iter().skip(1).cloned());
     Cli::try_parse_from(viewed)
 }
 
-/// Prints what was asked for: help or the version.
+/// Prints the requested help or version.
 fn print_help(e: &clap::Error) -> Result<(), CliError> {
-    e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::to_stdout(&e))
+    e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::stdout_error(&e))
 }
 
 /// Prints clap's message with long arguments shortened and without control characters.
-fn print_parser(e: &clap::Error, words: &[OsString]) {
+fn print_usage_error(e: &clap::Error, args: &[OsString]) {
     let mut given: Vec<String> = Vec::new();
-    for word in words.iter().skip(1) {
+    for word in args.iter().skip(1) {
         let word = word.to_string_lossy().into_owned();
         given.extend(word.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
         given.push(word);
@@ -276,13 +276,13 @@ fn print_parser(e: &clap::Error, words: &[OsString]) {
     output::write_error(&escape_controls(&said));
 }
 
-/// Runs the program for the process's arguments.
+/// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let words: Vec<OsString> = std::env::args_os().collect();
-    let cli = match parsed(&words) {
+    let args: Vec<OsString> = std::env::args_os().collect();
+    let cli = match parse_args(&args) {
         Ok(cli) => cli,
         Err(e) if e.use_stderr() => {
-            print_parser(&e, &words);
+            print_usage_error(&e, &args);
             return ExitCode::from(2);
         }
         Err(e) => return exit_code(print_help(&e)),
@@ -309,16 +309,16 @@ pub fn run() -> ExitCode {
     exit_code(done)
 }
 
-/// Says why a verb failed, if it did.
+/// Reports the error of a verb, if any, and returns the exit status.
 fn exit_code(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
         Err(CliError::Catalog(faults)) => {
-            output::say_lines(&faults.to_string());
+            output::print_messages(&faults.to_string());
             ExitCode::FAILURE
         }
         Err(e) => {
-            output::say(&e.to_string());
+            output::print_message(&e.to_string());
             ExitCode::FAILURE
         }
     }

@@ -1,12 +1,12 @@
-//! Where frames go that make one output: a y4m stream on standard output, or a moving picture in a file.
+//! Output of all frames in one: a y4m stream on standard output, or an animation file.
 //!
-//! In: frames in order. Out: bytes on standard output as they come, or a whole file at the end. Always: a file of that name is left as it is, unless it may be replaced; one that is
-//! interrupted leaves nothing. Not here: single pictures.
+//! In: frames in order. Out: bytes on standard output as they come, or a complete file at the end. Always: an existing file is kept unless it may be replaced; an
+//! interrupted run leaves no file. Not here: single pictures.
 
 use super::CliError;
 use super::frames::Output;
-use super::output::to_stdout;
-use crate::files::{FileAccess, write_new, write_whole};
+use super::output::stdout_error;
+use crate::files::{FileAccess, write_atomic, write_new};
 use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, write_y4m_frame, write_y4m_header};
 use crate::render::frame::Frame;
 use crate::wording::echo;
@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 pub enum MovingOutput {
-    /// Each frame has a file of its own.
+    /// Each frame is a file of its own.
     None,
     Stream {
         rate: u32,
@@ -34,10 +34,10 @@ fn failed(e: ImageError) -> CliError {
 
 impl MovingOutput {
     /// # Errors
-    /// A file that may not be replaced, or a size, number of frames or rate that the form does not know.
+    /// A file that must not be replaced, or a size, number of frames or rate that the format does not support.
     pub fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
-            Output::One(_) | Output::Run(..) => Ok(Self::None),
+            Output::One(_) | Output::Sequence(..) => Ok(Self::None),
             Output::Stream => Ok(Self::Stream { rate, begun: false }),
             Output::Animation(path, format) => {
                 let name = echo(&path.display().to_string());
@@ -60,7 +60,7 @@ impl MovingOutput {
     /// Adds the next frame.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// The reason why it cannot be written.
     pub fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
         match self {
             Self::None => Ok(()),
@@ -71,23 +71,23 @@ impl MovingOutput {
                 }
                 write_y4m_frame(&mut bytes, &frame.display).map_err(failed)?;
                 let mut out = std::io::stdout();
-                out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| to_stdout(&e))
+                out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
             }
             Self::File { writer, .. } => writer.add(&frame.display).map_err(failed),
         }
     }
 
-    /// Writes what is written as a whole.
+    /// Writes the animation file.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// The reason why it cannot be written.
     pub fn finish(self) -> Result<(), CliError> {
         let Self::File { path, overwrite, writer, bytes } = self else { return Ok(()) };
         writer.finish().map_err(failed)?;
         let bytes = bytes.0.lock();
         let fill = |out: &mut std::io::BufWriter<&mut std::fs::File>| out.write_all(&bytes);
         if overwrite {
-            write_whole(&path, FileAccess::All, fill)?;
+            write_atomic(&path, FileAccess::All, fill)?;
         } else {
             write_new([path], FileAccess::All, fill)?;
         }

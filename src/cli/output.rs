@@ -1,6 +1,6 @@
 //! Standard output and standard error, for all verbs.
 //!
-//! In: results and messages. Out: text on the two streams. Always: a closed stream ends nothing with a panic: results answer
+//! In: results and messages. Out: text on the two streams. Always: a closed stream never panics: results return
 //! [`CliError::OutputClosed`], messages are dropped. It formats nothing.
 
 use super::CliError;
@@ -10,36 +10,36 @@ use std::io::{Error, ErrorKind, IsTerminal, Write};
 /// Writes a result to standard output.
 ///
 /// # Errors
-/// [`CliError::OutputClosed`] where the reader has closed the pipe (`… | head`), else why nothing can be written.
-pub fn put(text: &str) -> Result<(), CliError> {
+/// [`CliError::OutputClosed`] if the reader has closed the pipe (`… | head`), else the reason for the failure.
+pub fn print_result(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| to_stdout(&e))
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
 }
 
-/// What a failure to write to standard output means for the verb.
-pub fn to_stdout(e: &Error) -> CliError {
+/// The verb's error for a failed write to standard output.
+pub fn stdout_error(e: &Error) -> CliError {
     match e.kind() {
         ErrorKind::BrokenPipe => CliError::OutputClosed,
         _ => CliError::Failed(format!("standard output: {e}")),
     }
 }
 
-/// Writes a message for people to standard error, `orrery: …`, on one line whatever it repeats of a file.
-pub fn say(line: &str) {
+/// Writes a message to standard error, `orrery: …`, on one line even if it quotes text with line breaks.
+pub fn print_message(line: &str) {
     write_error(&format!("orrery: {}\n", one_line(line)));
 }
 
-/// Writes several messages, one a line.
-pub fn say_lines(lines: &str) {
+/// Writes several messages, one per line.
+pub fn print_messages(lines: &str) {
     write_error(&format!("orrery: {}\n", escape_controls(lines)));
 }
 
-/// Writes text to standard error as it is. Nobody reads a closed one, so a failure is no error.
+/// Writes text to standard error unchanged. A failure is ignored: a closed stream has no reader.
 pub fn write_error(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
-/// A bar on a terminal, nothing in a pipe.
+/// A progress bar on a terminal, nothing in a pipe.
 pub fn progress(steps: u64) -> indicatif::ProgressBar {
     if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }

@@ -1,8 +1,8 @@
-//! `orrery probe`: questions by words or JSON lines come in, the emitted shaders' own answers go out.
+//! `orrery probe`: answers queries from the command line or JSON lines with the emitted shaders.
 
-use super::output::{put, say};
+use super::output::{print_message, print_result};
 use super::{CliError, Common};
-use crate::probe::{Prober, questions_json, questions_text};
+use crate::probe::{Prober, queries_json, queries_text};
 use crate::render::software::{Options, Precision, SoftwareRenderer};
 use crate::session::Session;
 use serde_json::json;
@@ -35,16 +35,16 @@ pub struct ProbeArgs {
 
 pub fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
     if args.questions {
-        return put(&if args.json { format!("{:#}\n", questions_json()) } else { questions_text() });
+        return print_result(&if args.json { format!("{:#}\n", queries_json()) } else { queries_text() });
     }
-    let session = Session::open(&common.sources(), say)?;
+    let session = Session::open(&common.sources(), print_message)?;
     let options = Options { threads: common.threads.unwrap_or(0), precision: args.precision, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).map_err(|e| CliError::Failed(e.to_string()))?;
     let prober = Prober { session: &session, renderer: &renderer };
     match args.question.as_deref() {
         Some(question) if question != "-" => {
             let answer = prober.answer(question).map_err(|e| CliError::Failed(e.to_string()))?;
-            put(&format!("{answer}\n"))
+            print_result(&format!("{answer}\n"))
         }
         _ => {
             for line in std::io::stdin().lock().split(b'\n') {
@@ -56,7 +56,7 @@ pub fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
                     Ok(a) => json!({ "ok": a }),
                     Err(e) => json!({ "error": e }),
                 };
-                put(&format!("{reply}\n"))?;
+                print_result(&format!("{reply}\n"))?;
             }
             Ok(())
         }

@@ -1,10 +1,10 @@
 //! `orrery render`: an image or a sequence of frames to files or a video stream.
-use super::composition_words::CompositionArgs;
-use super::frames::{Output, kept, shard, step_seconds};
+use super::composition_args::CompositionArgs;
+use super::frames::{Output, existing_frames, shard, step_seconds};
 use super::moving_output::MovingOutput;
-use super::output::{put, say, write_error};
+use super::output::{print_message, print_result, write_error};
 use super::render_views::Views;
-use super::view_words::{ViewArgs, size};
+use super::view_args::{ViewArgs, size};
 use super::{CliError, Common};
 use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
@@ -47,10 +47,10 @@ const TOUR_FILE_HELP: &str = "Tour file: \"title\", and \"stops\" in order, each
   \"travel_s\": seconds of the way from the stop before; 0 is a cut [4]
 ";
 
-/// The group of options that are not of the view.
+/// Heading of the options that do not describe the view.
 const OUTPUT: &str = "Output";
 
-/// Text under the options: examples and the camera file.
+/// Text below the options: examples and the camera file.
 fn after_help() -> String {
     format!("{EXAMPLES}\n{CAMERA_FILE_HELP}\n{TOUR_FILE_HELP}")
 }
@@ -97,7 +97,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let begun = Moment::now();
     let mut first_frame = None;
     let tour_file = args.tour_file();
-    // How many frames a tour has is known once it is read.
+    // The number of frames of a tour is known once it has been read.
     let output = Output::parse(args.output.as_deref(), if tour_file.is_some() { u32::MAX } else { args.frames })?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
@@ -106,7 +106,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             "--shard needs files of one frame: a stream or a moving picture is written in order by one process".into(),
         ));
     }
-    let session = Session::open(&common.sources_to_draw(), say)?;
+    let session = Session::open(&common.sources_to_draw(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
     if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first).is_some_and(|p| is_exr(&p)) {
@@ -122,17 +122,17 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     };
     let numbers = || (first..views.count()).step_by(stride as usize);
     let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
-    let clock = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
-    let mut kept = kept(wanted, size(&args.view.size)?, args.overwrite, clock)?;
+    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
+    let mut existing_frames = existing_frames(wanted, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
-        // The same bytes once more.
-        kept.clear();
+        // They would be the same bytes.
+        existing_frames.clear();
     }
-    if !kept.is_empty() {
-        say(&format!("kept {} of {} frames of an earlier run", kept.len(), numbers().count()));
+    if !existing_frames.is_empty() {
+        print_message(&format!("kept {} of {} frames of an earlier run", existing_frames.len(), numbers().count()));
     }
     let bounded = frame(0);
-    check_error_files(args, &session, &bounded, clock)?;
+    check_error_files(args, &session, &bounded, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
     let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
@@ -141,7 +141,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut drawn_by = None;
     for number in numbers() {
         let path = output.path(number);
-        if kept.contains(&number) {
+        if existing_frames.contains(&number) {
             bar.inc(1);
             continue;
         }
@@ -178,12 +178,12 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     if args.time_report {
         let mut report = report(&session, &written, drawn_frames, first_frame, drawn_by);
-        report["kept_frames"] = kept.len().into();
+        report["kept_frames"] = existing_frames.len().into();
         let report = format!("{report}\n");
         if output == Output::Stream {
             write_error(&report);
         } else {
-            put(&report)?;
+            print_result(&report)?;
         }
     }
     Ok(())
@@ -201,8 +201,8 @@ impl RenderArgs {
     }
 }
 
-/// Refuses what no bound is written for: sequences, other endings, files of other requests.
-fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, clock: bool) -> Result<(), CliError> {
+/// Refuses error bounds that cannot be written: of sequences, in other formats, over files of other requests.
+fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, starts_now: bool) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
         return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
     }
@@ -212,10 +212,10 @@ fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest
         }
     }
     let wanted = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
-    kept(wanted, (request.width, request.height), args.overwrite, clock).map(drop)
+    existing_frames(wanted, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 
-/// A bar on a terminal, nothing in a pipe or for one frame.
+/// A progress bar on a terminal, nothing in a pipe or for one frame.
 fn progress(frames: u32) -> indicatif::ProgressBar {
     if frames > 1 && std::io::stderr().is_terminal() {
         indicatif::ProgressBar::new(u64::from(frames))
@@ -224,7 +224,7 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
     }
 }
 
-/// What a picture says of itself: no clock, so that the same command writes the same bytes.
+/// Metadata of a picture: without a clock, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
@@ -252,7 +252,7 @@ fn report(session: &Session, written: &Stages, frames: u32, first_frame: Option<
     if let Some(ran) = written.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, ran);
     }
-    // Stages without processor time were not counted: catalog and kernel, which come before, and all where the system does not tell.
+    // Stages without CPU time were not counted: catalog and kernel, which come first, and all of them where the system has no account.
     let counted =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();

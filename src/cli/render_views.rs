@@ -1,20 +1,20 @@
-//! Which views `orrery render` draws: one and the same as time goes on, or those along a tour.
+//! The views that `orrery render` draws: one view at several times, or the views along a tour.
 //!
-//! In: a request and a step, or a tour file. Out: the request of each frame by its number. Always: the same words give the same requests.
+//! In: a request and a step, or a tour file. Out: the request of each frame by its number. Always: the same arguments give the same requests.
 
 use super::CliError;
 use crate::scene::request::{Composition, ViewRequest};
 use crate::session::Session;
 use std::path::Path;
 
-/// Frames of a tour, at most: an hour at 60 a second.
+/// Largest number of frames of a tour: an hour at 60 per second.
 #[cfg(feature = "view")]
 const MAX_FRAMES: f64 = 216_000.0;
 
 pub enum Views {
-    /// So many of one view, simulated seconds apart.
+    /// `count` frames of one view, `step_s` simulated seconds apart.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
-    // Tours are read by the window's code.
+    // Tour files are parsed by `view`.
     #[cfg_attr(not(feature = "view"), expect(dead_code))]
     Tour { title: String, frames: Vec<ViewRequest> },
 }
@@ -25,7 +25,7 @@ impl Views {
     }
 
     /// # Errors
-    /// The file, the stop and the field that cannot be.
+    /// The file, and the stop and field that are invalid.
     #[cfg(feature = "view")]
     pub fn along_tour(
         file: &Path,
@@ -34,7 +34,7 @@ impl Views {
         session: &Session,
         composition: &Composition,
     ) -> Result<Self, CliError> {
-        use super::view_words::instant;
+        use super::view_args::instant;
         use crate::view::app::tour::{MAX_BYTES, Tour};
         let named = |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
         let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| named(&e))?;
@@ -52,7 +52,7 @@ impl Views {
     }
 
     /// # Errors
-    /// Always: a tour is of the window's views, and this build has no window.
+    /// Always: a tour consists of views of the window, and this build has no window.
     #[cfg(not(feature = "view"))]
     pub fn along_tour(
         _file: &Path,
@@ -64,7 +64,7 @@ impl Views {
         Err(CliError::Failed("--tour needs a build with the feature \"view\"".into()))
     }
 
-    /// Frames in all.
+    /// Total number of frames.
     pub fn count(&self) -> u32 {
         match self {
             Self::Steps { count, .. } => *count,
@@ -72,7 +72,7 @@ impl Views {
         }
     }
 
-    /// Of a frame, counted from 0; beyond the end the last.
+    /// The request of a frame, counted from 0; beyond the end that of the last frame.
     pub fn request(&self, number: u32) -> ViewRequest {
         match self {
             Self::Steps { first, step_s, .. } => {

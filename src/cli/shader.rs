@@ -1,10 +1,10 @@
 //! `orrery shader`: list, emit, compare, cost and verify generated shaders.
 
 use super::inputs::{fragments, lowering, reachable_keys};
-use super::output::{put, say, write_error};
-use super::shader_sites::{WhichKeys, keys_for};
+use super::output::{print_message, print_result, write_error};
+use super::shader_export::{KeySelection, keys_for};
 use super::{CliError, Common};
-use crate::files::{FileAccess, read_bytes, read_text, write_whole};
+use crate::files::{FileAccess, read_bytes, read_text, write_atomic};
 use crate::session::{Session, TapeCost, ms_per_megapixel, tape_costs};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module_with;
@@ -105,7 +105,7 @@ enum ShaderVerb {
         #[arg(short, long = "output", value_name = "DIR")]
         output: PathBuf,
         #[command(flatten)]
-        which: WhichKeys,
+        which: KeySelection,
     },
     /// Write modules with inputs, expected pixels and tolerances, to test other executors of WGSL
     Corpus {
@@ -113,7 +113,7 @@ enum ShaderVerb {
         #[arg(short, long = "output", value_name = "DIR")]
         output: PathBuf,
         #[command(flatten)]
-        which: WhichKeys,
+        which: KeySelection,
     },
     /// Write the shader fragments as files to edit, for --shaders
     Export {
@@ -171,7 +171,7 @@ fn difference_text(a: &crate::shader::Emitted, b: &crate::shader::Emitted) -> St
     text
 }
 
-fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option<f64>, making: std::time::Duration) -> String {
+fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option<f64>, compile_time: std::time::Duration) -> String {
     let cost = ir_cost(module);
     let mut operations: Vec<_> = cost.operations.iter().collect();
     operations.sort_by_key(|(name, n)| (std::cmp::Reverse(**n), *name));
@@ -200,7 +200,7 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
         Some(ms) => text.push_str(&format!("software       {ms:.1} ms per megapixel on this machine\n")),
         None => text.push_str("software       not timed (only ray-traced bodies are)\n"),
     }
-    let _ = writeln!(text, "compile time   {:.2} ms", making.as_secs_f64() * 1000.0);
+    let _ = writeln!(text, "compile time   {:.2} ms", compile_time.as_secs_f64() * 1000.0);
     text
 }
 
@@ -210,9 +210,9 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             if *simple {
                 let names = || SIMPLE_MODULES.iter().map(|n| format!("{n}\n")).collect::<String>();
                 return match (count, json) {
-                    (true, _) => put(&format!("{}\n", SIMPLE_MODULES.len())),
-                    (_, true) => put(&format!("{}\n", serde_json::json!(SIMPLE_MODULES))),
-                    _ => put(&names()),
+                    (true, _) => print_result(&format!("{}\n", SIMPLE_MODULES.len())),
+                    (_, true) => print_result(&format!("{}\n", serde_json::json!(SIMPLE_MODULES))),
+                    _ => print_result(&names()),
                 };
             }
             let keys: Vec<ShaderKey> = match (t, of) {
@@ -221,56 +221,56 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                 (None, None) => reachable_keys(common)?.into_iter().collect(),
             };
             if *json && !*count {
-                return put(&format!("{}\n", serde_json::json!(keys)));
+                return print_result(&format!("{}\n", serde_json::json!(keys)));
             }
             if *count {
                 write_error(&format!("of {} nominal combinations\n", key::nominal_size()));
-                return put(&format!("{}\n", keys.len()));
+                return print_result(&format!("{}\n", keys.len()));
             }
-            put(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
+            print_result(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
         }
         ShaderVerb::Emit { key, lang, annotate, layout } => {
             let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
             match *lang {
-                _ if *layout => put(&layout_text(&module)),
-                Language::Wgsl if *annotate => put(&annotated_text(&module.wgsl, &module.source_map)),
+                _ if *layout => print_result(&layout_text(&module)),
+                Language::Wgsl if *annotate => print_result(&annotated_text(&module.wgsl, &module.source_map)),
                 _ if *annotate => Err(CliError::Failed("--annotate works for WGSL only; omit --lang".into())),
-                language => put(&translate(&module, language).map_err(failed)?),
+                language => print_result(&translate(&module, language).map_err(failed)?),
             }
         }
         ShaderVerb::Diff { first, second } => {
             let fragments = fragments(common)?;
             let emitted = |id| emit_module_with(&fragments, id).map_err(failed);
-            put(&difference_text(&emitted(first)?, &emitted(second)?))
+            print_result(&difference_text(&emitted(first)?, &emitted(second)?))
         }
         ShaderVerb::Cost { key, json } => {
             let start = Instant::now();
             let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
-            let making = start.elapsed();
-            let session = Session::open(&common.sources(), say)?;
+            let compile_time = start.elapsed();
+            let session = Session::open(&common.sources(), print_message)?;
             let ms = ms_per_megapixel(session.renderer(), session.library(), key)?;
             let tapes = tape_costs(&module).map_err(failed)?;
             if *json {
                 let value = serde_json::json!({
                     "key": key.to_string(), "ir": ir_cost(&module), "tapes": tapes, "ms_per_megapixel": ms,
-                    "making_ms": making.as_secs_f64() * 1e3,
+                    "making_ms": compile_time.as_secs_f64() * 1e3,
                 });
-                return put(&format!("{value}\n"));
+                return print_result(&format!("{value}\n"));
             }
-            put(&cost_text(&module, &tapes, ms, making))
+            print_result(&cost_text(&module, &tapes, ms, compile_time))
         }
         ShaderVerb::Verify { report, json, .. } if !report.is_empty() => super::shader_report::run(report, *json),
         ShaderVerb::Verify { update, record, .. } => verify(common, *update, record),
-        ShaderVerb::Atlas { output, which } => super::shader_sites::atlas(common, output, which),
-        ShaderVerb::Corpus { output, which } => super::shader_sites::corpus(common, output, which),
+        ShaderVerb::Atlas { output, which } => super::shader_export::atlas(common, output, which),
+        ShaderVerb::Corpus { output, which } => super::shader_export::corpus(common, output, which),
         ShaderVerb::Export { folder, overwrite } => export(folder, *overwrite),
     }
 }
 
-/// Bytes of a fragment or a record of digests at the most.
+/// Largest fragment or digest file, bytes.
 const MAX_FILE_BYTES: u64 = 1 << 26;
 
-/// The built-in fragments as files. What is there and says the same is left as it is.
+/// Writes the built-in fragments as files. Files with the same content are left alone.
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     let shown = |path: &Path| echo(&path.display().to_string());
     let (mut new, mut same) = (Vec::new(), 0);
@@ -287,10 +287,10 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     for (path, text) in &new {
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
-        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
+        write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
     }
     let there = if same == 0 { String::new() } else { format!(", {same} unchanged") };
-    put(&format!("{} fragments written to {}{there}; use this folder with --shaders\n", new.len(), shown(folder)))
+    print_result(&format!("{} fragments written to {}{there}; use this folder with --shaders\n", new.len(), shown(folder)))
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
@@ -298,12 +298,12 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let bar = indicatif::ProgressBar::new(ids.len() as u64);
     let made = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let now = made.map_err(|failures| match put(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
+    let now = made.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
         Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
         Err(e) => e,
     })?;
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
-    put(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
+    print_result(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
     let old = match read_text(path, MAX_FILE_BYTES) {
         Ok(text) if update => DigestRecord::parse(&text).unwrap_or_default(),
         Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
@@ -314,14 +314,14 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
         }
     };
     let changes = old.changes(&now);
-    put(&changes_text(&changes))?;
+    print_result(&changes_text(&changes))?;
     if update {
         let text = now.record.to_text();
-        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
-        return put(&format!("recorded in {}\n", path.display()));
+        write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
+        return print_result(&format!("recorded in {}\n", path.display()));
     }
     match changes.len() {
-        0 => put("all as recorded\n"),
+        0 => print_result("all as recorded\n"),
         n => Err(CliError::Failed(format!("{n} modules differ from the record; `orrery shader verify --update` records them"))),
     }
 }

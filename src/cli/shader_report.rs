@@ -2,7 +2,7 @@
 
 use super::CliError;
 use super::inputs::lowering;
-use super::output::{progress, put};
+use super::output::{print_result, progress};
 use crate::export::Revision;
 use crate::export::report::{Figures, ModuleChange, Report};
 use crate::shader::ModuleId;
@@ -14,11 +14,11 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Keys that a group names in the text; `--json` names all.
-const NAMED: usize = 3;
+/// Keys of a group that the text lists; `--json` lists all.
+const MAX_LISTED: usize = 3;
 
-/// What folders of fragments are compared by: every pair of dimension values, simple modules and probes.
-fn usual() -> Vec<ModuleId> {
+/// The modules by which folders of fragments are compared: every pair of dimension values, simple shaders and probes.
+fn default_modules() -> Vec<ModuleId> {
     let keys = covering(2).into_iter().map(ModuleId::Planet);
     SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()
 }
@@ -35,13 +35,13 @@ pub fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     let [first, second] = folders else { return Err(CliError::Failed("--report takes two folders".into())) };
     let revisions = [revision(first)?, revision(second)?];
     let bar = progress(0);
-    let made = Report::of(revisions.each_ref(), &usual(), &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
+    let made = Report::of(revisions.each_ref(), &default_modules(), &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
     bar.finish_and_clear();
     let report = made?;
     if as_json {
-        put(&format!("{}\n", json!({ "report": report, "equal": report.is_equal() })))?;
+        print_result(&format!("{}\n", json!({ "report": report, "equal": report.is_equal() })))?;
     } else {
-        put(&text(&report))?;
+        print_result(&text(&report))?;
     }
     match report.failures.len() {
         0 => Ok(()),
@@ -70,7 +70,7 @@ fn text(report: &Report) -> String {
     }
     for (which, only) in [("A", &report.only_first), ("B", &report.only_second)] {
         if !only.is_empty() {
-            let _ = writeln!(text, "\nin {which} alone: {}{}", only[..only.len().min(NAMED)].join(", "), more(only.len()));
+            let _ = writeln!(text, "\nin {which} alone: {}{}", only[..only.len().min(MAX_LISTED)].join(", "), more(only.len()));
         }
     }
     for (module, why) in &report.failures {
@@ -80,10 +80,10 @@ fn text(report: &Report) -> String {
 }
 
 fn more(of: usize) -> String {
-    if of > NAMED { format!(" and {} more", of - NAMED) } else { String::new() }
+    if of > MAX_LISTED { format!(" and {} more", of - MAX_LISTED) } else { String::new() }
 }
 
-/// What a cause is called: a fragment by its path in the source tree.
+/// The name of a cause: a fragment by its path in the source tree.
 fn cause_words(cause: &str) -> String {
     let one = |what: &str| match what {
         "generator" => "the generator: lines without a fragment, or their order".to_owned(),
@@ -129,12 +129,12 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
     if let Some(reads) = percent(&|f| Some(f.texture_reads as f64)) {
         let _ = writeln!(text, "  texture reads  {reads}");
     }
-    let names: Vec<&str> = changes.iter().take(NAMED).map(|c| c.module.as_str()).collect();
+    let names: Vec<&str> = changes.iter().take(MAX_LISTED).map(|c| c.module.as_str()).collect();
     let _ = writeln!(text, "  {}{}", names.join("\n  "), more(changes.len()));
     text
 }
 
-/// From the least to the greatest change of a figure, in parts of the first revision's.
+/// The smallest and greatest relative change of a figure.
 fn range(changes: &[&ModuleChange], of: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
     let part = |c: &&ModuleChange| {
         let (a, b) = (of(&c.first)?, of(&c.second)?);

@@ -1,6 +1,6 @@
-//! `orrery stability`: sweeps over the extremes, with the bound of each.
+//! `orrery stability`: sweeps over the extremes, each with its bound.
 
-use super::output::{progress, put, say};
+use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::measure::Effort;
 use crate::session::Session;
@@ -46,7 +46,7 @@ pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
         return Err(CliError::Failed(format!("--sweep {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
     let wanted: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
-    let session = Session::open(&common.sources(), say)?;
+    let session = Session::open(&common.sources(), print_message)?;
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let bench = SweepBench::new(&session, effort, args.seed, Faults::default())?.with_views(args.views.map(|n| n as usize));
     let bar = progress(wanted.len() as u64);
@@ -54,7 +54,7 @@ pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     for sweep in wanted {
         let report = run_sweep(sweep, &bench)?;
         if !args.json {
-            bar.suspend(|| put(&lines(&report)))?;
+            bar.suspend(|| print_result(&lines(&report)))?;
         }
         bar.inc(1);
         reports.push(report);
@@ -62,9 +62,9 @@ pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     bar.finish_and_clear();
     let failed = reports.iter().filter(|r| r.has_failed()).count();
     if args.json {
-        put(&format!("{}\n", json!({ "sweeps": reports.iter().map(row).collect::<Vec<_>>(), "failed": failed })))?;
+        print_result(&format!("{}\n", json!({ "sweeps": reports.iter().map(row).collect::<Vec<_>>(), "failed": failed })))?;
     } else {
-        put(&format!("{} of {} sweeps kept their bounds; seed {}\n", reports.len() - failed, reports.len(), args.seed))?;
+        print_result(&format!("{} of {} sweeps kept their bounds; seed {}\n", reports.len() - failed, reports.len(), args.seed))?;
     }
     match failed {
         0 => Ok(()),
@@ -72,7 +72,7 @@ pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     }
 }
 
-/// JSON has no infinity: what is no number is null.
+/// JSON has no infinity or NaN: they become null.
 fn row(report: &SweepReport) -> Value {
     json!({
         "name": report.name, "cases": report.found.cases, "worst": report.found.worst, "bound": report.bound, "unit": report.unit,

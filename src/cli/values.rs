@@ -1,6 +1,6 @@
-//! Values of options: the choices of the rooms below, by the names that the command line has for them.
+//! Values of options: the enums of other modules, under the names of the command line.
 //!
-//! In: nothing. Out: clap's lists of values. Always: one enum for one choice, here and below.
+//! In: nothing. Out: clap's lists of values. Always: one enum per choice, used by the command line and below.
 
 use crate::catalog::EclipseRadii;
 use crate::ephemeris::Source;

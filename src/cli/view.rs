@@ -1,7 +1,7 @@
 //! `orrery view`: the window, and the default verb.
 
-use super::composition_words::CompositionArgs;
-use super::view_words::instant;
+use super::composition_args::CompositionArgs;
+use super::view_args::instant;
 use super::{CliError, Common};
 
 const KEYS: &str = "`view` is the default command: `orrery --target saturn` is `orrery view --target saturn`.
@@ -60,18 +60,18 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 #[cfg(feature = "view")]
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
-    use crate::cli::output::say;
+    use crate::cli::output::print_message;
     use crate::ephemeris::body_order::by_distance;
     use crate::files::read_text;
     use crate::session::Session;
     use crate::time::Instant;
     use crate::view::app::composition_state::CompositionState;
     use crate::view::app::initial_view::initial_view;
-    use crate::view::app::places::SessionPlaces;
+    use crate::view::app::places::SessionPositions;
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
     use crate::view::app::viewer::{Subject, Viewer};
-    use crate::view::link::{MAX_BYTES, SCHEME, is_link, restored};
+    use crate::view::link::{MAX_BYTES, SCHEME, is_link, view_from_text};
     use crate::view::panels::Interface;
     use crate::view::window;
     use crate::view::window::shader_watcher::ShaderWatcher;
@@ -83,7 +83,7 @@ mod windowed {
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
         let hearing = Arc::clone(&heard);
         let session = Session::open(&common.sources_to_draw(), move |line| {
-            say(line);
+            print_message(line);
             hearing.lock().push(line.to_owned());
         })?;
         let watch = common
@@ -92,25 +92,25 @@ mod windowed {
             .map(|folder| ShaderWatcher::open(folder, &session))
             .transpose()
             .map_err(|e| CliError::Failed(e.to_string()))?;
-        let usual = ViewState { quality: common.quality, ..first(&session, args)? };
-        let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
-        let warning = kept.as_ref().err().cloned();
-        // Who clicked on a link sees no standard error.
-        warning.iter().for_each(|line: &String| say(line));
-        let mut view = kept.ok().flatten().unwrap_or(usual);
-        // Words on the command line go before a link's.
+        let default_view = ViewState { quality: common.quality, ..first(&session, args)? };
+        let saved_view = args.link.as_ref().map(|link| saved_view(link, &session)).transpose();
+        let warning = saved_view.as_ref().err().cloned();
+        // A user who clicked on a link does not see standard error.
+        warning.iter().for_each(|line: &String| print_message(line));
+        let mut view = saved_view.ok().flatten().unwrap_or(default_view);
+        // Options of the command line take precedence over a link.
         let mut composition = args.composition.composition()?;
         let warp = composition.warp.take();
         if !composition.is_plain() {
             view.composition = CompositionState::of(&composition);
         }
         let viewer = Viewer::new(subjects(&session), view, clock);
-        let path = args.settings.clone().or_else(Settings::usual_path);
+        let path = args.settings.clone().or_else(Settings::default_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
-        said.iter().for_each(|line: &String| say(line));
+        said.iter().for_each(|line: &String| print_message(line));
         heard.lock().extend(said);
         let mut interface = Interface::new(viewer, settings);
-        interface.heard = heard;
+        interface.session_messages = heard;
         interface.warning = warning;
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
@@ -118,29 +118,29 @@ mod windowed {
         window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()))
     }
 
-    /// The view of a link, or of the file that keeps one.
-    fn kept(link: &str, session: &Session) -> Result<ViewState, String> {
+    /// The view of a link, or of the file that contains one.
+    fn saved_view(link: &str, session: &Session) -> Result<ViewState, String> {
         let named = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
         if is_link(link) {
-            return restored(link, session, clock()).map_err(|e| named(&e));
+            return view_from_text(link, session, clock()).map_err(|e| named(&e));
         }
         let text = read_text(link.as_ref(), MAX_BYTES).map_err(|e| named(&format!("{e}; a link starts with {SCHEME}")))?;
-        restored(&text, session, clock()).map_err(|e| named(&e))
+        view_from_text(&text, session, clock()).map_err(|e| named(&e))
     }
 
     fn first(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
         let target = catalog.named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
-        let view = initial_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
+        let view = initial_view(catalog, &SessionPositions(session), target, instant(&args.time)?);
         view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }
 
     fn clock() -> Instant {
-        // J2000 when the clock shows what no calendar has.
+        // J2000 if the system clock is outside the calendar.
         instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
-    /// Every body, planets from the Sun outwards each with its moons.
+    /// Every body: planets from the Sun outwards, each followed by its moons.
     fn subjects(session: &Session) -> Vec<Subject> {
         by_distance(session.catalog(), session.ephemeris())
             .into_iter()

@@ -8,7 +8,7 @@
 
 use super::chebyshev::value_and_slope;
 use super::{EphemerisError, State};
-use crate::unwinding::caught;
+use crate::unwinding::catch_panic;
 use anise::naif::SPK;
 use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2ChebyshevSet, datatypes::Type3ChebyshevSet};
 use glam::DVec3;
@@ -98,7 +98,8 @@ pub struct Spk {
 impl Spk {
     /// Reads the bytes of an SPK file. `name` is used in errors alone.
     pub fn parse(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
-        caught(|| Self::read(name, bytes)).unwrap_or_else(|| Err(EphemerisError(format!("kernel {name}: damaged; fetch the file again"))))
+        catch_panic(|| Self::read(name, bytes))
+            .unwrap_or_else(|| Err(EphemerisError(format!("kernel {name}: damaged; fetch the file again"))))
     }
 
     fn read(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {

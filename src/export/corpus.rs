@@ -1,12 +1,12 @@
-//! The conformance corpus: modules with their inputs, answers and tolerances, for other executors of WGSL.
+//! The conformance corpus: modules with their inputs, expected outputs and tolerances, for other executors of WGSL.
 //!
-//! In: a revision and keys. Out: a folder a key with `module.wgsl` and `case.json`, and `data/` with what cases share, each file named by its SHA-256. Always: everything that the
-//! draw needs is in the files; answers are the software renderer's in f64, rounded to f32; the same modules give the same bytes. The format is described in docs/corpus.md.
+//! In: a revision and keys. Out: a folder per key with `module.wgsl` and `case.json`, and `data/` with blobs that cases share, each file named by its SHA-256. Always: the files contain everything that the
+//! draw needs; expected outputs are the software renderer's in f64, rounded to f32; the same modules give the same bytes. The format is described in docs/corpus.md.
 //! Not here: modules that draw no body.
 
 use super::revision::{Revision, RevisionError};
 use super::sample::{Sample, Sampler, levels_apart};
-use crate::files::{FileAccess, WriteError, failure, write_whole};
+use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
 use crate::session::SessionError;
@@ -22,15 +22,15 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Pixels of a side of each case.
+/// Side of the picture of each case, pixels.
 const SIDE: u32 = 48;
 /// Cases that are in memory at a time.
-const AT_ONCE: usize = 64;
-/// Name of the list of cases, by which a folder is known as a corpus.
+const BATCH: usize = 64;
+/// Name of the list of cases, which identifies a folder as a corpus.
 pub const MANIFEST: &str = "corpus.json";
-/// Of the format: another number, another layout of the files.
+/// Version of the format: it changes with the layout of the files.
 pub const FORMAT: u32 = 1;
-/// Half a level of 256: what no display can tell. Ours keeps it in f32 for each key of the covering sets (tests/render/permutations.rs).
+/// Half a level of 256, below the resolution of a display. The software renderer keeps it in f32 for each key of the covering sets (tests/render/permutations.rs).
 pub const TOLERANCE: f64 = 1.0 / 512.0;
 
 /// Why a corpus was not written.
@@ -46,7 +46,7 @@ pub enum CorpusError {
     Case { key: String, why: String },
 }
 
-/// Bytes that cases name by their digest.
+/// Binary data that cases refer to by digest.
 struct Blob {
     name: String,
     bytes: Vec<u8>,
@@ -86,7 +86,7 @@ fn address_name(mode: AddressMode) -> &'static str {
     }
 }
 
-/// A texture's levels, finest first, in one blob.
+/// A texture's mip levels, finest first, in one blob.
 fn texture(binding: u32, name: &str, texture: &Texture, blobs: &mut Vec<Blob>) -> Value {
     let blob = Blob::of(texture.levels.iter().flat_map(|l| l.bytes.iter().copied()).collect());
     let levels: Vec<[u32; 2]> = texture.levels.iter().map(|l| [l.width, l.height]).collect();
@@ -180,10 +180,10 @@ fn case(sampler: &Sampler, revision: &Revision, key: &ShaderKey, lowering: &Lowe
     case_of(&module, draw, &sampler.draw(&module, key)?).map_err(wrong)
 }
 
-/// Writes the corpus of these keys into a folder; `done` is called after each. Answers the number of cases.
+/// Writes the corpus of these keys into a folder; `done` is called after each. Returns the number of cases.
 ///
 /// # Errors
-/// A module that cannot be made or run, or a file that cannot be written.
+/// A module that cannot be compiled or run, or a file that cannot be written.
 pub fn write(
     folder: &Path,
     revision: &Revision,
@@ -191,12 +191,12 @@ pub fn write(
     lowering: &Lowering,
     done: impl Fn() + Sync,
 ) -> Result<usize, CorpusError> {
-    let make = |path: &Path| std::fs::create_dir_all(path).map_err(|e| failure(path, &e));
-    let put = |path: &Path, bytes: &[u8]| write_whole(path, FileAccess::All, |out| out.write_all(bytes));
+    let make = |path: &Path| std::fs::create_dir_all(path).map_err(|e| write_error(path, &e));
+    let put = |path: &Path, bytes: &[u8]| write_atomic(path, FileAccess::All, |out| out.write_all(bytes));
     make(&folder.join("data"))?;
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
-    for some in keys.chunks(AT_ONCE) {
+    for some in keys.chunks(BATCH) {
         let samplers = || Sampler::new(SIDE);
         let one = |sampler: &mut Result<Sampler, SessionError>, key: &ShaderKey| {
             let made = match sampler {
@@ -221,7 +221,7 @@ pub fn write(
             cases.push(of_case);
         }
     }
-    // Last: what has a manifest is whole.
+    // Written last: a folder with a manifest is complete.
     let manifest = json!({ "format": FORMAT, "revision": revision.name, "tolerance": TOLERANCE, "cases": cases });
     put(&folder.join(MANIFEST), format!("{manifest:#}\n").as_bytes())?;
     Ok(cases.len())

@@ -1,7 +1,7 @@
-//! What leaves the program to be read elsewhere: a report on two revisions of the shader library, an atlas of its modules, a corpus for other executors.
+//! Exports for readers elsewhere: a report on two revisions of the shader library, an atlas of its modules, a corpus for other executors.
 //!
-//! In: modules of a [`Revision`]. Out: files or a [`report::Report`]. Always: the sample body of [`crate::session::sample_plan`] is drawn by the software renderer on one
-//! thread a key, so that the same modules give the same bytes. Not here: pictures of views (`session`), and how results are worded (`cli`).
+//! In: modules of a [`Revision`]. Out: files or a [`report::Report`]. Always: the sample body of [`crate::session::sample_plan`] is drawn by the software renderer with one
+//! thread per key, so that the same modules give the same bytes. Not here: pictures of views (`session`), and the wording of results (`cli`).
 
 pub mod atlas;
 pub mod corpus;

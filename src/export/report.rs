@@ -1,7 +1,7 @@
-//! Two revisions of the shader library compared: source, picture, figures and cost of each module, by cause.
+//! Compares two revisions of the shader library: source, picture, figures and cost of each module, by cause.
 //!
-//! In: two [`Revision`]s. Out: a [`Report`]. Always: modules whose text and tape are equal are counted and not drawn; a module that one revision cannot make is a failure with its
-//! reason, never "equal". Causes are what differs in the source: the fragments, else the generator, else what turns text into a tape.
+//! In: two [`Revision`]s. Out: a [`Report`]. Always: modules whose text and tape are equal are counted and not drawn; a module that one revision cannot compile is a failure with its
+//! reason, never "equal". The causes are the fragments that differ, else the generator, else the lowering.
 
 use super::revision::Revision;
 use super::sample::{Sample, Sampler, levels_apart};
@@ -13,19 +13,19 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Pixels of a side of the sample picture.
+/// Side of the sample picture, pixels.
 const SIDE: u32 = 40;
 
-/// What one module's revisions cost and draw.
+/// Cost and picture statistics of one module in one revision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
-    /// Operations of the fragment tape over lanes; a loop's count once.
+    /// Lane operations of the fragment tape; those of a loop count once.
     pub operations: usize,
     /// Texture samples and loads of the fragment tape.
     pub texture_reads: usize,
-    /// Values of one lane that are kept at a time.
+    /// Values per lane that are live at the same time.
     pub slots: u32,
-    /// Mean luminance of the sample picture, of a white surface's; `None` for modules that draw no body.
+    /// Mean luminance of the sample picture, relative to a white surface; `None` for modules that draw no body.
     pub mean_luminance: Option<f64>,
     /// The greatest difference between f32 and f64 in the sample picture, display levels.
     pub rounding_levels: Option<f64>,
@@ -36,15 +36,15 @@ pub struct Figures {
 pub struct Cause {
     /// The fragment's path, or `generator`, or `lowering`.
     pub what: String,
-    /// Features that asked for the lines.
+    /// Features of the lines.
     pub features: BTreeSet<String>,
-    /// Lines of the first revision alone.
+    /// Lines that only the first revision has.
     pub removed: usize,
-    /// Lines of the second alone.
+    /// Lines that only the second has.
     pub added: usize,
 }
 
-/// How far two pictures are apart, display levels.
+/// Difference of two pictures, display levels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PictureChange {
     /// The greatest difference of a pixel.
@@ -55,7 +55,7 @@ pub struct PictureChange {
     pub pixels: usize,
 }
 
-/// One module that is not the same in both.
+/// One module that differs between the revisions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ModuleChange {
     /// Key or name.
@@ -76,28 +76,28 @@ pub struct Report {
     pub only_first: Vec<String>,
     pub only_second: Vec<String>,
     pub changed: Vec<ModuleChange>,
-    /// Modules that a revision has no sound form of, each with the reason.
+    /// Modules that a revision cannot compile or run, each with the reason.
     pub failures: Vec<(String, String)>,
 }
 
-enum Compared {
+enum ModuleComparison {
     Equal,
     Changed(Box<ModuleChange>),
     Only { first: bool },
     Failed(String),
 }
 
-/// The modules that two revisions share or that one alone has; `usual`: those that folders of fragments are asked for.
+/// The modules in either revision; `usual`: those to compile from folders of fragments.
 fn ids(revisions: [&Revision; 2], usual: &[ModuleId]) -> Vec<ModuleId> {
     let known: Vec<ModuleId> = revisions.iter().filter_map(|r| r.ids()).flatten().collect();
     let all: BTreeSet<ModuleId> = if known.is_empty() { usual.iter().cloned().collect() } else { known.into_iter().collect() };
     all.into_iter().collect()
 }
 
-/// What a module costs, and its sample picture's figures.
+/// Cost and sample picture statistics of a module.
 ///
 /// # Errors
-/// One line: the module has no tape that can be read.
+/// One line: the module has no readable tape.
 pub fn figures(module: &ShaderModule, sample: Option<&Sample>) -> Result<Figures, String> {
     let costs = tape_costs(module).map_err(|e| e.to_string())?;
     let Some(fragment) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };
@@ -123,13 +123,13 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     };
     let causes: Vec<Cause> =
         changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(of).collect();
-    // The same lines of the same fragments in another order, or lines that stand in no fragment.
+    // The same lines of the same fragments in another order, or lines from no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
-fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Result<Compared, String> {
+fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
     if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
-        return Ok(Compared::Equal);
+        return Ok(ModuleComparison::Equal);
     }
     let [first, second] = modules.map(Arc::new);
     let sample = |module: &Arc<ShaderModule>| match id {
@@ -149,7 +149,7 @@ fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Resu
         _ => None,
     };
     let [a, b] = &samples;
-    Ok(Compared::Changed(Box::new(ModuleChange {
+    Ok(ModuleComparison::Changed(Box::new(ModuleChange {
         module: id.to_string(),
         causes: causes(&first, &second),
         picture,
@@ -159,10 +159,10 @@ fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Resu
 }
 
 impl Report {
-    /// Compares two revisions. `usual`: the modules asked of fragments; `done` is called after each module, from any thread.
+    /// Compares two revisions. `usual`: the modules to compile from fragments; `done` is called after each module, from any thread.
     ///
     /// # Errors
-    /// No renderer can be had. What is wrong with a module stands in the report.
+    /// No renderer can be created. Errors of single modules are in the report.
     pub fn of(
         revisions: [&Revision; 2],
         usual: &[ModuleId],
@@ -172,41 +172,41 @@ impl Report {
     ) -> Result<Self, SessionError> {
         let ids = ids(revisions, usual);
         starts(ids.len());
-        // A sampler a piece of work: each has one thread.
+        // One sampler per work item: each has one thread.
         let samplers = || Sampler::new(SIDE).map_err(|e| e.to_string());
         let one = |sampler: &mut Result<Sampler, String>, id: &ModuleId| {
             let made = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
             let compared = match made {
                 [Ok(Some(a)), Ok(Some(b))] => match sampler {
-                    Ok(sampler) => compare(sampler, [a, b], id).unwrap_or_else(Compared::Failed),
-                    Err(e) => Compared::Failed(e.clone()),
+                    Ok(sampler) => compare(sampler, [a, b], id).unwrap_or_else(ModuleComparison::Failed),
+                    Err(e) => ModuleComparison::Failed(e.clone()),
                 },
-                [Err(e), _] | [_, Err(e)] => Compared::Failed(e),
-                [Ok(first), Ok(_)] => Compared::Only { first: first.is_some() },
+                [Err(e), _] | [_, Err(e)] => ModuleComparison::Failed(e),
+                [Ok(first), Ok(_)] => ModuleComparison::Only { first: first.is_some() },
             };
             done();
             compared
         };
-        let compared: Vec<Compared> = ids.par_iter().map_init(samplers, one).collect();
+        let compared: Vec<ModuleComparison> = ids.par_iter().map_init(samplers, one).collect();
         let mut report = Self { first: revisions[0].name.clone(), second: revisions[1].name.clone(), ..Self::default() };
         for (id, compared) in ids.iter().zip(compared) {
             match compared {
-                Compared::Equal => report.equal += 1,
-                Compared::Changed(change) => report.changed.push(*change),
-                Compared::Only { first: true } => report.only_first.push(id.to_string()),
-                Compared::Only { first: false } => report.only_second.push(id.to_string()),
-                Compared::Failed(why) => report.failures.push((id.to_string(), why)),
+                ModuleComparison::Equal => report.equal += 1,
+                ModuleComparison::Changed(change) => report.changed.push(*change),
+                ModuleComparison::Only { first: true } => report.only_first.push(id.to_string()),
+                ModuleComparison::Only { first: false } => report.only_second.push(id.to_string()),
+                ModuleComparison::Failed(why) => report.failures.push((id.to_string(), why)),
             }
         }
         Ok(report)
     }
 
-    /// Whether both revisions hold the same modules.
+    /// Whether both revisions have the same modules.
     pub fn is_equal(&self) -> bool {
         self.changed.is_empty() && self.only_first.is_empty() && self.only_second.is_empty() && self.failures.is_empty()
     }
 
-    /// Changed modules by what changed in them: the paths of the fragments, joined.
+    /// Changed modules by cause: the paths of the changed fragments, joined.
     pub fn by_cause(&self) -> BTreeMap<String, Vec<&ModuleChange>> {
         let mut groups: BTreeMap<String, Vec<&ModuleChange>> = BTreeMap::new();
         for change in &self.changed {

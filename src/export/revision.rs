@@ -1,7 +1,7 @@
-//! One revision of the shader library: the entries in a folder, or what a folder of fragments makes.
+//! One revision of the shader library: the entries in a folder, or the modules of a folder of fragments.
 //!
-//! In: a folder. Out: modules by id. Always: an entry's text and tape are those that its revision wrote; only where this program's software renderer no longer runs the tape, the
-//! module is lowered anew. Fragments are emitted by this program's generator. A folder that holds several revisions is refused: the caller says which.
+//! In: a folder. Out: modules by id. Always: an entry's text and tape are those that its revision wrote, except that a tape which this program's software renderer cannot run is
+//! lowered again. Fragments are emitted by this program's generator. A folder with several revisions is an error: the caller must name one.
 
 use crate::files::read_bytes;
 use crate::session::{FragmentFolderError, fragment_times, read_fragments};
@@ -11,16 +11,16 @@ use crate::shader::{Lowering, ModuleId, ShaderError, ShaderModule};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Why a folder gives no revision, or a revision no module.
+/// Why a folder has no revision, or a revision no module.
 #[derive(Debug, thiserror::Error)]
 pub enum RevisionError {
     /// The folder cannot be read.
     #[error("{}: {source}", folder.display())]
     Folder { folder: PathBuf, source: std::io::Error },
-    /// It holds neither entries nor fragments.
+    /// It contains neither entries nor fragments.
     #[error("{}: no shader library and no fragments in it; `orrery library warm --cache DIR` writes a library, `orrery shader export DIR` the fragments", .0.display())]
     Nothing(PathBuf),
-    /// It holds libraries of several generators.
+    /// It contains libraries of several generators.
     #[error("{} holds {} revisions; name the folder of one: {}", folder.display(), names.len(), names.join(", "))]
     Several { folder: PathBuf, names: Vec<String> },
     /// An entry cannot be read.
@@ -43,7 +43,7 @@ enum Modules {
 
 /// Modules of one revision.
 pub struct Revision {
-    /// What a report calls it: its folder.
+    /// Its name in a report: its folder.
     pub name: String,
     modules: Modules,
 }
@@ -60,7 +60,7 @@ fn entries_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(entries)
 }
 
-/// Folders below a library's root that hold entries: one for each generator.
+/// Folders below a library's root that contain entries: one for each generator.
 fn generations(root: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(root)? {
@@ -74,21 +74,21 @@ fn generations(root: &Path) -> std::io::Result<Vec<PathBuf>> {
 }
 
 impl Revision {
-    /// What this program itself makes.
+    /// This program's own modules.
     pub fn built_in() -> Self {
         Self::of_fragments("built-in", Fragments::default())
     }
 
-    /// What these fragments make.
+    /// The modules of these fragments.
     pub fn of_fragments(name: &str, fragments: Fragments) -> Self {
         Self { name: name.to_owned(), modules: Modules::Fragments(Box::new(fragments)) }
     }
 
-    /// The revision in a folder: one generator's folder of a library, a library with one generator, a cache folder with such a library, or fragments as
-    /// `orrery shader export` writes them.
+    /// The revision in a folder: one generator's folder of a library, a library with one generator, a cache folder with such a library, or fragments written by
+    /// `orrery shader export`.
     ///
     /// # Errors
-    /// The folder cannot be read, holds nothing of the kind, or several generators.
+    /// The folder cannot be read, contains none of these, or several generators.
     pub fn open(folder: &Path) -> Result<Self, RevisionError> {
         let failed = |source| RevisionError::Folder { folder: folder.to_owned(), source };
         let entries = entries_in(folder).map_err(failed)?;
@@ -122,7 +122,7 @@ impl Revision {
             let by_name = file.file_stem().and_then(|s| s.to_str()).and_then(|name| name.parse().ok());
             let id = match by_name {
                 Some(id) => id,
-                // Long names are shortened: the entry says which module it is.
+                // Long file names are shortened: the entry contains its id.
                 None => {
                     let name = module_name(&read(&file)?).map_err(|why| RevisionError::Entry { file: file.clone(), why })?;
                     // Another revision's key may have a word that this one does not know.
@@ -135,7 +135,7 @@ impl Revision {
         Ok(Self { name: folder.display().to_string(), modules: Modules::Entries(entries) })
     }
 
-    /// The modules of a library; `None` of fragments, which make any.
+    /// The modules of a library; `None` for fragments, which can emit any module.
     pub fn ids(&self) -> Option<Vec<ModuleId>> {
         match &self.modules {
             Modules::Entries(entries) => Some(entries.keys().cloned().collect()),
@@ -143,10 +143,10 @@ impl Revision {
         }
     }
 
-    /// A module, `None` where the library has no entry of it.
+    /// A module; `None` if the library has no entry for it.
     ///
     /// # Errors
-    /// The entry cannot be read, or the fragments make no valid module.
+    /// The entry cannot be read, or the fragments give no valid module.
     pub fn module(&self, id: &ModuleId, lowering: &Lowering) -> Result<Option<ShaderModule>, RevisionError> {
         match &self.modules {
             Modules::Fragments(fragments) => Ok(Some(ShaderModule::build_with(fragments, id, lowering)?)),

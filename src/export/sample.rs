@@ -1,6 +1,6 @@
-//! What a module does on the sample body: its picture in f32 and f64, and figures of both.
+//! A module on the sample body: its picture in f32 and f64, and statistics of both.
 //!
-//! In: a finished module of a planet's key. Out: a [`Sample`]. Always: drawn on one thread, so that keys are drawn side by side on all cores; nothing of the module is kept.
+//! In: a finished module of a planet's key. Out: a [`Sample`]. Always: drawn on one thread, so that keys are drawn in parallel on all cores; nothing of the module is kept.
 
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::render::software::kernels::KernelClass;
@@ -11,10 +11,10 @@ use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use crate::units::{linear_to_srgb, luminance};
 use std::sync::Arc;
 
-/// The sample body as a module draws it, rows from the top.
+/// The sample body drawn by a module, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// Pixels of a side.
+    /// Side, pixels.
     pub side: u32,
     /// Linear RGBA, premultiplied, in f32.
     pub single: Vec<[f32; 4]>,
@@ -22,12 +22,12 @@ pub struct Sample {
     pub double: Vec<[f32; 4]>,
 }
 
-/// Display levels of a linear colour, 0 to 255 and not rounded: white is the light of a surface that returns all sunlight.
+/// Display levels of a linear colour, 0 to 255 and not rounded; white is a white Lambert surface in full sunlight.
 pub fn levels(linear: &[f32; 4]) -> [f64; 3] {
     [0, 1, 2].map(|c| 255.0 * linear_to_srgb(f64::from(linear[c]).clamp(0.0, 1.0)))
 }
 
-/// The greatest difference of a channel in display levels, pixel by pixel; what is not finite in one picture alone is 255.
+/// The greatest difference of a channel in display levels, per pixel; 255 if a value is finite in only one picture.
 pub fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
     let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
@@ -41,7 +41,7 @@ pub fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
 }
 
 impl Sample {
-    /// Mean luminance of the picture in f64, of the light of a white surface.
+    /// Mean luminance of the picture in f64, relative to a white surface.
     pub fn mean_luminance(&self) -> f64 {
         let sum: f64 = self.double.iter().map(|p| luminance([p[0], p[1], p[2]].map(f64::from))).sum();
         sum / self.double.len().max(1) as f64
@@ -52,7 +52,7 @@ impl Sample {
         levels_apart(&self.single, &self.double).into_iter().fold(0.0, f64::max)
     }
 
-    /// Display bytes of the picture in f32, on black. `fitted`: the brightest channel becomes white, for pictures of counts.
+    /// Display bytes of the f32 picture, on black. `fitted`: scaled so that the brightest channel is white, for pictures of counts.
     pub fn display(&self, fitted: bool) -> Vec<[u8; 4]> {
         let brightest = self.single.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
         let factor = if fitted && brightest > 0.0 { 1.0 / brightest } else { 1.0 };
@@ -68,20 +68,20 @@ pub struct Sampler {
     double: SoftwareRenderer,
 }
 
-/// One module for whoever asks for it.
-struct Only<'a>(&'a Arc<ShaderModule>);
+/// A provider of one module.
+struct SingleModule<'a>(&'a Arc<ShaderModule>);
 
-impl ModuleProvider for Only<'_> {
+impl ModuleProvider for SingleModule<'_> {
     fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         Ok(Arc::clone(self.0))
     }
 }
 
 impl Sampler {
-    /// Pictures of a side in pixels. The portable kernels give the same bits on every machine.
+    /// Draws pictures with this side in pixels. The portable kernels give the same bits on every machine.
     ///
     /// # Errors
-    /// No thread can be had.
+    /// The thread cannot be started.
     pub fn new(side: u32) -> Result<Self, SessionError> {
         let renderer = |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernels: KernelClass::Portable });
         Ok(Self { side, single: renderer(Precision::F32)?, double: renderer(Precision::F64)? })
@@ -90,20 +90,20 @@ impl Sampler {
     /// The plan of a key's sample.
     ///
     /// # Errors
-    /// As for [`sample_plan_of`].
+    /// See [`sample_plan_of`].
     pub fn plan(&self, module: &ShaderModule, key: &ShaderKey) -> Result<Plan, SessionError> {
         sample_plan_of(module, key, self.side, HALF_SIDE_WITH_LIMB)
     }
 
-    /// The sample body by a module.
+    /// Draws the sample body with a module.
     ///
     /// # Errors
-    /// The module wants what the sample body has not, or cannot be run.
+    /// The module needs something that the sample body lacks, or cannot be run.
     pub fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<Sample, SessionError> {
         let plan = self.plan(module, key)?;
         let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
-            let drawn = renderer.render(&plan, &Only(module), true);
-            // Another module of the same name may come next, and thousands of others after it.
+            let drawn = renderer.render(&plan, &SingleModule(module), true);
+            // The next module may have the same name, and thousands may follow.
             renderer.forget_modules();
             Ok(drawn?.0.hdr)
         };

@@ -1,7 +1,7 @@
-//! Frames of display bytes to one moving picture: an animated PNG, which keeps every level, or a GIF of 256 colours a frame.
+//! Encodes frames as an animation: an animated PNG, which is lossless, or a GIF of 256 colours per frame.
 //!
-//! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: it runs for ever, frame by frame as long as the rate says (a GIF knows hundredths of
-//! a second: at rates that do not divide 100 single frames are a hundredth longer, so that the whole keeps time). Alpha is left out. The same input gives the same bytes.
+//! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: it loops forever at the given rate (GIF delays are in hundredths of
+//! a second: at rates that do not divide 100, some frames are a hundredth longer, so that the mean rate holds). Alpha is ignored. The same input gives the same bytes.
 
 use super::ImageError;
 use parking_lot::Mutex;
@@ -9,12 +9,12 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Sides that a GIF can have, and numbers in an animated PNG's delays.
-const MAX_16: u32 = u16::MAX as u32;
-/// Of the search for a frame's 256 colours: 1 best, 30 fastest.
-const PALETTE_SPEED: i32 = 10;
+/// Largest side of a GIF, and largest numerator and denominator of an animated PNG's delays.
+const MAX_U16: u32 = u16::MAX as u32;
+/// Quality of the search for a frame's 256 colours: 1 best, 30 fastest.
+const PALETTE_SEARCH_SPEED: i32 = 10;
 
-/// The form of a moving picture.
+/// The format of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnimationFormat {
     Apng,
@@ -26,10 +26,10 @@ enum Encoder<W: Write> {
     Gif(Box<gif::Encoder<W>>),
 }
 
-/// Pixels of a moving picture that is made in memory, all frames together, at most.
+/// Largest number of pixels of an animation that is encoded in memory, all frames together.
 pub const MAX_ANIMATION_PIXELS: f64 = 2e9;
 
-/// The form that a file's ending names.
+/// The format for a file's extension.
 pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
     let ending = path.extension()?.to_ascii_lowercase();
     match ending.to_str()? {
@@ -39,7 +39,7 @@ pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
     }
 }
 
-/// Bytes that a writer fills and keeps, and that are taken from here in the end.
+/// A buffer shared between an encoder, which owns its writer, and the caller, who takes the bytes.
 #[derive(Clone, Default)]
 pub struct SharedBytes(pub Arc<Mutex<Vec<u8>>>);
 
@@ -54,7 +54,7 @@ impl Write for SharedBytes {
     }
 }
 
-/// Takes frames one after the other.
+/// Encodes frames one after the other.
 pub struct AnimationWriter<W: Write> {
     encoder: Encoder<W>,
     width: u32,
@@ -68,10 +68,10 @@ fn failed(e: impl std::fmt::Display) -> ImageError {
 }
 
 impl<W: Write> AnimationWriter<W> {
-    /// Starts a file of so many frames, `rate` a second.
+    /// Starts a file of `frames` frames, `rate` per second.
     ///
     /// # Errors
-    /// A side or a rate that the form does not know, or what the writer says.
+    /// A size or rate that the format does not support, or an error of the writer.
     pub fn new(out: W, format: AnimationFormat, (width, height): (u32, u32), frames: u32, rate: u32) -> Result<Self, ImageError> {
         let encoder = match format {
             AnimationFormat::Apng => {
@@ -81,12 +81,12 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
                 encoder.set_compression(png::Compression::Fast);
                 encoder.set_animated(frames, 0).map_err(failed)?;
-                let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_16}")))?;
+                let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_U16}")))?;
                 encoder.set_frame_delay(1, rate).map_err(failed)?;
                 Encoder::Apng(Box::new(encoder.write_header().map_err(failed)?))
             }
             AnimationFormat::Gif => {
-                let side = |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_16} pixels a side")));
+                let side = |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
                 if !(1..=100).contains(&rate) {
                     return Err(ImageError::Write(format!("{rate} frames a second: a GIF has 1 to 100")));
                 }
@@ -101,7 +101,7 @@ impl<W: Write> AnimationWriter<W> {
     /// Adds a frame.
     ///
     /// # Errors
-    /// Another size, or what the writer says.
+    /// Another size, or an error of the writer.
     pub fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
         let (width, height) = (self.width, self.height);
         if u64::from(width) * u64::from(height) != display.len() as u64 {
@@ -114,7 +114,7 @@ impl<W: Write> AnimationWriter<W> {
             Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
             Encoder::Gif(writer) => {
                 // Both were checked against 65535 at the start.
-                let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SPEED);
+                let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SEARCH_SPEED);
                 frame.delay = hundredths as u16;
                 writer.write_frame(&frame).map_err(failed)?;
             }
@@ -123,10 +123,10 @@ impl<W: Write> AnimationWriter<W> {
         Ok(())
     }
 
-    /// Ends the file.
+    /// Finishes the file.
     ///
     /// # Errors
-    /// Fewer frames than were told at the start, or what the writer says.
+    /// Fewer frames than announced at the start, or an error of the writer.
     pub fn finish(self) -> Result<(), ImageError> {
         match self.encoder {
             Encoder::Apng(writer) => writer.finish().map_err(failed),
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_form_does_not_know_is_refused() {
+    fn unsupported_sizes_and_rates_are_refused() {
         let new = |format, size, rate| AnimationWriter::new(Vec::new(), format, size, 1, rate).map(drop).map_err(|e| e.to_string());
         assert!(new(AnimationFormat::Gif, (70_000, 1), 25).is_err_and(|e| e.contains("65535")));
         assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));

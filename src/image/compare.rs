@@ -1,7 +1,7 @@
-//! How far two pictures are from each other, in levels of 255.
+//! The difference of two images in display levels (0 to 255).
 //!
-//! In: two pictures of one size as 8-bit RGBA rows. Out: a [`Difference`] over every red, green and blue value, alpha where either picture has any,
-//! and a picture of the differences. Differences are of encoded values, as the eye steps through them; nothing is aligned, scaled or filtered.
+//! In: two images of one size as 8-bit RGBA rows. Out: a [`Difference`] over every red, green and blue value, alpha if either image has any,
+//! and an image of the differences. Differences are of encoded values, which are perceptually uniform; nothing is aligned, scaled or filtered.
 
 use super::{ImageError, decode_rgba8};
 
@@ -15,7 +15,7 @@ pub struct Difference {
     /// 99.9 % of the values differ by this or less.
     pub p999: u8,
     pub max: u8,
-    /// Peak signal to noise; `None` (infinite) for equal pictures.
+    /// Peak signal-to-noise ratio; `None` (infinite) for equal images.
     pub psnr_db: Option<f64>,
     pub pixels: u64,
 }
@@ -51,10 +51,10 @@ impl DisplayImage {
         }
     }
 
-    /// How far `other` is from this picture.
+    /// The difference of `other` from this image.
     ///
     /// # Errors
-    /// Sizes that differ.
+    /// Different sizes.
     pub fn difference(&self, other: &Self) -> Result<Difference, ImageError> {
         self.matches(other)?;
         let channels = if self.has_alpha() || other.has_alpha() { 4 } else { 3 };
@@ -76,10 +76,10 @@ impl DisplayImage {
         })
     }
 
-    /// The part of the pixels whose red, green and blue differ by no more than those of `bound`, in levels.
+    /// The fraction of pixels whose red, green and blue differ by at most those of `bound`, in levels.
     ///
     /// # Errors
-    /// Sizes that differ.
+    /// Different sizes.
     pub fn part_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
         self.matches(other)?;
         self.matches(bound)?;
@@ -88,10 +88,10 @@ impl DisplayImage {
         Ok(within as f64 / self.rgba.len() as f64)
     }
 
-    /// The absolute differences of red, green and blue, stretched so that the largest is white; opaque, and black where nothing differs.
+    /// The absolute differences of red, green and blue, scaled so that the largest is white; opaque, and black for equal images.
     ///
     /// # Errors
-    /// Sizes that differ.
+    /// Different sizes.
     pub fn difference_picture(&self, other: &Self) -> Result<Self, ImageError> {
         let largest = u32::from(self.difference(other)?.max.max(1));
         let stretched = |p: u8, q: u8| (u32::from(p.abs_diff(q)) * 255 / largest).min(255) as u8;
@@ -100,7 +100,7 @@ impl DisplayImage {
     }
 }
 
-/// The least level at or below which at least `wanted` values lie.
+/// The least level that at least `wanted` values do not exceed.
 fn level_that_holds(of_level: &[u64; 256], wanted: u64) -> u8 {
     let mut held = 0;
     for (level, n) in (0..=u8::MAX).zip(of_level) {

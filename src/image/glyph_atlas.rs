@@ -1,46 +1,46 @@
-//! Letters as a texture: each letter drawn once, side by side, with its place and how far it moves the pen.
+//! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
-//! In: the letters that will be written and their size in pixels. Out: [`GlyphAtlas`]: one level of coverage (all four channels alike) and a [`Glyph`] for
-//! each letter, and for a ring, the marker of small bodies. Always: cells do not touch. A letter that the font does not have is written as its sign for
-//! that. Not here: where a text stands. The font is Ubuntu Light, as the window has it.
+//! In: the characters that will be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels) and a [`Glyph`] for
+//! each character, and for a ring, the marker of small bodies. Always: cells do not touch. A character missing in the font becomes the font's replacement
+//! glyph. Not here: the position of text. The font is Ubuntu Light, the same as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// One letter's picture in the texture.
+/// The cell of one glyph in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
     /// Left and top texel.
     pub at: [u32; 2],
-    /// Nothing is drawn where a side is 0.
+    /// Width and height; nothing is drawn if either is 0.
     pub size: [u32; 2],
-    /// From the pen, on the base line, to the cell's left top corner; y down.
+    /// From the pen position on the baseline to the cell's top left corner; y down.
     pub bearing: [i32; 2],
-    /// How far the pen goes on, pixels.
+    /// Advance of the pen, pixels.
     pub advance: f32,
 }
 
-/// The letters of one size.
+/// The glyphs of one size.
 #[derive(Clone, Debug)]
 pub struct GlyphAtlas {
     pub texture: SharedTexture,
     cells: BTreeMap<char, Glyph>,
-    /// A ring about its middle.
+    /// A ring around its centre.
     pub marker: Glyph,
-    /// Full coverage: any part of it is a filled rectangle.
+    /// Full coverage: any part of it can be drawn as a filled rectangle.
     pub block: Glyph,
-    /// From the middle of a small letter to the base line, pixels down.
+    /// From the middle of a lower-case letter down to the baseline, pixels.
     pub baseline_offset: f32,
 }
 
-/// Width of the texture in letter sizes.
-const ACROSS: f32 = 20.0;
-/// Width of a marker's line in letter sizes: a pixel for the window's letters.
-const MARKER_LINE: f32 = 1.0 / 13.0;
+/// Width of the texture, in units of the font size.
+const TEXTURE_WIDTH_EMS: f32 = 20.0;
+/// Stroke width of a marker, in units of the font size: one pixel for the window's text.
+const MARKER_STROKE_EMS: f32 = 1.0 / 13.0;
 
-/// A picture before it has its place.
+/// The coverage of a glyph before it is placed in the atlas.
 struct Drawn {
     size: [u32; 2],
     bearing: [i32; 2],
@@ -66,10 +66,10 @@ fn letter(font: &FontRef<'_>, letter: char, size_px: f32) -> Drawn {
     Drawn { size, bearing: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
 }
 
-/// Points of a font at 72 to the inch are pixels here.
+/// Points per pixel: the font crate assumes 96 pixels per inch.
 const POINTS_PER_PX: f32 = 0.75;
 
-/// A ring of a radius about the pen, its edges covered by the distance from them.
+/// A ring around the pen position, antialiased by the distance from its edges.
 fn ring(radius_px: f32, line_height_px: f32) -> Drawn {
     let reach = (radius_px + 0.5 * line_height_px + 1.0).ceil() as i32;
     let side = (2 * reach + 1) as u32;
@@ -80,15 +80,15 @@ fn ring(radius_px: f32, line_height_px: f32) -> Drawn {
     Drawn { size: [side, side], bearing: [-reach, -reach], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
 }
 
-/// Side of the block in letter sizes.
-const BLOCK: f32 = 2.0;
+/// Side of the block, in units of the font size.
+const BLOCK_SIDE_EMS: f32 = 2.0;
 
 fn block(side: u32) -> Drawn {
     Drawn { size: [side, side], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side as usize * side as usize] }
 }
 
 impl GlyphAtlas {
-    /// The given letters for texts of `size_px`. `marker_radius`: of the ring, in sizes of the letters.
+    /// The given characters for text of `size_px`. `marker_radius`: of the ring, in units of the font size.
     pub fn draw(wanted: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
@@ -97,13 +97,13 @@ impl GlyphAtlas {
             .into_iter()
             .filter_map(|c| Some((Some(c), letter(font.as_ref()?, c, size_px))))
             .chain([
-                (None, ring(marker_radius * size_px, (MARKER_LINE * size_px).max(1.0))),
-                (None, block((BLOCK * size_px).ceil() as u32)),
+                (None, ring(marker_radius * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
+                (None, block((BLOCK_SIDE_EMS * size_px).ceil() as u32)),
             ])
             .collect();
         let widest = drawn.iter().map(|(_, d)| d.size[0]).max().unwrap_or(0);
-        let width = ((ACROSS * size_px) as u32).max(widest + 2);
-        // Rows as high as their highest letter, one texel of nothing around each.
+        let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
+        // Rows as high as their highest glyph, with a border of one empty texel.
         let (mut pen, mut row_height) = ([1_u32, 1_u32], 0_u32);
         let mut places = Vec::new();
         for (_, d) in &drawn {
@@ -138,7 +138,7 @@ impl GlyphAtlas {
         }
     }
 
-    /// The cells of a text and where the pen stands for each, pixels from its begin. Letters that were not asked for are left out.
+    /// The cells of a text and the pen position of each, pixels from its start. Characters that the atlas lacks are skipped.
     pub fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
         text.chars().filter_map(|c| self.cells.get(&c)).scan(0.0, |pen, cell| {
             let at = *pen;
@@ -181,7 +181,7 @@ mod tests {
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
         let ring_px = covered(&large, &large.marker);
-        let line_height_px = f64::from(MARKER_LINE) * 40.0;
+        let line_height_px = f64::from(MARKER_STROKE_EMS) * 40.0;
         let expected = std::f64::consts::TAU * 16.0 * line_height_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
         let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);

@@ -1,4 +1,4 @@
-//! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
+//! The store of maps: from the user's folder first, then embedded ones. Each is decoded once, when first needed.
 
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::files::{check_inside, read_bytes};
@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Where a map of this name would come from.
+/// Where a map of this name would be read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MapOrigin {
     Folder(PathBuf),
@@ -17,7 +17,7 @@ pub enum MapOrigin {
     Missing,
 }
 
-/// How a map's file is read.
+/// How a map's file is decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MapDecoding {
     pub format: TexelFormat,
@@ -34,17 +34,17 @@ pub struct MapStore {
 }
 
 impl MapStore {
-    /// Maps of `folder` come before the embedded ones of the same name.
+    /// Maps of `folder` take precedence over embedded ones of the same name.
     pub fn new(folder: Option<PathBuf>) -> Self {
         Self::with_limit(folder, DEFAULT_MAX_MEGAPIXELS)
     }
 
-    /// The same, and maps of the folder may have so many millions of pixels.
+    /// The same, with a limit on the megapixels of maps in the folder.
     pub fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
         Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default() }
     }
 
-    /// Names and sizes in bytes of the maps inside the program.
+    /// Names and sizes in bytes of the embedded maps.
     pub fn embedded() -> impl Iterator<Item = (&'static str, usize)> {
         MAPS.iter().map(|(name, bytes)| (*name, bytes.len()))
     }
@@ -62,13 +62,13 @@ impl MapStore {
         self.get_decoded(name, MapDecoding { format, poles: PoleFilter::None })
     }
 
-    /// The map with its mip chain, as it is drawn.
-    pub fn get_decoded(&self, name: &str, reading: MapDecoding) -> Result<SharedTexture, ImageError> {
-        let key = (name.to_owned(), reading);
+    /// The map with its mip chain, filtered for drawing.
+    pub fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
+        let key = (name.to_owned(), decoding);
         if let Some(found) = self.decoded.lock().get(&key) {
             return Ok(found.clone());
         }
-        let texture = Arc::new(self.read(name, reading)?);
+        let texture = Arc::new(self.read(name, decoding)?);
         Ok(self.decoded.lock().entry(key).or_insert(texture).clone())
     }
 
@@ -81,37 +81,37 @@ impl MapStore {
         Ok(self.premultiplied.lock().entry(name.to_owned()).or_insert(texture).clone())
     }
 
-    /// Takes a texture that was made elsewhere, under a name that no file has.
-    pub fn keep(&self, name: &str, reading: MapDecoding, texture: Texture) {
-        self.decoded.lock().insert((name.to_owned(), reading), Arc::new(texture));
+    /// Adds a texture that was created elsewhere, under a name that no file has.
+    pub fn keep(&self, name: &str, decoding: MapDecoding, texture: Texture) {
+        self.decoded.lock().insert((name.to_owned(), decoding), Arc::new(texture));
     }
 
-    /// The same of an image whose texels are multiplied by their alpha.
+    /// The same for an image with premultiplied alpha.
     pub fn keep_premultiplied(&self, name: &str, texture: Texture) {
         self.premultiplied.lock().insert(name.to_owned(), Arc::new(texture));
     }
 
-    /// Decodes by all threads what is not in memory yet. A map that cannot be read is found by whoever gets it.
+    /// Decodes in parallel what is not in memory yet. Errors are reported to whoever gets the map.
     pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
         let away: Vec<&(&str, MapDecoding)> = {
             let decoded = self.decoded.lock();
-            wanted.iter().filter(|(name, reading)| !decoded.contains_key(&((*name).to_owned(), *reading))).collect()
+            wanted.iter().filter(|(name, decoding)| !decoded.contains_key(&((*name).to_owned(), *decoding))).collect()
         };
-        away.into_par_iter().for_each(|(name, reading)| drop(self.get_decoded(name, *reading)));
+        away.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }
 
-    fn read(&self, name: &str, reading: MapDecoding) -> Result<Texture, ImageError> {
+    fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let shown = path.display().to_string();
                 let folder = self.folder.as_deref().unwrap_or(Path::new(""));
                 let bytes = check_inside(folder, &path).and_then(|()| read_bytes(&path, MAX_FILE_BYTES));
                 let bytes = bytes.map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
-                Texture::decode_filtered(&shown, &bytes, reading, self.max_megapixels)
+                Texture::decode_filtered(&shown, &bytes, decoding, self.max_megapixels)
             }
             MapOrigin::Embedded => {
                 let bytes = MAPS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
-                Texture::decode_filtered(name, bytes, reading, DEFAULT_MAX_MEGAPIXELS)
+                Texture::decode_filtered(name, bytes, decoding, DEFAULT_MAX_MEGAPIXELS)
             }
             MapOrigin::Missing => {
                 let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));

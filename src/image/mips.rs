@@ -1,10 +1,10 @@
 //! Mip chains in linear light.
 //!
 //! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of the one above, rounded down and at least 1. Each level is the area
-//! mean of the one above in linear light, so an odd side takes three texels with partial weights. Means are kept as floats
-//! from level to level and rounded once, on encoding: no level's error reaches the next. Rows near the poles are first made even ([`super::poles`]). The left and right edges are cell borders, so no mean crosses the seam.
+//! mean of the one above in linear light, so an odd side takes three texels with partial weights. Means stay floats
+//! from level to level and are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). The left and right edges are cell borders, so no mean crosses the seam.
 
-use super::poles::Circles;
+use super::poles::PoleRowFilter;
 use super::{Level, PoleFilter, TexelFormat};
 use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
-/// Steps of the encoding table: the sRGB slope at black is 12.92, so a step is 0.05 of an 8-bit level at the most.
+/// Steps of the encoding table: the sRGB slope at black is 12.92, so a step is at most 0.05 of an 8-bit level.
 const STEPS: usize = 65_536;
 static ENCODE: LazyLock<Vec<u8>> =
     LazyLock::new(|| (0..=STEPS).map(|i| (linear_to_srgb(i as f64 / STEPS as f64) * 255.0).round() as u8).collect());
@@ -35,7 +35,7 @@ fn taps(i: usize, n: usize, from: usize) -> (usize, [f32; 3]) {
     (first, [weight(0), weight(1), weight(2)])
 }
 
-/// One level down: the area mean of `linear` (RGBA floats).
+/// The next mip level: the area mean of `linear` (RGBA floats).
 fn halve(width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 4] + Sync) -> (usize, usize, Vec<[f32; 4]>) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let columns: Vec<_> = (0..w).map(|x| taps(x, w, width)).collect();
@@ -58,7 +58,7 @@ fn halve(width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 4] +
     (w, h, out)
 }
 
-/// Multiplies colours by alpha in linear light. What is opaque keeps its bytes.
+/// Premultiplies colours by alpha in linear light. Opaque texels keep their bytes.
 pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
     let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
     for texel in rgba.chunks_exact_mut(4) {
@@ -69,10 +69,10 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
     }
 }
 
-/// Averages the rows of the finest level that lie near a pole.
+/// Applies the pole filter to the finest level.
 fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter) {
     let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
-    let circles = Circles::of(poles, width, height, false);
+    let circles = PoleRowFilter::of(poles, width, height, false);
     rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| circles.changes(*y)).for_each(|(y, bytes)| {
         let linear =
             |t: &[u8; 4]| [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], UNORM[usize::from(t[3])]];
@@ -84,9 +84,9 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelForm
     });
 }
 
-/// The rows of a coarser level, in floats.
+/// Applies the pole filter to a coarser level, in floats.
 fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter) {
-    let circles = Circles::of(poles, width, height, true);
+    let circles = PoleRowFilter::of(poles, width, height, true);
     linear.par_chunks_mut(width).enumerate().for_each(|(y, row)| circles.smooth(y, row));
 }
 

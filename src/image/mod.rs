@@ -1,9 +1,9 @@
-//! Pictures in memory: textures with their mip chains, finished frames as PNG, EXR and y4m, and how far two of them are apart.
+//! Images in memory: textures with their mip chains, finished frames as PNG, EXR and y4m, and the difference of two images.
 //!
-//! In: encoded map files (embedded or from a folder), or plain rows of a frame. Out: [`Texture`]s with full mip chains made in linear light, or
-//! bytes written. A texture always has all levels down to 1x1. Nothing here knows what a picture shows.
+//! In: encoded map files (embedded or from a folder), or the rows of a frame. Out: [`Texture`]s with full mip chains computed in linear light, or
+//! encoded files. A texture always has all levels down to 1x1. Nothing here depends on what an image shows.
 
-use crate::unwinding::caught;
+use crate::unwinding::catch_panic;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage};
 use std::io::Cursor;
 use std::sync::Arc;
@@ -27,11 +27,11 @@ pub use maps::{MapDecoding, MapOrigin, MapStore};
 pub use sealed::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
-/// Bytes of an encoded picture at the most.
+/// Largest encoded image, bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Millions of pixels that a picture may have unless the user allows more: a map of 8192 x 4096 has 34, a small file can claim any number.
+/// Default limit in megapixels: a map of 8192 x 4096 has 34, while a small file can claim any number.
 pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
-/// Bytes that a decoder may need for a pixel: four channels of 16 bits, and as much again for its own work.
+/// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and as much again for its own buffers.
 const DECODER_BYTES_PER_PIXEL: u64 = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -61,7 +61,7 @@ pub struct Texture {
 
 pub type SharedTexture = Arc<Texture>;
 
-/// Why a picture could not be read or written: one line, with the name.
+/// Why an image could not be read or written: one line, with the name.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     #[error("no map named {name}: neither embedded{searched}; put it into a folder and name that with --textures")]
@@ -80,17 +80,17 @@ pub enum ImageError {
     Write(String),
 }
 
-/// Millions of pixels, rounded up.
+/// Megapixels, rounded up.
 fn megapixels(width: u32, height: u32) -> u64 {
     (u64::from(width) * u64::from(height)).div_ceil(1_000_000)
 }
 
-/// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for a picture of more pixels than allowed.
+/// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for an image above the limit.
 fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<RgbaImage, ImageError> {
     Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels)?.into_rgba8())
 }
 
-/// The same of any of these formats, with the file's own depth.
+/// The same for any of these formats, with the file's own bit depth.
 fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixels: u32) -> Result<DynamicImage, ImageError> {
     let unreadable = |reason: String| ImageError::Unreadable { name: name.to_owned(), reason };
     let format = image::guess_format(encoded).ok().filter(|f| formats.contains(f));
@@ -101,13 +101,13 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
     let mut limits = Limits::default();
     limits.max_alloc = Some(u64::from(max_megapixels) * 1_000_000 * DECODER_BYTES_PER_PIXEL);
     reader.limits(limits);
-    let decoder = caught(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
+    let decoder = catch_panic(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
     let decoder = decoder.map_err(|e| unreadable(e.to_string()))?;
     let (width, height) = decoder.dimensions();
     if megapixels(width, height) > u64::from(max_megapixels) {
         return Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels });
     }
-    let decoded = caught(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
+    let decoded = catch_panic(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
     decoded.map_err(|e| unreadable(e.to_string()))
 }
 
@@ -130,7 +130,7 @@ impl Texture {
         Self::decode_filtered(name, encoded, MapDecoding { format, poles: PoleFilter::None }, DEFAULT_MAX_MEGAPIXELS)
     }
 
-    /// The same of a map of a whole sphere, its rows near the poles made as coarse in longitude as they are in latitude.
+    /// The same for a map of a whole sphere, with the pole filter.
     pub fn decode_filtered(
         name: &str,
         encoded: &[u8],
@@ -142,8 +142,8 @@ impl Texture {
         Self::around_poles(width, height, rgba.into_raw(), format, poles)
     }
 
-    /// The texture with its colours multiplied by their alpha in linear light, before its mip chain is made anew: where it is clear it has no colour that
-    /// filtering could carry. 8-bit formats only.
+    /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that
+    /// filtering could spread. 8-bit formats only.
     #[must_use]
     pub fn premultiplied(self) -> Self {
         let Some(first) = self.levels.into_iter().next().filter(|_| self.format != TexelFormat::Rgba32Float) else {

@@ -1,8 +1,8 @@
-//! Panoramas of the whole sky: one equirectangular picture, or the six faces of a cube, as one texture.
+//! Panoramas of the whole sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
-//! In: a PNG, JPEG or EXR, or a folder or a name with `*` for six of them. Out: an equirectangular texture, longitude 0 in the middle and growing to the left, north up, and what its
-//! value 1 stands for. Always: 8-bit sRGB, which every device can filter; light of an EXR beyond its brightest ten-thousandth is clipped. Cube faces are named `px`,
-//! `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 in its middle, `px` lies to its right, `py` holds the north pole.
+//! In: a PNG, JPEG or EXR, or a folder or a pattern with `*` for six of them. Out: an equirectangular texture, longitude 0 in the middle and increasing to the left, north up, and the
+//! luminance of its value 1. Always: 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`,
+//! `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
 use crate::files::read_bytes;
@@ -13,21 +13,21 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
-/// Formats that a panorama or a face may have.
+/// Formats of a panorama or a face.
 const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::OpenExr];
-/// Their usual endings.
+/// Their usual extensions.
 const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
-/// Texels around the equator at most.
-const WIDEST: usize = 8192;
-/// Part of an EXR's pixels that may be brighter than the texture's 1.
-const CLIPPED: f64 = 1e-4;
+/// Largest width, texels around the equator.
+const MAX_WIDTH: usize = 8192;
+/// Fraction of an EXR's pixels that may be brighter than the texture's 1.
+const CLIPPED_FRACTION: f64 = 1e-4;
 
 /// A panorama.
 #[derive(Clone, Debug)]
 pub struct Panorama {
     pub texture: Texture,
-    /// Candelas a square metre where the texture is 1, of a file of linear light; `None`: the file has no unit.
+    /// Luminance of the texture's value 1, cd/m², for a linear file; `None`: the file has no unit.
     pub unit_cd_m2: Option<f64>,
 }
 
@@ -69,10 +69,10 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
         decoded.push(picture);
     }
     let faces: Vec<Linear> = decoded.iter().map(Linear::of).collect();
-    texture(path, Linear::of_cube(&faces))
+    texture(path, Linear::from_cube(&faces))
 }
 
-/// Where a face of the cube lies.
+/// Path of a face of the cube.
 fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
     if let Some(name) = path.file_name().map(|n| n.to_string_lossy()).filter(|n| n.contains('*')) {
         return Ok(path.with_file_name(name.replacen('*', face, 1)));
@@ -81,12 +81,12 @@ fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
     known.ok_or_else(|| unreadable(path, format!("no {face}.png, .jpg or .exr in it; a cube map has the faces {}", FACES.join(", "))))
 }
 
-/// A picture in linear light.
+/// An image in linear light.
 struct Linear {
     width: usize,
     height: usize,
     texels: Vec<Vec3>,
-    /// The file holds linear light.
+    /// The file was linear.
     was_linear: bool,
 }
 
@@ -104,7 +104,7 @@ impl Linear {
         Self { width, height, texels, was_linear }
     }
 
-    /// Between the texels' middles; no further than the edges.
+    /// Bilinear interpolation between texel centres, clamped at the edges.
     fn at(&self, place: DVec2) -> Vec3 {
         let p = (place - 0.5).clamp(DVec2::ZERO, DVec2::new((self.width - 1) as f64, (self.height - 1) as f64));
         let (x, y) = (p.x as usize, p.y as usize);
@@ -113,16 +113,16 @@ impl Linear {
         row(y).lerp(row(y1), p.y.fract() as f32)
     }
 
-    /// The equirectangular picture of six faces.
-    fn of_cube(faces: &[Self]) -> Self {
+    /// The equirectangular image of six faces.
+    fn from_cube(faces: &[Self]) -> Self {
         let side = faces[0].width;
-        let width = (4 * side).min(WIDEST);
+        let width = (4 * side).min(MAX_WIDTH);
         let height = width / 2;
         let texel = |k: usize| {
             let longitude = TAU * (0.5 - ((k % width) as f64 + 0.5) / width as f64);
             let latitude = PI * (0.5 - ((k / width) as f64 + 0.5) / height as f64);
             let (forward, left, up) = (latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
-            let (face, place) = on_cube(DVec3::new(-left, up, forward));
+            let (face, place) = cube_face(DVec3::new(-left, up, forward));
             faces[face].at((place * 0.5 + 0.5) * side as f64)
         };
         let texels = (0..width * height).into_par_iter().map(texel).collect();
@@ -130,8 +130,8 @@ impl Linear {
     }
 }
 
-/// The face that a direction (right, up, forward) meets, by its place in [`FACES`], and where: -1 to 1, to the right and down as seen from inside.
-fn on_cube(d: DVec3) -> (usize, DVec2) {
+/// The face that a direction (right, up, forward) hits, as an index into [`FACES`], and the position on it: -1 to 1, to the right and down as seen from inside.
+fn cube_face(d: DVec3) -> (usize, DVec2) {
     let size = d.abs();
     if size.x >= size.y && size.x >= size.z {
         let s = d.x.signum();
@@ -148,7 +148,7 @@ fn on_cube(d: DVec3) -> (usize, DVec2) {
 fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
     let unit = if picture.was_linear {
         let mut brightest: Vec<f32> = picture.texels.iter().map(|t| t.max_element()).collect();
-        let place = ((brightest.len() as f64 * (1.0 - CLIPPED)) as usize).min(brightest.len() - 1);
+        let place = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
         let (_, unit, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
         if *unit > 0.0 { *unit } else { 1.0 }
     } else {
@@ -167,13 +167,13 @@ fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
 mod tests {
     use super::*;
 
-    /// Neighbouring faces meet: a direction on an edge of the cube has the same place on both sides as the cube map's layout says.
+    /// Neighbouring faces agree: a direction on an edge of the cube has the corresponding positions on both faces of a cube map.
     #[test]
     fn faces_are_where_a_cube_map_has_them() {
         for (d, face, place) in [
             ((0.0, 0.0, 1.0), 4, (0.0, 0.0)),
             ((1.0, 0.0, 0.0), 0, (0.0, 0.0)),
-            // To the right of the middle of pz lies px, whose left edge is towards pz.
+            // Right of the centre of pz is px, whose left edge adjoins pz.
             ((0.5, 0.0, 1.0), 4, (0.5, 0.0)),
             ((1.0, 0.0, 0.5), 0, (-0.5, 0.0)),
             ((-1.0, 0.0, 0.5), 1, (0.5, 0.0)),
@@ -182,11 +182,11 @@ mod tests {
             ((0.5, 0.0, -1.0), 5, (-0.5, 0.0)),
             ((0.0, 0.5, 1.0), 4, (0.0, -0.5)),
         ] {
-            assert_eq!(on_cube(d.into()), (face, place.into()), "{d:?}");
+            assert_eq!(cube_face(d.into()), (face, place.into()), "{d:?}");
         }
     }
 
-    /// A cube painted by direction becomes the panorama painted by direction: north up, longitude growing to the left.
+    /// A cube painted as a function of direction becomes the same panorama: north up, longitude increasing to the left.
     #[test]
     fn a_cube_becomes_its_panorama() {
         let side = 64_usize;
@@ -205,7 +205,7 @@ mod tests {
             Linear { width: side, height: side, texels, was_linear: false }
         };
         let faces: Vec<Linear> = axes.map(face).into();
-        let sky = Linear::of_cube(&faces);
+        let sky = Linear::from_cube(&faces);
         assert_eq!((sky.width, sky.height), (256, 128));
         for (x, y, d) in [
             (128, 64, DVec3::Z),

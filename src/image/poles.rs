@@ -1,81 +1,81 @@
-//! Rows near the poles of an equirectangular map, made as coarse in longitude as the map is in latitude.
+//! A filter for rows near the poles of an equirectangular map: as coarse in longitude as the map is in latitude.
 //!
-//! A texel row of latitude phi is cos phi times as long as the equator's but has as many texels. What a source wrote into them there (grain,
-//! JPEG blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it is a star of streaks about the pole. A function that is
-//! smooth at the pole has no such texture: the further in, the fewer waves fit on its circle.
+//! A texel row at latitude phi is cos phi times as long as the equator's but has as many texels. Fine structure in such rows (grain,
+//! JPEG blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around the pole. A function that is
+//! smooth at the pole has no such structure: the nearer the pole, the fewer waves fit on its circle.
 //!
-//! In: linear texels of one level. Out: each row beyond 45 degrees averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels. A mark as fine as the
-//! map holds (sigma 0.6 texels both ways, the scale at which the maps in textures/ become even) then is sqrt 2 times as long as it is wide at the most: what it is at 45 degrees.
-//! Always: each row keeps its mean, rows within 45 degrees of the equator keep their texels, and at the pole one value is left. What is gone is detail below that scale;
-//! streaks that are long on the sphere itself stay.
+//! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels. The finest spot that the
+//! map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at most sqrt 2 times as long as it is wide, as at 45 degrees.
+//! Always: each row keeps its mean, rows within 45 degrees of the equator keep their texels, and at the pole one value is left. Detail below that scale is lost;
+//! streaks that are long on the sphere itself remain.
 //!
-//! Slopes turn with their meridian, so they are averaged as vectors in one frame over the pole: a row that leans away from the pole all round, as a cone does, has no
-//! mean slope. Mip levels get the same treatment, or a level further down would be finer in longitude again.
+//! Slopes rotate with their meridian, so they are averaged as vectors in one frame over the pole: a row that slopes away from the pole all round, like a cone, has no
+//! mean slope. Mip levels are filtered again, since otherwise the next level would be finer in longitude.
 
 use std::f64::consts::{PI, TAU};
 
-/// What the rows near the poles of a map hold.
+/// What the texels near the poles mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PoleFilter {
     /// No poles: the image is not equirectangular over the whole sphere.
     #[default]
     None,
-    /// Colours or numbers.
+    /// Colours or scalars.
     Values,
-    /// Slopes to the east (red) and north (green), and upwards (blue), 0.5 for none.
+    /// Slopes to the east (red) and north (green), and upwards (blue), with 0.5 for zero.
     Slopes,
 }
 
-/// The byte value 127.5 of a channel that counts slopes: none.
+/// The byte value 127.5 of a slope channel: zero.
 const NO_SLOPE: f32 = 0.5;
 /// The finest detail of a map, as the sigma of a Gaussian in texels.
 const DETAIL_TEXELS: f64 = 0.6;
 
-/// Sigma in texels by which a row of latitude `lat` (radians) is averaged; `below_another`: its level was made from one that has been.
-fn sigma_texels(lat: f64, below_another: bool) -> f64 {
+/// Sigma in texels for a row at latitude `lat` (radians); `above_is_filtered`: its level was computed from a filtered one.
+fn sigma_texels(lat: f64, above_is_filtered: bool) -> f64 {
     let excess = (lat.tan().powi(2) - 1.0).max(0.0);
-    // The level above has brought half of it, in texels of this one; Gaussians add by their squares.
-    DETAIL_TEXELS * (excess * if below_another { 0.75 } else { 1.0 }).sqrt()
+    // The level above contributes a quarter of the variance, in texels of this one; variances of Gaussians add.
+    DETAIL_TEXELS * (excess * if above_is_filtered { 0.75 } else { 1.0 }).sqrt()
 }
 
-/// Latitude of a row's middle in radians.
+/// Latitude of a row's centre, radians.
 fn latitude(row: usize, height: usize) -> f64 {
     (0.5 - (row as f64 + 0.5) / height as f64) * PI
 }
 
-/// How the rows of one level are averaged.
-pub(super) struct Circles {
+/// The filter of the rows of one level.
+pub(super) struct PoleRowFilter {
     poles: PoleFilter,
     height: usize,
-    /// The level was made from one that has been through this.
-    below_another: bool,
+    /// The level was computed from a filtered one.
+    above_is_filtered: bool,
     /// Sine and cosine of each column's longitude from the map's left edge.
     columns: Vec<[f32; 2]>,
 }
 
-impl Circles {
-    pub fn of(poles: PoleFilter, width: usize, height: usize, below_another: bool) -> Self {
+impl PoleRowFilter {
+    pub fn of(poles: PoleFilter, width: usize, height: usize, above_is_filtered: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
         let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
-        Self { poles, height, below_another, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
+        Self { poles, height, above_is_filtered, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
     }
 
     fn sigma(&self, row: usize) -> f64 {
-        if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.below_another) }
+        if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.above_is_filtered) }
     }
 
-    /// Whether a row changes at all.
+    /// Whether the filter changes a row.
     pub fn changes(&self, row: usize) -> bool {
         self.sigma(row) > 0.0
     }
 
-    /// Averages one row in place; linear RGBA from the left edge on.
+    /// Filters one row in place; linear RGBA from the left edge on.
     pub fn smooth(&self, row: usize, texels: &mut [[f32; 4]]) {
         let sigma = self.sigma(row);
         if sigma <= 0.0 || texels.is_empty() {
             return;
         }
-        // North points to the pole in the north and away from it in the south.
+        // North points to the pole in the northern hemisphere and away from it in the southern.
         let north = if 2 * row < self.height { -1.0 } else { 1.0 };
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
             let (e, n) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * north);
@@ -89,10 +89,10 @@ impl Circles {
     }
 }
 
-/// A circular Gaussian as three running means of one length, whose variances add up to sigma's; the whole circle's mean where it would not fit.
+/// A circular Gaussian as three box filters of one length, whose variances add up to sigma²; the mean of the whole circle if the boxes do not fit.
 fn average(texels: &mut [[f32; 4]], sigma: f64) {
     let count = texels.len();
-    // Of each mean: `whole` texels to either side have the variance whole (whole + 1) / 3; the next ones count in part, for what is missing.
+    // Each box: `whole` texels on both sides have the variance whole (whole + 1) / 3; fractional weights on the next ones add the rest.
     let variance = sigma * sigma / 3.0;
     let full = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
     let part = (variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0) / (2.0 * ((full + 1.0).powi(2) - variance));
@@ -109,7 +109,7 @@ fn average(texels: &mut [[f32; 4]], sigma: f64) {
     }
     let whole = full as usize;
     let weight = 1.0 / length;
-    // sums[i]: of `i` texels from `whole + 1` before the first on.
+    // sums[i]: prefix sum of `i` texels, starting `whole + 1` before the first.
     let mut sums = vec![[0.0_f64; 4]; count + 2 * whole + 3];
     for _ in 0..3 {
         let mut sum = [0.0_f64; 4];
@@ -140,13 +140,13 @@ mod tests {
     const WIDTH: usize = 128;
     const HEIGHT: usize = 64;
 
-    /// Texels of a function of column and row.
+    /// Texels as a function of column and row.
     fn level(of: impl Fn(usize, usize) -> [f32; 4]) -> Vec<Vec<[f32; 4]>> {
         (0..HEIGHT).map(|y| (0..WIDTH).map(|x| of(x, y)).collect()).collect()
     }
 
     fn smoothed(mut rows: Vec<Vec<[f32; 4]>>, poles: PoleFilter) -> Vec<Vec<[f32; 4]>> {
-        let circles = Circles::of(poles, WIDTH, HEIGHT, false);
+        let circles = PoleRowFilter::of(poles, WIDTH, HEIGHT, false);
         rows.iter_mut().enumerate().for_each(|(y, row)| circles.smooth(y, row));
         rows
     }
@@ -157,7 +157,7 @@ mod tests {
         [(n >> 16) as f32 / 65_536.0, (n & 0xFFFF) as f32 / 65_536.0, 1.0, 1.0]
     }
 
-    /// Energy of differences along the row over that across rows, in equal angles, of the red channel.
+    /// Ratio of the energy of differences along the row to that across rows, per angle, in the red channel.
     fn along_over_across(rows: &[Vec<[f32; 4]>], y: usize) -> f64 {
         let cos = latitude(y, HEIGHT).cos();
         let along: f64 = (0..WIDTH).map(|x| f64::from(rows[y][x][0] - rows[y][(x + 1) % WIDTH][0]).powi(2)).sum::<f64>() / cos / cos;
@@ -176,7 +176,7 @@ mod tests {
             assert_eq!(lat.abs() < 45.0, before[y] == after[y], "row {y}");
             if lat.abs() > 60.0 && y + 1 < HEIGHT {
                 let (was, is) = (along_over_across(&before, y), along_over_across(&after, y));
-                // Even in texels it is 1/cos² of the latitude; made sqrt 2 times as long as wide at the most it is 2.
+                // White noise in texels has 1/cos² of the latitude; after the filter, at most sqrt 2 times as long as wide, it has 2.
                 assert!(was > 2.5 && is < 2.2 && is < 0.6 * was, "row {y}: {was} became {is}");
             }
         }
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn what_is_smooth_on_the_sphere_stays() {
-        // Waves of a tenth of the radius, forty texels' grain away: x, y, z and products of them at the row's place.
+        // Waves of a tenth of the radius, much longer than the filter: x, y, z and their products at the row's place.
         let place = |x: usize, y: usize| {
             let (lat, lon) = (latitude(y, HEIGHT), (x as f64 + 0.5) / WIDTH as f64 * TAU);
             let (px, py) = (lat.cos() * lon.cos(), lat.cos() * lon.sin());
@@ -197,22 +197,22 @@ mod tests {
         };
         let (before, after) = (level(place), smoothed(level(place), PoleFilter::Values));
         let most = |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-        // Beside the pole a row is as short as a texel: what is lost is half of what the slope, 0.33, makes over half a texel, 0.05 rad.
+        // At the pole a row is averaged completely: the error is half of the change of 0.33 x 0.05 rad over half a texel.
         assert!(most(0) < 0.006, "{}", most(0));
-        // sigma = 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; beside the pole a tenth, as above.
+        // sigma = 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; at the pole a tenth, as above.
         assert!(most(1) < 0.03, "{}", most(1));
     }
 
     #[test]
     fn slopes_are_averaged_as_vectors() {
-        // Everywhere the same lean in space, along x: seen from the pole it turns with the meridian.
+        // The same direction of slope everywhere in space, along x: in the texture it rotates with the meridian.
         let lean = |north: f32| {
             move |x: usize, _: usize| {
                 let lon = (x as f64 + 0.5) / WIDTH as f64 * TAU;
                 [NO_SLOPE - 0.2 * lon.sin() as f32, NO_SLOPE + north * 0.2 * lon.cos() as f32, 1.0, 1.0]
             }
         };
-        // A cone about the pole.
+        // A cone around the pole.
         let cone = level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]);
         let cone = smoothed(cone, PoleFilter::Slopes);
         for (y, north) in [(0, -1.0), (HEIGHT - 1, 1.0)] {
@@ -237,7 +237,7 @@ mod tests {
             assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
         }
         for (w, h) in [(1, 1), (2, 1), (1, 2), (3, 2), (4, 3)] {
-            let circles = Circles::of(PoleFilter::Slopes, w, h, true);
+            let circles = PoleRowFilter::of(PoleFilter::Slopes, w, h, true);
             for y in 0..h {
                 let mut row = vec![[0.25; 4]; w];
                 circles.smooth(y, &mut row);

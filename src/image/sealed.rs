@@ -1,7 +1,7 @@
-//! What a kept picture says of itself, and whether the whole file is as it was written.
+//! Text embedded in saved images, and the integrity of the whole file.
 //!
-//! In: bytes of a file. Out: the text under one name, and whether the file is whole. Always: one changed, missing or cut byte, and it is not. A PNG carries a checksum
-//! of each chunk; an EXR carries none, so [`seal_exr`] writes a SHA-256 of the file beside the text. Not done: what the text means.
+//! In: bytes of a file. Out: the text under one key, and whether the file is intact. Always: one changed or missing byte is detected. A PNG has a checksum
+//! for each chunk; an EXR has none, so [`seal_exr`] stores a SHA-256 of the file beside the text. Not here: the meaning of the text.
 
 use super::ImageError;
 use sha2::{Digest, Sha256};
@@ -9,17 +9,17 @@ use std::io::Cursor;
 
 /// Hexadecimal digits of a SHA-256.
 const DIGEST_LEN: usize = 64;
-/// The attribute of an EXR: the digest, a space, the text.
+/// The attribute of an EXR: digest, space, text.
 const ATTRIBUTE: &str = "orreryRequest";
 
 fn damaged(why: impl std::fmt::Display) -> ImageError {
     ImageError::Damaged(why.to_string())
 }
 
-/// Bytes of a file's beginning that hold the texts of any picture written here.
+/// Bytes at the beginning of a file that contain the texts of any image written here.
 pub const HEAD_LEN: usize = 1 << 16;
 
-/// The text under `key` before the pixels of a PNG that may be damaged further on.
+/// The text under `key` before the pixels of a PNG, which may be damaged further on.
 pub fn png_head_text(head: &[u8], key: &str) -> Option<String> {
     let reader = png_decoder(head).read_info().ok()?;
     reader.info().utf8_text.iter().find(|c| c.keyword == key)?.get_text().ok()
@@ -31,7 +31,7 @@ fn png_decoder(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
     png::Decoder::new_with_options(Cursor::new(bytes), options)
 }
 
-/// Whether these are the bytes of a whole PNG of that size.
+/// Whether these are the bytes of an intact PNG of that size.
 pub fn is_whole_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), ImageError> {
     let mut reader = png_decoder(bytes).read_info().map_err(damaged)?;
     let (w, h) = reader.info().size();
@@ -44,12 +44,12 @@ pub fn is_whole_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), Ima
 }
 
 /// The attribute's value before the digest is known.
-pub(super) fn unsealed(text: &str) -> (&'static str, String) {
+pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
     (ATTRIBUTE, format!("{} {text}", "0".repeat(DIGEST_LEN)))
 }
 
-/// Where the digest stands, and the text after it.
-fn seal_of(bytes: &[u8]) -> Option<(usize, &str)> {
+/// Offset of the digest, and the text after it.
+fn seal_position(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
     let at = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
     let length = u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?) as usize;
@@ -66,22 +66,22 @@ fn digest_without(bytes: &[u8], at: usize) -> String {
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Puts the digest of an EXR into its place.
+/// Fills in the digest of an EXR.
 pub(super) fn seal_exr(bytes: &mut [u8]) {
-    if let Some((at, _)) = seal_of(bytes) {
+    if let Some((at, _)) = seal_position(bytes) {
         let digest = digest_without(bytes, at);
         bytes[at..at + DIGEST_LEN].copy_from_slice(digest.as_bytes());
     }
 }
 
-/// The sealed text of an EXR that may be damaged further on.
+/// The text of a sealed EXR, which may be damaged further on.
 pub fn exr_head_text(head: &[u8]) -> Option<String> {
-    seal_of(head).map(|(_, text)| text.to_owned())
+    seal_position(head).map(|(_, text)| text.to_owned())
 }
 
-/// Whether these are the bytes of a whole EXR, as they were sealed.
+/// Whether these are the bytes of an intact sealed EXR.
 pub fn is_whole_exr(bytes: &[u8]) -> Result<(), ImageError> {
-    match seal_of(bytes) {
+    match seal_position(bytes) {
         Some((at, _)) if digest_without(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
     }
@@ -108,7 +108,7 @@ mod tests {
         bytes.into_inner()
     }
 
-    /// Every byte turned and every length: the text comes back from the file as it was written and from no other.
+    /// Every byte flipped and every length: the text is only read from the intact file.
     #[test]
     fn no_byte_may_change_or_be_missing() {
         type Read = fn(&[u8]) -> Option<String>;

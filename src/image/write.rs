@@ -1,9 +1,9 @@
-//! Finished frames to bytes: PNG with text chunks, EXR with linear floats, y4m for a video encoder.
+//! Writes finished frames: PNG with text chunks, EXR with linear floats, y4m for a video encoder.
 //!
-//! In: plain rows, top first. The same input gives the same bytes: no clock, no program version unless the caller puts it into the text.
+//! In: rows of pixels, top first. The same input gives the same bytes: no clock, and no program version unless the caller adds it to the text.
 
 use super::ImageError;
-use super::sealed::{seal_exr, unsealed};
+use super::sealed::{seal_exr, unsealed_attribute};
 use std::io::{Cursor, Write};
 
 fn failed(e: impl std::fmt::Display) -> ImageError {
@@ -34,7 +34,7 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(failed)
 }
 
-/// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR; `comments` becomes its attribute of that name, `sealed` one that
+/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR; `comments` becomes the attribute of that name, `sealed` one that
 /// [`super::exr_head_text`] reads back.
 pub fn write_exr(
     mut out: impl Write,
@@ -53,10 +53,10 @@ pub fn write_exr(
     };
     let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));
     image.layer_data.attributes.comments = Text::new_or_none(comments).filter(|_| !comments.is_empty());
-    if let Some((name, value)) = sealed.map(unsealed)
+    if let Some((name, value)) = sealed.map(unsealed_attribute)
         && let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value))
     {
-        // One alone: the crate keeps them in no order.
+        // Only one, because the crate does not keep attributes in order.
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
     let mut bytes = Cursor::new(Vec::new());
@@ -66,38 +66,38 @@ pub fn write_exr(
     out.write_all(&bytes).map_err(failed)
 }
 
-/// Starts a YUV4MPEG2 stream: full-resolution chroma, `rate` frames a second.
+/// Starts a YUV4MPEG2 stream: 4:4:4 chroma, `rate` frames per second.
 pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32) -> Result<(), ImageError> {
     writeln!(out, "YUV4MPEG2 W{width} H{height} F{rate}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED").map_err(failed)
 }
 
 /// Pixels that are converted together.
-const PIECE: usize = 128;
+const BLOCK_PIXELS: usize = 128;
 
 /// BT.709 luma and chroma of display bytes.
-fn luma_and_chroma(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
+fn luma_and_chroma(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> [[u8; BLOCK_PIXELS]; 3] {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
-        // SAFETY: the instructions are there.
-        return unsafe { by_avx2(pixels) };
+        // SAFETY: the CPU feature was just detected.
+        return unsafe { convert_avx2(pixels) };
     }
-    by_any_machine(pixels)
+    convert_scalar(pixels)
 }
 
-/// The same code, wider: no instruction of it rounds differently.
+/// The same code compiled for AVX2; no instruction rounds differently.
 /// # Safety
-/// The machine has AVX2.
+/// The CPU has AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-unsafe fn by_avx2(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
-    by_any_machine(pixels)
+unsafe fn convert_avx2(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> [[u8; BLOCK_PIXELS]; 3] {
+    convert_scalar(pixels)
 }
 
 #[inline(always)]
-fn by_any_machine(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
+fn convert_scalar(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> [[u8; BLOCK_PIXELS]; 3] {
     let [red, green, blue] = crate::units::LUMINANCE_WEIGHTS.map(|w| w as f32);
-    let mut values = [[0.0_f32; PIECE]; 3];
-    for i in 0..PIECE {
+    let mut values = [[0.0_f32; BLOCK_PIXELS]; 3];
+    for i in 0..BLOCK_PIXELS {
         let word = u32::from_le_bytes(pixels[i]);
         let [r, g, b] = [word, word >> 8, word >> 16].map(|v| (v & 0xff) as i32 as f32 / 255.0);
         let luma = red * r + green * g + blue * b;
@@ -105,34 +105,35 @@ fn by_any_machine(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
         values[1][i] = 128.0 + 224.0 * (b - luma) / 1.8556;
         values[2][i] = 128.0 + 224.0 * (r - luma) / 1.5748;
     }
-    let mut bytes = [[0; PIECE]; 3];
+    let mut bytes = [[0; BLOCK_PIXELS]; 3];
     for (bytes, values) in bytes.iter_mut().zip(&values) {
-        for i in 0..PIECE {
+        for i in 0..BLOCK_PIXELS {
             bytes[i] = nearest_byte(values[i]);
         }
     }
     bytes
 }
 
-/// The nearest integer to a value of 0 to 255, halves upwards. A conversion that saturates would not become vector code.
+/// Rounds a value of 0 to 255 to the nearest integer, halves upwards. A saturating conversion would not be vectorised.
 #[inline(always)]
 fn nearest_byte(value: f32) -> u8 {
-    // 1.5 * 2^23 leaves the integer that is nearest to the sum in its low bits; where that is greater, the one below is wanted.
+    // Adding 1.5 * 2^23 leaves the nearest integer to the sum in the low bits; if that is greater than the sum, one less is the floor.
     let sum = value + 0.5;
     let nearest = sum + 12_582_912.0;
     let over = nearest - 12_582_912.0 > sum;
     (nearest.to_bits() & 0xff).wrapping_sub(u32::from(over)) as u8
 }
 
-/// Adds one frame of display bytes: BT.709 luma and chroma, limited range (Y 16..235, C 16..240). Alpha is left out.
+/// Adds one frame of display bytes: BT.709 luma and chroma, limited range (Y 16..235, C 16..240). Alpha is ignored.
 pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), ImageError> {
     let mut planes = vec![0_u8; display.len() * 3];
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
-    // Pieces of one length, each step a loop of its own: these become vector code.
-    let pieces = display.chunks(PIECE).zip(y.chunks_mut(PIECE)).zip(cb.chunks_mut(PIECE)).zip(cr.chunks_mut(PIECE));
-    for (((pixels, y), cb), cr) in pieces {
-        let mut piece = [[0; 4]; PIECE];
+    // Blocks of fixed length with one loop per step, which the compiler vectorises.
+    let blocks =
+        display.chunks(BLOCK_PIXELS).zip(y.chunks_mut(BLOCK_PIXELS)).zip(cb.chunks_mut(BLOCK_PIXELS)).zip(cr.chunks_mut(BLOCK_PIXELS));
+    for (((pixels, y), cb), cr) in blocks {
+        let mut piece = [[0; 4]; BLOCK_PIXELS];
         piece[..pixels.len()].copy_from_slice(pixels);
         let of_piece = luma_and_chroma(&piece);
         for (to, from) in [y, cb, cr].into_iter().zip(&of_piece) {

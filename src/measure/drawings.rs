@@ -1,11 +1,11 @@
-//! What drawing costs: models of light, shapes, sampling, resolution and precision, each in a view that shows it.
+//! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where it matters.
 //!
-//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure; what a quality takes is read from the
-//! scene that the program makes at that quality.
+//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure; the option of a quality is read from the
+//! scene that the program builds at that quality.
 
-use super::pictures::{LightPicture, PlannedView, Studio, levels_apart, p999};
+use super::pictures::{DualRenderer, LightPicture, PlannedView, levels_apart, p999};
 use super::rule::Unit;
-use super::{Candidate, ChoiceMeasure, Effort, weighed};
+use super::{Candidate, ChoiceMeasure, Effort, measured};
 use crate::catalog::NaifId;
 use crate::render::plan::{self, SamplingQuality};
 use crate::render::software::Precision;
@@ -16,7 +16,7 @@ use crate::session::{Session, SessionError, standard_scenes};
 use crate::time::Instant;
 
 const SATURN: NaifId = NaifId(699);
-/// One sample a pixel, eight taps: nothing but the choice at hand differs.
+/// One sample per pixel and eight taps for all options, so that nothing but the choice differs.
 const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
 const MOON_IN_PENUMBRA_JD_TDB: f64 = 2_459_891.907_1;
@@ -25,7 +25,7 @@ const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 /// 2024-06-08: the Earth without an eclipse.
 const EARTH_JD_TDB: f64 = 2_460_469.762;
 
-fn over(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort: Effort) -> ViewRequest {
+fn view_from_direction(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort: Effort) -> ViewRequest {
     let position = Position::Over { towards: Some(towards), distance_radii: Some(distance_radii) };
     let side = effort.side_px();
     ViewRequest {
@@ -37,13 +37,13 @@ fn over(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort:
     }
 }
 
-/// With effects switched as `--effects` does.
+/// The request with effects in the syntax of `--effects`.
 fn with_effects(request: &ViewRequest, effects: &str) -> Result<ViewRequest, SessionError> {
     let text = format!("{},{effects}", request.effects.to_text());
     Ok(ViewRequest { effects: EffectOverrides::parse(text.trim_matches(','))?, ..request.clone() })
 }
 
-/// A standard scene without what is drawn in pixels and not in angles (points, stars, glare), which would change with the picture's size.
+/// A standard scene without features whose size is in pixels (points, stars, glare), which would change with the picture's size.
 pub(super) fn standard(name: &str, effort: Effort) -> Result<ViewRequest, SessionError> {
     let side = effort.side_px();
     let scene = standard_scenes(side, side).into_iter().find(|s| s.name == name).map(|s| s.request);
@@ -51,11 +51,11 @@ pub(super) fn standard(name: &str, effort: Effort) -> Result<ViewRequest, Sessio
     with_effects(&ViewRequest { layers: Layers { stars: false, ..Layers::default() }, ..request }, "-points,-glow")
 }
 
-/// The qualities whose scene of this view has `what`.
-fn qualities(studio: &Studio<'_>, request: &ViewRequest, what: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
+/// The qualities whose scene of this view satisfies `what`.
+fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
     let mut found = Vec::new();
     for quality in Quality::ALL {
-        let view = studio.planned(&ViewRequest { quality, ..request.clone() }, PLAIN)?;
+        let view = dual.plan_view(&ViewRequest { quality, ..request.clone() }, PLAIN)?;
         if view.scene.draws.iter().any(&what) {
             found.push(quality);
         }
@@ -63,14 +63,14 @@ fn qualities(studio: &Studio<'_>, request: &ViewRequest, what: impl Fn(&Draw) ->
     Ok(found)
 }
 
-/// Percent of the truth's greatest light by which a picture differs at most.
-fn percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
+/// Greatest difference from the reference, percent of the reference's greatest radiance.
+fn max_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
     let most = truth.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
     let apart = picture.light.iter().zip(&truth.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
     100.0 * f64::from(apart) / f64::from(most.max(f32::MIN_POSITIVE))
 }
 
-/// Light that is not where the truth has it, percent of all light.
+/// Sum of absolute differences from the reference, percent of all light.
 fn mean_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
     let sum =
         |of: &dyn Fn(usize, usize) -> f32| (0..truth.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>();
@@ -80,90 +80,102 @@ fn mean_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
 
 /// An option that draws one planned view.
 fn drawing<'a>(
-    studio: &'a Studio<'_>,
+    dual: &'a DualRenderer<'_>,
     name: &str,
     view: PlannedView,
     precision: Precision,
     default_of: Vec<Quality>,
     error: impl Fn(&LightPicture) -> f64,
 ) -> Result<Candidate<'a>, SessionError> {
-    let error = error(&studio.light(&view, precision)?);
-    Ok(Candidate { name: name.to_owned(), error, default_of, work: Box::new(move || studio.draw(&view, precision)) })
+    let error = error(&dual.light(&view, precision)?);
+    Ok(Candidate { name: name.to_owned(), error, default_of, work: Box::new(move || dual.draw(&view, precision)) })
 }
 
-/// Who darkens the Sun, by which model.
+/// The eclipse models.
 pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = over(NaifId::MOON, MOON_IN_PENUMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
+    let dual = DualRenderer::new(session)?;
+    let request = view_from_direction(NaifId::MOON, MOON_IN_PENUMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
     let request = ViewRequest { pixel_view: PixelView::Eclipse, ..request };
     let asked = |model: EclipseModel| with_effects(&request, &format!("+eclipse={}", model.name()));
-    let truth = studio.light(&studio.planned(&asked(EclipseModel::Refracted)?, PLAIN)?, Precision::F64)?;
+    let truth = dual.light(&dual.plan_view(&asked(EclipseModel::Refracted)?, PLAIN)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for model in EclipseModel::CHOICES {
         let asked = asked(model)?;
-        let default_of = qualities(&studio, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
+        let default_of = qualities(&dual, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
         let measured =
-            drawing(&studio, model.name(), studio.planned(&asked, PLAIN)?, Precision::F32, vec![], |p| percent_of_light(p, &truth))?;
-        // The error is of sunlight on the ground; the time is that of the picture.
-        let shown = studio.planned(&ViewRequest { pixel_view: PixelView::Final, ..asked }, PLAIN)?;
-        let studio = &studio;
-        candidates.push(Candidate { default_of, work: Box::new(move || studio.draw(&shown, Precision::F32)), ..measured });
+            drawing(&dual, model.name(), dual.plan_view(&asked, PLAIN)?, Precision::F32, vec![], |p| max_percent_of_light(p, &truth))?;
+        // The error is of sunlight on the ground; the time is that of the final image.
+        let shown = dual.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..asked }, PLAIN)?;
+        let dual = &dual;
+        candidates.push(Candidate { default_of, work: Box::new(move || dual.draw(&shown, Precision::F32)), ..measured });
     }
-    weighed("eclipse", "sunlight on the Moon, 2022-11-08T09:45, half of it in the umbra", Unit::PercentOfLight, effort.rounds(), candidates)
+    measured(
+        "eclipse",
+        "sunlight on the Moon, 2022-11-08T09:45, half of it in the umbra",
+        Unit::PercentOfLight,
+        effort.rounds(),
+        candidates,
+    )
 }
 
-/// Saturn's view with another model in all draws.
-fn with_draws(studio: &Studio<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
-    let mut scene = studio.planned(request, PLAIN)?.scene;
+/// The view with another model in all draws.
+fn with_draws(dual: &DualRenderer<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
+    let mut scene = dual.plan_view(request, PLAIN)?.scene;
     scene.draws.iter_mut().for_each(change);
-    let plan = plan::plan(&scene, studio.session, PLAIN)?;
+    let plan = plan::plan(&scene, dual.session, PLAIN)?;
     Ok(PlannedView { scene, plan })
 }
 
-/// The rings' shadow on their planet.
+/// The models of the rings' shadow on their planet.
 pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = studio.exposed(over(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
+    let dual = DualRenderer::new(session)?;
+    let request = dual.exposed(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
     let model_of = |model: RingShadow| {
-        with_draws(&studio, &request, |d| {
+        with_draws(&dual, &request, |d| {
             if d.features.ring_shadow != RingShadow::None {
                 d.features.ring_shadow = model;
             }
         })
     };
-    let truth = studio.light(&model_of(RingShadow::Penumbra)?, Precision::F64)?;
+    let truth = dual.light(&model_of(RingShadow::Penumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(RingShadow::PointSun, "point-sun"), (RingShadow::Penumbra, "penumbra")] {
-        let default_of = qualities(&studio, &request, |d| d.features.ring_shadow == model)?;
-        candidates.push(drawing(&studio, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
+        let default_of = qualities(&dual, &request, |d| d.features.ring_shadow == model)?;
+        candidates.push(drawing(&dual, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    weighed("ring-shadow", "Saturn from 2 radii, 2017-05-17, the Sun 26 degrees above the rings", Unit::Levels, effort.rounds(), candidates)
+    measured(
+        "ring-shadow",
+        "Saturn from 2 radii, 2017-05-17, the Sun 26 degrees above the rings",
+        Unit::Levels,
+        effort.rounds(),
+        candidates,
+    )
 }
 
-/// The planet's shadow on its rings.
+/// The models of the planet's shadow on its rings.
 pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    // From the side of Uranus the shadow is seen beside the globe.
-    let request = studio.exposed(over(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort))?;
+    let dual = DualRenderer::new(session)?;
+    // From the direction of Uranus the shadow is visible beside the globe.
+    let request = dual.exposed(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort))?;
     let model_of = |model: BodyShadow| {
-        with_draws(&studio, &request, |d| {
+        with_draws(&dual, &request, |d| {
             if d.features.body_shadow != BodyShadow::None {
                 d.features.body_shadow = model;
             }
         })
     };
-    let truth = studio.light(&model_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
+    let truth = dual.light(&model_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(BodyShadow::Sphere, "sphere"), (BodyShadow::EllipsoidPenumbra, "ellipsoid-penumbra")] {
-        let default_of = qualities(&studio, &request, |d| d.features.body_shadow == model)?;
-        candidates.push(drawing(&studio, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
+        let default_of = qualities(&dual, &request, |d| d.features.body_shadow == model)?;
+        candidates.push(drawing(&dual, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    weighed("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
+    measured("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
 }
 
-/// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky over the ground.
-fn views_of_air(studio: &Studio<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
-    let globe = over(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
+/// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
+fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
+    let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
     let from = |latitude_deg: f64, height_km: f64, dip: f64| ViewRequest {
         position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg: -60.0, height_km },
         look: Look::Along { direction: glam::DVec3::new(-0.5, 0.87, dip), axes: Axes::BodyFixed },
@@ -173,131 +185,131 @@ fn views_of_air(studio: &Studio<'_>, effort: Effort) -> Result<[ViewRequest; 3],
         ..globe.clone()
     };
     let (limb, sky) = (from(20.0, 400.0, -0.3), from(5.0, 0.1, 0.1));
-    Ok([studio.exposed(globe.clone())?, studio.exposed(limb)?, studio.exposed(sky)?])
+    Ok([dual.exposed(globe.clone())?, dual.exposed(limb)?, dual.exposed(sky)?])
 }
 
-/// How finely the light of the air is summed.
+/// The tiers of atmospheric scattering.
 pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let views = views_of_air(&studio, effort)?;
+    let dual = DualRenderer::new(session)?;
+    let views = atmosphere_views(&dual, effort)?;
     let asked = |request: &ViewRequest, tier: AtmosphereModel| {
-        studio.planned(&with_effects(request, &format!("-clouds,+atmosphere={}", tier.name()))?, PLAIN)
+        dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", tier.name()))?, PLAIN)
     };
     let mut truths = Vec::new();
     for request in &views {
-        truths.push(studio.light(&asked(request, AtmosphereModel::Table)?, Precision::F64)?);
+        truths.push(dual.light(&asked(request, AtmosphereModel::Table)?, Precision::F64)?);
     }
     let mut candidates = Vec::new();
     for tier in AtmosphereModel::CHOICES {
-        let default_of = qualities(&studio, &views[0], |d| d.features.air.tier == tier)?;
+        let default_of = qualities(&dual, &views[0], |d| d.features.air.tier == tier)?;
         let mut worst = 0.0_f64;
-        let mut planned = Vec::new();
+        let mut plan_view = Vec::new();
         for (request, truth) in views.iter().zip(&truths) {
             let view = asked(request, tier)?;
-            worst = worst.max(mean_percent_of_light(&studio.light(&view, Precision::F32)?, truth));
-            planned.push(view);
+            worst = worst.max(mean_percent_of_light(&dual.light(&view, Precision::F32)?, truth));
+            plan_view.push(view);
         }
-        let studio = &studio;
-        let work = Box::new(move || planned.iter().try_for_each(|view| studio.draw(view, Precision::F32)));
+        let dual = &dual;
+        let work = Box::new(move || plan_view.iter().try_for_each(|view| dual.draw(view, Precision::F32)));
         candidates.push(Candidate { name: tier.name().to_owned(), error: worst, default_of, work });
     }
     let about = "the Earth from 3 radii, its limb from 400 km, its sky, the worst of them; against the table: the others leave out light scattered twice";
-    weighed("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
+    measured("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Normals of a sphere or of the oblate figure; the outline is the ellipsoid's in both.
+/// Normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
 pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = over(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
-    let request = studio.exposed(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
-    let asked = |on: bool| studio.planned_alone(&with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" })?, PLAIN);
-    let truth = studio.light(&asked(true)?, Precision::F64)?;
+    let dual = DualRenderer::new(session)?;
+    let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
+    let request = dual.exposed(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
+    let asked = |on: bool| dual.plan_target(&with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" })?, PLAIN);
+    let truth = dual.light(&asked(true)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
-        let default_of = qualities(&studio, &request, |d| d.body == SATURN && d.features.shape == shape)?;
+        let default_of = qualities(&dual, &request, |d| d.body == SATURN && d.features.shape == shape)?;
         let view = asked(shape == Shape::Ellipsoid)?;
-        candidates.push(drawing(&studio, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
+        candidates.push(drawing(&dual, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    weighed("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
+    measured("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
 }
 
-/// Options that differ in sampling: drawn in f32, their errors in f64, so that rounding is no part of them.
+/// Options that differ in sampling: timed in f32, their errors computed in f64 to exclude rounding.
 fn sampled<'a>(
-    studio: &'a Studio<'_>,
+    dual: &'a DualRenderer<'_>,
     request: &ViewRequest,
     options: impl Iterator<Item = (String, SamplingQuality, Vec<Quality>)>,
     finest: SamplingQuality,
 ) -> Result<Vec<Candidate<'a>>, SessionError> {
-    let truth = studio.light(&studio.planned_alone(request, finest)?, Precision::F64)?;
+    let truth = dual.light(&dual.plan_target(request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
-        let view = studio.planned_alone(request, sampling)?;
-        let error = p999(levels_apart(&studio.light(&view, Precision::F64)?, &truth));
-        candidates.push(Candidate { name, error, default_of, work: Box::new(move || studio.draw(&view, Precision::F32)) });
+        let view = dual.plan_target(request, sampling)?;
+        let error = p999(levels_apart(&dual.light(&view, Precision::F64)?, &truth));
+        candidates.push(Candidate { name, error, default_of, work: Box::new(move || dual.draw(&view, Precision::F32)) });
     }
     Ok(candidates)
 }
 
-/// The qualities whose sampling is such.
+/// The qualities whose sampling satisfies a condition.
 fn qualities_sampling(is_such: impl Fn(SamplingQuality) -> bool) -> Vec<Quality> {
     Quality::ALL.into_iter().filter(|q| is_such(SamplingQuality::of(*q))).collect()
 }
 
-/// Taps along the footprint of a pixel on a map.
+/// Anisotropy: taps along the footprint of a pixel on a map.
 pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = studio.exposed(standard("moon-limb", effort)?)?;
+    let dual = DualRenderer::new(session)?;
+    let request = dual.exposed(standard("moon-limb", effort)?)?;
     let options = [1_u8, 2, 4, 8, 16].map(|anisotropy| {
         let sampling = SamplingQuality { samples: 4, anisotropy };
         (anisotropy.to_string(), sampling, qualities_sampling(|s| s.anisotropy == anisotropy))
     });
-    let candidates = sampled(&studio, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
-    weighed("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
+    let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
+    measured("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
 }
 
-/// Samples of a pixel.
+/// Samples per pixel.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = studio.exposed(standard("saturn", effort)?)?;
+    let dual = DualRenderer::new(session)?;
+    let request = dual.exposed(standard("saturn", effort)?)?;
     let options =
         [1_u8, 4].map(|samples| (samples.to_string(), SamplingQuality { samples, ..PLAIN }, qualities_sampling(|s| s.samples == samples)));
-    let candidates = sampled(&studio, &request, options.into_iter(), SamplingQuality { samples: 4, ..PLAIN })?;
+    let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..PLAIN })?;
     let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
-    weighed("samples", about, Unit::Levels, effort.rounds(), candidates)
+    measured("samples", about, Unit::Levels, effort.rounds(), candidates)
 }
 
-/// Whole pixels, or fewer that are stretched over the window while things move.
+/// Full resolution, or lower ones that are scaled to the window while the view moves.
 pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = studio.exposed(standard("saturn", effort)?)?;
+    let dual = DualRenderer::new(session)?;
+    let request = dual.exposed(standard("saturn", effort)?)?;
     let side = |by: u32| request.width.div_ceil(by);
     let coarse = |by: u32| {
-        studio.planned_alone(&ViewRequest { width: side(by), height: side(by), ..request.clone() }, SamplingQuality::of(Quality::Standard))
+        dual.plan_target(&ViewRequest { width: side(by), height: side(by), ..request.clone() }, SamplingQuality::of(Quality::Standard))
     };
-    let whole = studio.light(&coarse(1)?, Precision::F32)?;
+    let whole = dual.light(&coarse(1)?, Precision::F32)?;
     let mut candidates = Vec::new();
     for by in [5, 4, 3, 2, 1] {
         let view = coarse(by)?;
         let error = |p: &LightPicture| p999(levels_apart(&p.stretched(whole.width, whole.height), &whole));
         let default_of = if by == 1 { Quality::ALL.to_vec() } else { vec![] };
-        candidates.push(drawing(&studio, &format!("1/{by}"), view, Precision::F32, default_of, error)?);
+        candidates.push(drawing(&dual, &format!("1/{by}"), view, Precision::F32, default_of, error)?);
     }
     let about =
         "Saturn in motion, drawn with fewer pixels on each side and stretched; the window takes the finest that keeps 30 frames a second";
-    weighed("resolution", about, Unit::Levels, effort.rounds(), candidates)
+    measured("resolution", about, Unit::Levels, effort.rounds(), candidates)
 }
 
 /// f32 or f64.
 pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = studio.exposed(standard("earth-3-radii", effort)?)?;
-    let view = || studio.planned(&request, PLAIN);
-    let truth = studio.light(&view()?, Precision::F64)?;
+    let dual = DualRenderer::new(session)?;
+    let request = dual.exposed(standard("earth-3-radii", effort)?)?;
+    let view = || dual.plan_view(&request, PLAIN);
+    let truth = dual.light(&view()?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (precision, name, default_of) in
         [(Precision::F32, "f32", vec![Quality::Draft, Quality::Standard]), (Precision::F64, "f64", vec![Quality::Reference])]
     {
-        candidates.push(drawing(&studio, name, view()?, precision, default_of, |p| p999(levels_apart(p, &truth)))?);
+        candidates.push(drawing(&dual, name, view()?, precision, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    weighed("precision", "the Earth from 3 radii in an eclipse", Unit::Levels, effort.rounds(), candidates)
+    measured("precision", "the Earth from 3 radii in an eclipse", Unit::Levels, effort.rounds(), candidates)
 }

@@ -1,10 +1,10 @@
-//! How far each pixel of a picture may be from the reference quality's: a bound made without drawing the reference.
+//! Error bounds of a picture relative to reference quality, computed without drawing the reference.
 //!
-//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is a sum of the difference to the same picture with the
-//! reference's models and taps, of what those models state ([`tiers`](crate::scene::tiers)), of rounding (twice the difference of f32 and f64), of samples (a part of the light's range
-//! among the neighbours), and of features left out. It is a statement about this program's models: what all of them leave out, docs/accuracy.md says.
+//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference to the same picture with the
+//! reference's models and taps, of the stated errors of those models ([`tiers`](crate::scene::tiers)), of rounding (twice the difference of f32 and f64), of sampling (a fraction of the range
+//! of radiance among the neighbours), and of features left out. It is a statement about this program's models; effects that none of them has are in docs/accuracy.md.
 
-use super::pictures::{PlannedView, Studio};
+use super::pictures::{DualRenderer, PlannedView};
 use super::whole::precision_of;
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
@@ -16,9 +16,9 @@ use crate::scene::tiers::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Part of the range of light among a pixel and its eight neighbours by which fewer samples may be off: measured (tests/cli/error_bound.rs). Limbs and rings have
-/// soft edges of their own; what is left is an edge of shading inside a pixel of one sample.
-fn samples_part(quality: Quality) -> f64 {
+/// Error of fewer samples as a fraction of the range of radiance among a pixel and its eight neighbours: measured (tests/cli/error_bound.rs). Limbs and rings are
+/// antialiased analytically; the rest is an edge of shading inside a pixel with one sample.
+fn sampling_error_fraction(quality: Quality) -> f64 {
     match quality {
         Quality::Draft => 0.5,
         Quality::Standard => 0.25,
@@ -26,23 +26,24 @@ fn samples_part(quality: Quality) -> f64 {
     }
 }
 
-/// Of the difference to the picture with the reference's models: that one is drawn in f32 and with the view's own samples.
-const OF_DIFFERENCE: f64 = 1.25;
+/// Factor on the difference to the picture with the reference's models, since that one is drawn in f32 and with the view's own samples.
+const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
-/// The picture without air, the optical depth along each ray, and the largest error of the air's tiers.
-type Airless = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
+/// The picture without atmospheres, the optical depth along each ray, and the largest error of the atmosphere tiers.
+type WithoutAir = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
 
-/// What pictures of a view need to be bounded by.
+/// The pictures from which the bounds of a view are computed.
 struct Layers {
-    /// The picture, in the quality's precision, f32, and f64.
+    /// The picture in the quality's precision.
     shown: Vec<[f32; 4]>,
-    rounding: Vec<[f32; 4]>,
+    /// The same in the other precision, f32 or f64.
+    other_precision: Vec<[f32; 4]>,
     /// With the reference's models and taps, f32.
-    nearest: Vec<[f32; 4]>,
-    /// Without eclipses, where the view has any; with the largest error of its models, a part of that light.
-    uneclipsed: Option<(Vec<[f32; 4]>, f64)>,
-    /// Without air, and optical depth along each pixel's ray; with the largest error of its tiers, a part of the air's light.
-    airless: Option<Airless>,
+    reference_models: Vec<[f32; 4]>,
+    /// Without eclipses, if the view has any; with the largest error of its models, as a fraction of that light.
+    without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
+    /// Without atmospheres, and the optical depth along each pixel's ray; with the largest error of its tiers, as a fraction of the scattered light.
+    without_air: Option<WithoutAir>,
 }
 
 /// The bounds of a view's picture at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.
@@ -50,49 +51,49 @@ struct Layers {
 /// # Errors
 /// Why the view cannot be drawn.
 pub fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, SessionError> {
-    let studio = Studio::new(session)?;
+    let dual = DualRenderer::new(session)?;
     let sampling = SamplingQuality::of(request.quality);
-    let view = studio.planned(request, sampling)?;
-    let layers = layers_of(&studio, request, &view)?;
+    let view = dual.plan_view(request, sampling)?;
+    let layers = layers_of(&dual, request, &view)?;
     let factor = view.scene.exposure.factor();
     let is_display = view.scene.purpose == Purpose::Display;
     let (width, height) = (request.width, request.height);
     let (mut hdr, mut display) = (Vec::new(), Vec::new());
     for (k, pixel) in layers.shown.iter().enumerate() {
-        let range = range_around(&layers.shown, width, k);
+        let range = neighbour_range(&layers.shown, width, k);
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
-            let rounding = 2.0 * f64::from((pixel[c] - layers.rounding[k][c]).abs()) + 1e-6 * light.abs();
-            let eclipse = layers.uneclipsed.as_ref().map_or(0.0, |(bright, part)| {
+            let other_precision = 2.0 * f64::from((pixel[c] - layers.other_precision[k][c]).abs()) + 1e-6 * light.abs();
+            let eclipse = layers.without_eclipses.as_ref().map_or(0.0, |(bright, part)| {
                 let bright = f64::from(bright[k][c]);
                 if (bright - light).abs() > 1e-6 * bright { part * bright } else { 0.0 }
             });
-            let air = layers.airless.as_ref().map_or(0.0, |(bare, depth, part)| {
+            let air = layers.without_air.as_ref().map_or(0.0, |(bare, depth, part)| {
                 let behind = f64::from(bare[k][c]) * (-f64::from(depth[k][c])).exp();
                 part * (light - behind).max(0.0) + AIR_TRANSMITTANCE * f64::from(bare[k][c])
             });
-            let models = OF_DIFFERENCE * f64::from((pixel[c] - layers.nearest[k][c]).abs());
+            let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - layers.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
-            rounding + models + eclipse + air + samples_part(request.quality) * range[c] + left_out
+            other_precision + models + eclipse + air + sampling_error_fraction(request.quality) * range[c] + left_out
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
-        // A tone map that keeps hues lets each channel follow the worst one.
+        // A tone map that preserves hue makes each channel depend on the worst one.
         let worst = bound.iter().copied().fold(0.0, f64::max);
-        let levels = [0, 1, 2].map(|c| levels_around(f64::from(pixel[c]) * factor, worst * factor));
+        let levels = [0, 1, 2].map(|c| level_bound(f64::from(pixel[c]) * factor, worst * factor));
         display.push([levels[0], levels[1], levels[2], u8::MAX]);
     }
     Ok(Frame { width, height, hdr, display })
 }
 
-/// 255ths by which the display may be off where exposed light is off by a bound, with a level for rounding to bytes.
-fn levels_around(light: f64, bound: f64) -> u8 {
+/// Error of the display level, 255ths, for a bound of the exposed radiance, plus a level for rounding to bytes.
+fn level_bound(light: f64, bound: f64) -> u8 {
     let level = |light: f64| 255.0 * linear_to_srgb(light.max(0.0));
     let apart = (level(light + bound) - level(light)).max(level(light) - level(light - bound));
     (apart.ceil() + 1.0).min(255.0) as u8
 }
 
-/// Greatest difference of a pixel's light to its neighbours', per channel.
-fn range_around(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
+/// Greatest difference between a pixel and its neighbours, per channel.
+fn neighbour_range(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     let (w, h) = (width as i64, (light.len() / width as usize) as i64);
     let (x, y) = (k as i64 % w, k as i64 / w);
     let mut range = [0.0_f64; 3];
@@ -106,37 +107,38 @@ fn range_around(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     range
 }
 
-fn layers_of(studio: &Studio<'_>, request: &ViewRequest, view: &PlannedView) -> Result<Layers, SessionError> {
+fn layers_of(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedView) -> Result<Layers, SessionError> {
     let sampling = SamplingQuality::of(request.quality);
     let precision = precision_of(request.quality);
     let other = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
     let exposed = ViewRequest { exposure: ExposureRequest::Stops(view.scene.exposure.stops), ..request.clone() };
-    let drawn = |request: &ViewRequest| Ok::<_, SessionError>(studio.light(&studio.planned(request, sampling)?, Precision::F32)?.light);
+    let drawn = |request: &ViewRequest| Ok::<_, SessionError>(dual.light(&dual.plan_view(request, sampling)?, Precision::F32)?.light);
     let without = |effect: Effect| {
         let mut request = exposed.clone();
         request.effects.set(effect, false);
         request
     };
-    // The reference's models are what the rest of the bound is about.
+    // The remaining error is that of the reference's models.
     let best = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
-    let nearest = studio.planned(&best, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
-    let features = || nearest.scene.draws.iter().map(|d| d.features);
+    let reference_models =
+        dual.plan_view(&best, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
+    let features = || reference_models.scene.draws.iter().map(|d| d.features);
     let eclipse_part = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.at_most).fold(0.0, f64::max);
-    let uneclipsed = if features().any(|f| f.eclipse.model != EclipseModel::None) {
+    let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
         Some((drawn(&without(Effect::Eclipse))?, eclipse_part))
     } else {
         None
     };
-    let airless = if let Some(part) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.at_most).reduce(f64::max) {
+    let without_air = if let Some(part) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.at_most).reduce(f64::max) {
         let depth = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
         Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, part))
     } else {
         None
     };
-    let shown = studio.light(view, precision)?.light;
-    let rounding = studio.light(view, other)?.light;
-    let nearest = studio.light(&nearest, Precision::F32)?.light;
-    Ok(Layers { shown, rounding, nearest, uneclipsed, airless })
+    let shown = dual.light(view, precision)?.light;
+    let other_precision = dual.light(view, other)?.light;
+    let reference_models = dual.light(&reference_models, Precision::F32)?.light;
+    Ok(Layers { shown, other_precision, reference_models, without_eclipses, without_air })
 }
 
 #[cfg(test)]
@@ -145,26 +147,26 @@ mod tests {
 
     #[test]
     fn a_bound_in_levels_holds_what_the_light_may_be() {
-        assert_eq!(levels_around(0.5, 0.0), 1);
+        assert_eq!(level_bound(0.5, 0.0), 1);
         let level = |light: f64| 255.0 * linear_to_srgb(light);
         for light in [0.0, 1e-4, 0.02, 0.3, 0.9] {
             for bound in [1e-5, 1e-3, 0.05] {
-                let most = f64::from(levels_around(light, bound));
+                let most = f64::from(level_bound(light, bound));
                 for off in [-bound, -0.5 * bound, bound] {
                     let change = (level((light + off).max(0.0)).round() - level(light).round()).abs();
                     assert!(change <= most, "{light} off by {off}: {change} levels, {most} stated");
                 }
             }
         }
-        assert_eq!(levels_around(0.0, 1e9), 255);
+        assert_eq!(level_bound(0.0, 1e9), 255);
     }
 
     #[test]
     fn the_range_is_that_of_the_neighbours() {
         let mut light = vec![[0.5, 0.5, 0.5, 1.0]; 25];
         light[12] = [0.9, 0.5, 0.1, 1.0];
-        let near = range_around(&light, 5, 6);
+        let near = neighbour_range(&light, 5, 6);
         assert!((near[0] - 0.4).abs() < 1e-6 && near[1] == 0.0 && (near[2] - 0.4).abs() < 1e-6);
-        assert_eq!(range_around(&light, 5, 4), [0.0; 3]);
+        assert_eq!(neighbour_range(&light, 5, 4), [0.0; 3]);
     }
 }

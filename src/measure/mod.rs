@@ -1,9 +1,9 @@
-//! Speed against accuracy: what each choice costs, and how far off it is.
+//! Speed against accuracy: the time and the error of each option of each choice.
 //!
-//! In: a session, and how long it may take. Out: [`ChoiceMeasure`]s: for each option of each choice its error in a unit that a person feels and its time as a
-//! ratio to that of the choice's most accurate option. Always: times are ratios of runs in turns ([`timing`]), errors are taken against the dearest option in
-//! f64; which option each quality takes is read from the program, which ones it may
-//! take is computed by [`rule`]. Not done: tessellation, for ellipsoids are intersected and not tessellated.
+//! In: a session, and how long it may take. Out: [`ChoiceMeasure`]s: for each option of each choice its error in a perceptible unit and its time as a
+//! ratio to that of the choice's most accurate option. Always: times are ratios of runs in turns ([`timing`]), errors are relative to the most expensive option in
+//! f64; the option that each quality takes is read from the program, those that it may
+//! take are computed by [`rule`]. Not measured: tessellation, since ellipsoids are intersected and not tessellated.
 
 mod drawings;
 mod error_bound;
@@ -16,15 +16,15 @@ mod view;
 mod whole;
 
 pub use error_bound::error_bounds;
+pub(crate) use pictures::{DualRenderer, PlannedView};
 pub use pictures::{LightPicture, levels_apart, p999};
-pub(crate) use pictures::{PlannedView, Studio};
 pub(crate) use timing::quantile;
-pub use view::{ENOUGH_LEVELS, ViewMeasure, measure_view};
+pub use view::{SUFFICIENT_LEVELS, ViewMeasure, measure_view};
 pub use whole::renderer;
 
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
-use rule::{Unit, Weight};
+use rule::{Measurement, Unit};
 use timing::{Spread, in_turns, seconds_of};
 
 /// How long a measurement may take.
@@ -37,7 +37,7 @@ pub enum Effort {
 }
 
 impl Effort {
-    /// Sides of the pictures, pixels.
+    /// Side of the pictures, pixels.
     pub fn side_px(self) -> u32 {
         match self {
             Self::Short => 128,
@@ -54,18 +54,18 @@ impl Effort {
     }
 }
 
-/// One option of a choice, measured.
+/// The measurements of one option.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OptionMeasure {
-    /// As the command line or the documents name it.
+    /// The name on the command line or in the documents.
     pub name: String,
     /// Error and time.
-    pub weight: Weight,
+    pub measurement: Measurement,
     /// Whether another option is better in both.
     pub is_dominated: bool,
-    /// The qualities that take it, by the program as it is.
+    /// The qualities that take it in the program.
     pub default_of: Vec<Quality>,
-    /// The qualities that may take it, by [`rule::admissible`].
+    /// The qualities that may take it by [`rule::admissible`].
     pub admissible_for: Vec<Quality>,
 }
 
@@ -74,18 +74,18 @@ pub struct OptionMeasure {
 pub struct ChoiceMeasure {
     /// What is chosen.
     pub name: &'static str,
-    /// What the error is of, and in which view.
+    /// The quantity of the error, and the view.
     pub about: &'static str,
-    /// Of the errors.
+    /// Unit of the errors.
     pub unit: Unit,
-    /// The scene decides by what the view shows, at every quality alike: the rule of the qualities says nothing.
+    /// The scene decides from the view, in the same way at every quality, so the rule does not apply.
     pub is_by_view: bool,
-    /// What was measured of each.
+    /// Measurements of the options.
     pub options: Vec<OptionMeasure>,
 }
 
 impl ChoiceMeasure {
-    /// Qualities whose default is none that the rule allows, with one that it does; nothing where the view decides and not the quality.
+    /// Qualities whose default the rule does not allow, with one that it does; empty where the view decides.
     pub fn broken_defaults(&self) -> Vec<(Quality, &str)> {
         let broken = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
         let allowed = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
@@ -101,8 +101,8 @@ pub(crate) struct Candidate<'a> {
     work: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates in turns and applies the rule; ratios are to the last candidate whose error is the least.
-pub(crate) fn weighed(
+/// Times the candidates in turns and applies the rule; ratios are relative to the last of the most accurate candidates.
+pub(crate) fn measured(
     name: &'static str,
     about: &'static str,
     unit: Unit,
@@ -113,26 +113,26 @@ pub(crate) fn weighed(
         let timed = candidates.iter().map(|c| move || seconds_of(|| (c.work)()));
         let works: Vec<Box<timing::Work<'_, f64, SessionError>>> = timed.map(|w| Box::new(w) as Box<_>).collect();
         let works: Vec<&timing::Work<'_, f64, SessionError>> = works.iter().map(|w| &**w).collect();
-        // Modules, maps and tables are there before anything counts.
+        // Load modules, maps and tables before timing.
         in_turns(1, &works)?;
         in_turns(rounds, &works)?
     };
     let least = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
     let reference = candidates.iter().rposition(|c| c.error <= least).unwrap_or(0);
     let one = Spread { low: 1.0, median: 1.0, high: 1.0 };
-    let weights: Vec<Weight> = candidates
+    let measurements: Vec<Measurement> = candidates
         .iter()
         .enumerate()
-        .map(|(k, c)| Weight { error: c.error, time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
+        .map(|(k, c)| Measurement { error: c.error, time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
         .collect();
-    let dominated = rule::dominated(&weights);
-    let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &weights)));
+    let dominated = rule::dominated(&measurements);
+    let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &measurements)));
     let options = candidates
         .into_iter()
         .enumerate()
         .map(|(k, c)| OptionMeasure {
             name: c.name,
-            weight: weights[k],
+            measurement: measurements[k],
             is_dominated: dominated[k],
             default_of: c.default_of,
             admissible_for: allowed.iter().filter(|(_, may)| may[k]).map(|(q, _)| *q).collect(),
@@ -147,7 +147,7 @@ const BY_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
 /// Measures one choice.
 pub type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
 
-/// Every choice that trades, by name, in the order of a frame: positions, light, shapes, sampling, the whole.
+/// Every choice by name, in the order of a frame: positions, light, shapes, sampling, whole pictures.
 pub const CHOICES: [(&str, MeasureChoice); 13] = [
     ("ephemeris", positions::ephemeris_source),
     ("light-time", positions::light_time),

@@ -1,7 +1,7 @@
-//! Linear pictures and how far they are from each other.
+//! Linear pictures and their differences.
 //!
 //! In: views. Out: [`LightPicture`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
-//! errors below a level can be told apart; light beyond white counts as white.
+//! errors below a level can be distinguished; radiance above white counts as white.
 
 use super::timing::quantile;
 use crate::render::plan::{self, Plan, SamplingQuality};
@@ -11,7 +11,7 @@ use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// The finest sampling: samples of a pixel, taps on a footprint.
+/// The finest sampling: samples per pixel, taps per footprint.
 const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 
 /// A picture of linear light.
@@ -23,12 +23,12 @@ pub struct LightPicture {
     pub height: u32,
     /// Rows from the top; red, green, blue and coverage.
     pub light: Vec<[f32; 4]>,
-    /// From radiance to display, where 1 is white.
+    /// Factor from radiance to display, where 1 is white.
     pub exposure_factor: f64,
 }
 
 impl LightPicture {
-    /// The mean of `by` x `by` pixels.
+    /// Downsampled by averages of `by` x `by` pixels.
     #[must_use]
     pub fn reduced(&self, by: u32) -> Self {
         let (width, height) = (self.width / by, self.height / by);
@@ -44,10 +44,10 @@ impl LightPicture {
         Self { width, height, light, exposure_factor: self.exposure_factor }
     }
 
-    /// Stretched to another size by linear interpolation of light between the middles of pixels, as a window shows a coarser picture.
+    /// Scaled to another size by bilinear interpolation of radiance between pixel centres, as a window shows a coarser picture.
     #[must_use]
     pub fn stretched(&self, width: u32, height: u32) -> Self {
-        // The two pixels around a place of the finer picture, and the weight of the second.
+        // The two pixels around a position of the finer picture, and the weight of the second.
         let around = |k: u32, from: u32, to: u32| {
             let place = ((f64::from(k) + 0.5) * f64::from(from) / f64::from(to) - 0.5).clamp(0.0, f64::from(from - 1));
             let first = place.floor() as u32;
@@ -66,7 +66,7 @@ impl LightPicture {
         Self { width, height, light, exposure_factor: self.exposure_factor }
     }
 
-    /// What the display shows of a value, 0 to 255, not rounded.
+    /// The display level of a radiance, 0 to 255, not rounded.
     fn level(&self, radiance: f32) -> f64 {
         255.0 * linear_to_srgb((f64::from(radiance) * self.exposure_factor).clamp(0.0, 1.0))
     }
@@ -78,20 +78,20 @@ pub fn levels_apart(a: &LightPicture, b: &LightPicture) -> Vec<f64> {
     a.light.iter().zip(&b.light).map(worst).collect()
 }
 
-/// The value that 99.9 % of all values keep within; 0 of none.
+/// The 99.9th percentile; 0 for no values.
 pub fn p999(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     quantile(&values, 0.999).unwrap_or(0.0)
 }
 
 /// Draws views in either precision.
-pub(crate) struct Studio<'a> {
+pub(crate) struct DualRenderer<'a> {
     pub session: &'a Session,
     single: SoftwareRenderer,
     double: SoftwareRenderer,
 }
 
-impl<'a> Studio<'a> {
+impl<'a> DualRenderer<'a> {
     pub fn new(session: &'a Session) -> Result<Self, SessionError> {
         Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_in(true)? })
     }
@@ -103,8 +103,8 @@ impl<'a> Studio<'a> {
         }
     }
 
-    /// A planned view, ready to be drawn again and again.
-    pub fn planned(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+    /// Plans a view that is to be drawn repeatedly.
+    pub fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let (scene, plan) = self.session.plan(request, sampling)?;
         Ok(PlannedView { scene, plan })
     }
@@ -115,23 +115,23 @@ impl<'a> Studio<'a> {
         Ok(LightPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
     }
 
-    /// Draws and forgets, for timing.
+    /// Draws and drops the result, for timing.
     pub fn draw(&self, view: &PlannedView, precision: Precision) -> Result<(), SessionError> {
         self.renderer(precision).render(&view.plan, self.session.library(), false)?;
         Ok(())
     }
 
-    /// The same with the draws of the target alone (of every body where there is none): smaller bodies turn from points to discs as the picture grows.
-    pub fn planned_alone(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
-        let mut scene = self.planned(request, sampling)?.scene;
+    /// The same with only the draws of the target (of all bodies without one): smaller bodies change from points to discs as the picture grows.
+    pub fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+        let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
         let plan = plan::plan(&scene, self.session, sampling)?;
         Ok(PlannedView { scene, plan })
     }
 
-    /// The same view with the exposure that it meters, so that options are compared at one exposure.
+    /// The same view with its metered exposure fixed, so that all options have one exposure.
     pub fn exposed(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
-        let stops = self.planned(&request, FINEST)?.scene.exposure.stops;
+        let stops = self.plan_view(&request, FINEST)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })
     }
 }
@@ -157,7 +157,7 @@ mod tests {
         let half = ramp.reduced(2);
         assert_eq!((half.width, half.height), (4, 2));
         assert_eq!(half.light.iter().map(|p| p[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5, 0.5, 2.5, 4.5, 6.5]);
-        // Between the middles of the outermost pixels a ramp comes back as it was.
+        // Between the centres of the outermost pixels a ramp is reproduced.
         let back = half.stretched(8, 4);
         assert!((1..7).all(|x| (back.light[x][0] - ramp.light[x][0]).abs() < 1e-6), "{:?}", &back.light[..8]);
         assert_eq!(ramp.stretched(8, 4), ramp);

@@ -1,8 +1,8 @@
-//! The trade as a picture: for each choice its options by time and error.
+//! The plot of time against error: one panel for each choice.
 //!
-//! In: measured choices. Out: the same plot as SVG text or as pixels. Always: one panel a choice, both axes logarithmic, time as a ratio to the most accurate option,
-//! error in the unit that the panel names; what no logarithm shows, an error of 0, lies on the panel's floor and says so. Each option's name has its time ratio
-//! beside it; those on the frontier are joined, dominated ones are hollow.
+//! In: measured choices. Out: the same plot as SVG text or as pixels. Always: both axes are logarithmic, time as a ratio to the most accurate option,
+//! error in the unit that the panel names; an error of 0 is drawn at the panel's lower edge and labelled. Each option's name has its time ratio
+//! beside it; options on the Pareto frontier are joined, dominated ones are hollow.
 
 use super::{ChoiceMeasure, OptionMeasure};
 use plotters::coord::Shift;
@@ -11,7 +11,7 @@ use plotters::style::{FontStyle, register_font};
 use std::error::Error;
 use std::sync::OnceLock;
 
-/// Of the whole plot, pixels.
+/// Size of the whole plot, pixels.
 pub const SIZE_PX: (u32, u32) = (1560, 1240);
 /// Panels in a row.
 const COLUMNS: usize = 4;
@@ -20,7 +20,7 @@ const INK: RGBColor = RGBColor(35, 35, 35);
 const FRONTIER: RGBColor = RGBColor(0, 90, 160);
 const DOMINATED: RGBColor = RGBColor(190, 70, 20);
 
-/// The plot could not be made, in one line.
+/// The plot could not be drawn, in one line.
 #[derive(Debug, thiserror::Error)]
 #[error("the plot cannot be drawn: {0}")]
 pub struct PlotError(String);
@@ -32,7 +32,7 @@ fn failed(e: impl Error) -> PlotError {
 /// The plot as SVG.
 ///
 /// # Errors
-/// What the plotting library refuses.
+/// An error of the plotting library.
 pub fn svg(choices: &[ChoiceMeasure]) -> Result<String, PlotError> {
     let mut text = String::new();
     draw(&SVGBackend::with_string(&mut text, SIZE_PX).into_drawing_area(), choices)?;
@@ -42,14 +42,14 @@ pub fn svg(choices: &[ChoiceMeasure]) -> Result<String, PlotError> {
 /// The plot as opaque pixels, rows from the top.
 ///
 /// # Errors
-/// What the plotting library refuses.
+/// An error of the plotting library.
 pub fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotError> {
     let mut rgb = vec![255; 3 * (SIZE_PX.0 * SIZE_PX.1) as usize];
     draw(&BitMapBackend::with_buffer(&mut rgb, SIZE_PX).into_drawing_area(), choices)?;
     Ok(rgb.chunks_exact(3).map(|p| [p[0], p[1], p[2], 255]).collect())
 }
 
-/// The fonts of bitmaps: the machine may have none.
+/// Registers an embedded font for bitmaps: the system may have none.
 fn provide_font() -> Result<(), PlotError> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
     let given = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::HACK_REGULAR).is_ok());
@@ -71,7 +71,7 @@ where
     area.present().map_err(failed)
 }
 
-/// A range of a logarithmic axis around values above 0.
+/// A range of a logarithmic axis around positive values.
 fn span(values: impl Iterator<Item = f64> + Clone, below: f64, above: f64) -> std::ops::Range<f64> {
     let (least, most) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
     if most > 0.0 { least * below..most * above } else { 0.1..10.0 }
@@ -82,12 +82,12 @@ where
     B::ErrorType: 'static,
 {
     let options = &choice.options;
-    let positive = options.iter().map(|o| o.weight.error).filter(|e| *e > 0.0);
-    // Errors of 0 lie on the floor.
+    let positive = options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0);
+    // Errors of 0 are drawn at the lower edge.
     let errors = span(positive, 0.1, 8.0);
     let floor = errors.start;
-    let height = |o: &OptionMeasure| if o.weight.error > 0.0 { o.weight.error } else { floor };
-    let times = span(options.iter().map(|o| o.weight.time.median), 0.5, 3.0);
+    let height = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { floor };
+    let times = span(options.iter().map(|o| o.measurement.time.median), 0.5, 3.0);
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
         .caption(format!("{} [{}]", choice.name, choice.unit.name()), (FONT, 22).into_font().color(&INK))
@@ -109,30 +109,30 @@ where
         .light_line_style(WHITE)
         .draw()
         .map_err(failed)?;
-    let mut frontier: Vec<_> = options.iter().filter(|o| !o.is_dominated).map(|o| (o.weight.time.median, height(o))).collect();
+    let mut frontier: Vec<_> = options.iter().filter(|o| !o.is_dominated).map(|o| (o.measurement.time.median, height(o))).collect();
     frontier.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(frontier, FRONTIER.stroke_width(2))).map_err(failed)?;
     for option in options {
-        let (x, y) = (option.weight.time.median, height(option));
+        let (x, y) = (option.measurement.time.median, height(option));
         let colour = if option.is_dominated { DOMINATED } else { FRONTIER };
         let style = if option.is_dominated { colour.stroke_width(2) } else { colour.filled() };
-        let ends = [(option.weight.time.low, y), (option.weight.time.high, y)];
+        let ends = [(option.measurement.time.low, y), (option.measurement.time.high, y)];
         chart.draw_series([PathElement::new(ends.to_vec(), colour.stroke_width(2))]).map_err(failed)?;
         chart.draw_series([Circle::new((x, y), 5, style)]).map_err(failed)?;
     }
     let ends = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
-    let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.weight.time.median, height(o)))).collect();
+    let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.time.median, height(o)))).collect();
     let texts: Vec<String> = options
         .iter()
         .map(|o| {
-            let zero = if o.weight.error > 0.0 { "" } else { ", 0" };
-            format!("{} ({:.2}{zero})", o.name.chars().take(26).collect::<String>(), o.weight.time.median)
+            let zero = if o.measurement.error > 0.0 { "" } else { ", 0" };
+            format!("{} ({:.2}{zero})", o.name.chars().take(26).collect::<String>(), o.measurement.time.median)
         })
         .collect();
     for (k, offset) in label_offsets(&points, &texts, ends).into_iter().enumerate() {
         let colour = if options[k].is_dominated { DOMINATED } else { FRONTIER };
         let font = (FONT, LABEL_PX).into_font().color(&colour);
-        let place = (options[k].weight.time.median, height(&options[k]));
+        let place = (options[k].measurement.time.median, height(&options[k]));
         chart.draw_series([EmptyElement::at(place) + Text::new(texts[k].clone(), offset, font)]).map_err(failed)?;
     }
     Ok(())
@@ -141,14 +141,14 @@ where
 /// Height of the options' names, pixels.
 const LABEL_PX: i32 = 15;
 
-/// Where each name stands beside its point: the first place within the panel that meets no other name and no point. `ends`: two opposite corners of the panel.
+/// Offset of each label from its point: the first position within the panel that overlaps no other label and no point. `ends`: two opposite corners of the panel.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     type Rect = (i32, i32, i32, i32);
     let meet = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
     let mut taken: Vec<Rect> = points.iter().map(|(x, y)| (x - 5, y - 5, x + 5, y + 5)).collect();
     let mut offsets = Vec::new();
     for (&(x, y), text) in points.iter().zip(texts) {
-        // The built-in font is as wide as 0.61 of its height.
+        // The average width of the built-in font is 0.61 of its height.
         let width = i32::try_from(text.chars().count()).unwrap_or(0) * LABEL_PX * 61 / 100;
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
         let places = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
@@ -162,7 +162,7 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i3
     offsets
 }
 
-/// A number of an axis: powers of ten far from 1, plain digits near it.
+/// An axis label: powers of ten far from 1, plain digits near it.
 fn short(value: f64) -> String {
     if (0.01..10_000.0).contains(&value) { format!("{}", (value * 1e4).round() / 1e4) } else { format!("{value:.0e}") }
 }

@@ -1,9 +1,9 @@
-//! What positions cost: the source of the ephemeris, and the light's way.
+//! Cost and error of positions: the source of the ephemeris, and light time.
 //!
-//! In: the session's ephemeris. Out: errors in arcseconds on the Earth's sky, the worst of Sun, Moon and planets over two centuries of dates.
+//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the worst of Sun, Moon and planets over two centuries of dates.
 
 use super::rule::Unit;
-use super::{Candidate, ChoiceMeasure, Effort, weighed};
+use super::{Candidate, ChoiceMeasure, Effort, measured};
 use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::{EphemerisError, Source, angle_rad};
@@ -16,11 +16,11 @@ use glam::DVec3;
 /// Sun, Moon and planets.
 const BODIES: [NaifId; 9] =
     [NaifId::SUN, NaifId::MOON, NaifId(199), NaifId(299), NaifId(499), NaifId(599), NaifId(699), NaifId(799), NaifId(899)];
-/// From 1905 to 2095, inside the shipped kernel; the step is no multiple of any period.
+/// From 1905 to 2095, within the shipped kernel; the step is no multiple of any period.
 const FIRST_JD_TDB: f64 = 2_416_847.3;
 const STEP_DAYS: f64 = 1_983.7;
 const DATES: usize = 35;
-/// Whole passes over all bodies and dates in one timed run: a position takes microseconds.
+/// Repetitions over all bodies and dates in one timed run, since a position takes microseconds.
 const PASSES: usize = 3;
 
 fn instants() -> impl Iterator<Item = Instant> {
@@ -29,7 +29,7 @@ fn instants() -> impl Iterator<Item = Instant> {
 
 type Direction<'a> = Box<dyn Fn(NaifId, Instant) -> Result<DVec3, EphemerisError> + 'a>;
 
-/// The greatest angle on the sky between two ways of computing directions, arcseconds.
+/// The greatest angular separation between two ways of computing directions, arcseconds.
 fn worst_arcsec(a: &Direction<'_>, b: &Direction<'_>) -> Result<f64, EphemerisError> {
     let mut worst = 0.0_f64;
     for t in instants() {
@@ -62,7 +62,7 @@ fn candidates<'a>(
     Ok(all)
 }
 
-/// `--source`: mean elements, series, kernel. Inside its years the kernel serves every quality.
+/// `--source`: mean elements, series, kernel. Within its years the kernel is used at every quality.
 pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
     let from = |source: Source| -> Direction<'_> {
@@ -75,10 +75,10 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     ];
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
-    weighed("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
+    measured("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
 }
 
-/// Where a body is, where the light left it, and where it is seen with aberration: what `ephemeris` and `ephemeris --apparent` answer.
+/// Geometric position, position with light time, and apparent position with aberration: the results of `ephemeris` and `ephemeris --apparent`.
 pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
     let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);
@@ -100,5 +100,5 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let truth: Direction<'_> = Box::new(apparent);
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
-    weighed("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
+    measured("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
 }

@@ -1,25 +1,25 @@
-//! Which options are worth having, and which of them a quality takes: by rule.
+//! The rule that says which options are dominated, and which of them a quality may take.
 //!
-//! In: time and error of the options of one choice. Out: those that are dominated, and those that a quality may take. Always: an option is dominated only by one
-//! that is clearly cheaper at no greater error, or clearly more accurate at no greater time; what differs by less than the spread of the measurement decides
-//! nothing. A quality takes the cheapest option within its bound; `reference` has no bound and takes the most accurate one.
+//! In: time and error of the options of one choice. Out: the dominated ones, and those that a quality may take. Always: an option is dominated only by one
+//! that is clearly cheaper at no greater error, or clearly more accurate at no greater time; differences below the spread of the measurement are
+//! ignored. A quality takes the cheapest option within its bound; `reference` has no bound and takes the most accurate one.
 
 use super::timing::Spread;
 use crate::scene::request::Quality;
 
-/// The unit of an error, as a person feels it.
+/// The unit of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Angle on the sky.
     Arcseconds,
-    /// Percent of the light that is there.
+    /// Percent of the radiance or of all light.
     PercentOfLight,
-    /// 255ths of a displayed channel that 99.9 % of all pixels keep within.
+    /// 255ths of a displayed channel that 99.9 % of all pixels do not exceed.
     Levels,
 }
 
 impl Unit {
-    /// As tables and plots have it.
+    /// The name in tables and plots.
     pub fn name(self) -> &'static str {
         match self {
             Self::Arcseconds => "arcsec",
@@ -28,11 +28,11 @@ impl Unit {
         }
     }
 
-    /// The greatest error that a quality may have; `None`: the least there is.
+    /// The greatest error that a quality may have; `None`: the least possible.
     ///
-    /// `draft` is for looking around: an arcsecond is a quarter of what a good eye resolves in a telescope of 15x; 15.9 % of light is a quarter of a stop; 32
+    /// `draft` is for looking around: an arcsecond is a quarter of the resolution of a good eye at a magnification of 15; 15.9 % of light is a quarter of a stop; 32
     /// levels in one pixel of a thousand is an edge that jumps by an eighth of white. `standard` is what the program shows and writes: a tenth of an arcsecond
-    /// is 0.2 s of a contact with the Moon, half a percent of light is a level at mid grey, and three levels is 1 % of the display's range.
+    /// is 0.2 s of a contact with the Moon, half a percent of light is a level at mid grey, and three levels are 1 % of the display's range.
     pub fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],
@@ -47,18 +47,18 @@ impl Unit {
     }
 }
 
-/// What the rule weighs of an option.
+/// Error and time of an option.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weight {
+pub struct Measurement {
     /// In the choice's unit, at least 0.
     pub error: f64,
-    /// Over the time of the choice's most accurate option.
+    /// Ratio to the time of the choice's most accurate option.
     pub time: Spread,
 }
 
-impl Weight {
-    /// Beyond the quartiles, and by more than 5 %: less is not worth a change.
-    fn is_clearly_cheaper(&self, than: &Self) -> bool {
+impl Measurement {
+    /// Outside of each other's quartiles, and by more than 5 %: smaller differences do not justify a change.
+    fn is_clearly_faster(&self, than: &Self) -> bool {
         self.time.high < than.time.low && self.time.median < 0.95 * than.time.median
     }
 
@@ -67,42 +67,42 @@ impl Weight {
         self.error < 0.99 * than.error
     }
 
-    /// Whether nobody would take the other one.
+    /// Whether `self` is preferable to `other` in every respect.
     pub fn dominates(&self, other: &Self) -> bool {
-        let (cheaper, more_accurate) = (self.is_clearly_cheaper(other), self.is_more_accurate(other));
+        let (cheaper, more_accurate) = (self.is_clearly_faster(other), self.is_more_accurate(other));
         cheaper && !other.is_more_accurate(self) || more_accurate && self.time.median <= other.time.median
     }
 }
 
 /// For each option whether another dominates it.
-pub fn dominated(options: &[Weight]) -> Vec<bool> {
+pub fn dominated(options: &[Measurement]) -> Vec<bool> {
     options.iter().map(|a| options.iter().any(|b| b.dominates(a))).collect()
 }
 
-/// For each option whether a quality may take it: it is within the bound and no other within it is clearly cheaper. Where none is within, and for `reference`:
-/// no other is more accurate, and none as accurate is clearly cheaper.
-pub fn admissible(quality: Quality, unit: Unit, options: &[Weight]) -> Vec<bool> {
+/// For each option whether a quality may take it: it is within the bound, and no other within it is clearly cheaper. If none is within, and for `reference`:
+/// no other is more accurate, and none of equal accuracy is clearly cheaper.
+pub fn admissible(quality: Quality, unit: Unit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
-    let is_good = |o: &Weight| match bound {
+    let is_good = |o: &Measurement| match bound {
         Some(bound) => o.error <= bound,
         None => !options.iter().any(|other| other.is_more_accurate(o)),
     };
-    options.iter().map(|o| is_good(o) && !options.iter().any(|other| is_good(other) && other.is_clearly_cheaper(o))).collect()
+    options.iter().map(|o| is_good(o) && !options.iter().any(|other| is_good(other) && other.is_clearly_faster(o))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn option(error: f64, time: f64) -> Weight {
-        Weight { error, time: Spread { low: 0.95 * time, median: time, high: 1.05 * time } }
+    fn option(error: f64, time: f64) -> Measurement {
+        Measurement { error, time: Spread { low: 0.95 * time, median: time, high: 1.05 * time } }
     }
 
     #[test]
-    fn what_is_dearer_and_no_better_is_dominated() {
+    fn slower_and_no_more_accurate_options_are_dominated() {
         let options = [option(8.0, 0.2), option(4.0, 0.5), option(5.0, 0.7), option(0.0, 1.0), option(0.0, 2.0)];
         assert_eq!(dominated(&options), [false, false, true, false, true]);
-        // Within the spread nothing is decided: equally good ones stay, and the better one drops the other.
+        // Within the spread nothing is decided: equally accurate options stay, and the more accurate one dominates the other.
         assert_eq!(dominated(&[option(1.0, 1.0), option(1.0, 1.03)]), [false, false]);
         assert_eq!(dominated(&[option(1.0, 1.03), option(0.5, 1.0)]), [true, false]);
         assert_eq!(dominated(&[option(1.0, 1.03), option(0.999, 1.0)]), [false, false]);
@@ -113,18 +113,18 @@ mod tests {
         let unit = Unit::Levels;
         let [draft, standard] = [Quality::Draft, Quality::Standard].map(|q| unit.bound(q).expect("a bound"));
         let options = [option(2.0 * draft, 0.1), option(0.9 * draft, 0.2), option(0.9 * standard, 0.5), option(0.5, 1.0)];
-        let allowed = |options: &[Weight]| {
+        let allowed = |options: &[Measurement]| {
             Quality::ALL
                 .map(|q| admissible(q, unit, options).iter().enumerate().filter_map(|(k, may)| may.then_some(k)).collect::<Vec<_>>())
         };
         assert_eq!(allowed(&options), [[1], [2], [3]]);
-        // The rule says when a default no longer holds: an option gets worse, or another gets cheaper.
+        // The rule detects an outdated default: an option gets worse, or another gets cheaper.
         let mut changed = options;
         changed[2].error = 1.1 * standard;
         assert_eq!(allowed(&changed), [[1], [3], [3]]);
         changed[3].time = option(0.0, 0.15).time;
         assert_eq!(allowed(&changed), [[3], [3], [3]]);
-        // What the measurement cannot tell apart may both be taken.
+        // Both of two options that the measurement cannot distinguish may be taken.
         assert_eq!(allowed(&[option(0.5, 1.0), option(0.5, 1.02)]), [[0, 1], [0, 1], [0, 1]]);
         assert_eq!(allowed(&[option(1e9, 1.0)]), [[0], [0], [0]]);
     }

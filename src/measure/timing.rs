@@ -1,19 +1,19 @@
-//! Ways of doing one thing, timed in turns on a machine that does other things too.
+//! Timing of alternatives in turns, on a machine that is also doing other work.
 //!
-//! In: works that can be repeated. Out: what each did in each round, and ratios of their times with quartiles. Always: the works take turns within a round,
-//! forwards and backwards, so that what warms up, slows down or disturbs the machine meets all of them alike; only times of one round are divided by
-//! each other. Times are processor time where the system reports it, elapsed time elsewhere.
+//! In: repeatable workloads. Out: their results in each round, and ratios of their times with quartiles. Always: the workloads take turns within a round,
+//! forwards and backwards, so that warming up, throttling and other load affect all of them alike; only times of one round are divided by
+//! each other. Times are CPU time where the system reports it, elapsed time elsewhere.
 
 use crate::session::process_cpu;
 use std::time::{Duration, Instant};
 
-/// A work to be timed; its error ends the measurement.
+/// A workload to be timed; its error ends the measurement.
 pub type Work<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
 
-/// Runs every work once a round, in turns: the answers by work, then by round.
+/// Runs every workload once per round, in turns: the results by workload, then by round.
 ///
 /// # Errors
-/// The first error of a work.
+/// The first error of a workload.
 pub fn in_turns<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
     let mut answers: Vec<Vec<T>> = works.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = works.len();
@@ -27,10 +27,10 @@ pub fn in_turns<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Ve
     Ok(answers)
 }
 
-/// Seconds that a work takes: processor time of the process, or elapsed time where the system does not report it.
+/// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report it.
 ///
 /// # Errors
-/// That of the work.
+/// The workload's error.
 pub fn seconds_of<E>(work: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
     let before = process_cpu();
     let start = Instant::now();
@@ -52,14 +52,14 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of any values; `None` of none.
+    /// The quartiles of any values; `None` for no values.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         Some(Self { low: quantile(&values, 0.25)?, median: quantile(&values, 0.5)?, high: quantile(&values, 0.75)? })
     }
 
-    /// Of the ratios of times that were taken in the same rounds.
+    /// The quartiles of the ratios of times from the same rounds.
     pub fn of_ratios(times: &[f64], to: &[f64]) -> Option<Self> {
         Self::of(times.iter().zip(to).filter(|(_, to)| **to > 0.0).map(|(time, to)| time / to))
     }
@@ -97,12 +97,12 @@ mod tests {
             names.sort_unstable();
             assert_eq!(names, b"abc", "{order}");
         }
-        // No work is always first or always last.
+        // No workload is always first or always last.
         assert_ne!(&order[0..3], &order[3..6]);
         assert_eq!(in_turns(1, &[&(|| Err::<(), _>("broken")) as &Work<'_, (), &str>]), Err("broken"));
     }
 
-    /// The machine slows down tenfold while two works run, one of which does twice as much: the ratios stay 2.
+    /// The machine slows down tenfold while two workloads run, one of which does twice as much: the ratios stay 2.
     #[test]
     fn drift_of_the_machine_leaves_ratios_alone() {
         let slowness = Cell::new(1.0);
@@ -116,7 +116,7 @@ mod tests {
         let times = in_turns(20, &[&work(1.0), &work(2.0)]).expect("no error");
         let ratio = Spread::of_ratios(&times[1], &times[0]).expect("ratios");
         assert!((ratio.median - 2.0).abs() < 0.15 && ratio.low > 1.8 && ratio.high < 2.2, "{ratio:?}");
-        // One after the other the drift would have been taken for a cost.
+        // Run one after the other, the drift would appear as a cost.
         let (first, second) = (times[0][..10].iter().sum::<f64>(), times[1][10..].iter().sum::<f64>());
         assert!(second / first > 4.0);
     }

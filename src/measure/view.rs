@@ -1,48 +1,48 @@
-//! One view: which quality is enough for it.
+//! The sufficient quality for one view.
 //!
-//! In: a view. Out: [`ViewMeasure`]: error and time of each quality against the reference quality's own picture at the same exposure, and the cheapest that is enough.
+//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's picture at the same exposure, and the cheapest sufficient one.
 
-use super::pictures::{Studio, levels_apart, p999};
+use super::pictures::{DualRenderer, levels_apart, p999};
 use super::rule::Unit;
 use super::whole::precision_of;
-use super::{Candidate, ChoiceMeasure, Effort, weighed};
+use super::{Candidate, ChoiceMeasure, Effort, measured};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::{Session, SessionError};
 
-/// A quality is enough where 99.9 % of the pixels are within this of the reference, 255ths.
-pub const ENOUGH_LEVELS: f64 = 1.0;
+/// A quality is sufficient if 99.9 % of the pixels are within this of the reference, 255ths.
+pub const SUFFICIENT_LEVELS: f64 = 1.0;
 
-/// The qualities in one view.
+/// Measurements of the qualities in one view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewMeasure {
     /// Error and time of each.
     pub qualities: ChoiceMeasure,
-    /// The first that is enough.
+    /// The first sufficient quality.
     pub enough: Quality,
 }
 
-/// Measures the qualities in a view; `effort` decides on the number of rounds.
+/// Measures the qualities in a view; `effort` sets the number of rounds.
 ///
 /// # Errors
 /// Why the view cannot be drawn.
 pub fn measure_view(session: &Session, request: &ViewRequest, effort: Effort) -> Result<ViewMeasure, SessionError> {
-    let studio = Studio::new(session)?;
-    let request = studio.exposed(request.clone())?;
-    let planned = |quality: Quality| studio.planned(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));
-    let truth = studio.light(&planned(Quality::Reference)?, precision_of(Quality::Reference))?;
+    let dual = DualRenderer::new(session)?;
+    let request = dual.exposed(request.clone())?;
+    let plan_view = |quality: Quality| dual.plan_view(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));
+    let truth = dual.light(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
     let mut candidates = Vec::new();
     let mut enough = None;
     for quality in Quality::ALL {
-        let view = planned(quality)?;
-        let error = p999(levels_apart(&studio.light(&view, precision_of(quality))?, &truth));
-        if error <= ENOUGH_LEVELS {
+        let view = plan_view(quality)?;
+        let error = p999(levels_apart(&dual.light(&view, precision_of(quality))?, &truth));
+        if error <= SUFFICIENT_LEVELS {
             enough.get_or_insert(quality);
         }
-        let studio = &studio;
-        let work = Box::new(move || studio.draw(&view, precision_of(quality)));
+        let dual = &dual;
+        let work = Box::new(move || dual.draw(&view, precision_of(quality)));
         candidates.push(Candidate { name: quality.name().to_owned(), error, default_of: vec![quality], work });
     }
-    let qualities = weighed("quality", "this view, against the reference quality", Unit::Levels, effort.rounds(), candidates)?;
+    let qualities = measured("quality", "this view, against the reference quality", Unit::Levels, effort.rounds(), candidates)?;
     Ok(ViewMeasure { qualities, enough: enough.unwrap_or(Quality::Reference) })
 }

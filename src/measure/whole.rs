@@ -1,77 +1,77 @@
-//! What whole pictures cost: the qualities, the stars, the renderers.
+//! Cost and error of whole pictures: qualities, stars, renderers.
 
 use super::drawings::standard;
-use super::pictures::{LightPicture, Studio, levels_apart, p999};
+use super::pictures::{DualRenderer, LightPicture, levels_apart, p999};
 use super::rule::Unit;
-use super::{Candidate, ChoiceMeasure, Effort, weighed};
+use super::{Candidate, ChoiceMeasure, Effort, measured};
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
 use crate::scene::request::{Layers, Quality, ViewRequest};
 use crate::session::{RendererPreference, Session, SessionError, standard_scenes};
 
-/// Scenes with discs, rings, air, maps and limbs; without what is drawn in pixels.
+/// Scenes with discs, rings, atmospheres, maps and limbs, without features whose size is in pixels.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];
 
-/// What a quality's software renderer computes in.
+/// The precision of a quality's software renderer.
 pub(super) fn precision_of(quality: Quality) -> Precision {
     if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
 }
 
-/// `--quality`: all that it decides, over the standard scenes.
+/// `--quality`: everything that it sets, over the standard scenes.
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
+    let dual = DualRenderer::new(session)?;
     let mut views = Vec::new();
     for name in SCENES {
-        let request = studio.exposed(standard(name, effort)?)?;
+        let request = dual.exposed(standard(name, effort)?)?;
         let reference = ViewRequest { quality: Quality::Reference, ..request.clone() };
-        let truth = studio.light(&studio.planned_alone(&reference, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
+        let truth = dual.light(&dual.plan_target(&reference, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
         views.push((request, truth));
     }
     let mut candidates = Vec::new();
     for quality in Quality::ALL {
         let mut worst = 0.0_f64;
-        let mut planned = Vec::new();
+        let mut plan_view = Vec::new();
         for (request, truth) in &views {
-            let view = studio.planned_alone(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(levels_apart(&studio.light(&view, precision_of(quality))?, truth)));
-            planned.push(view);
+            let view = dual.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
+            worst = worst.max(p999(levels_apart(&dual.light(&view, precision_of(quality))?, truth)));
+            plan_view.push(view);
         }
-        let studio = &studio;
-        let work = Box::new(move || planned.iter().try_for_each(|view| studio.draw(view, precision_of(quality))));
+        let dual = &dual;
+        let work = Box::new(move || plan_view.iter().try_for_each(|view| dual.draw(view, precision_of(quality))));
         candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], work });
     }
     let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against the reference quality";
-    weighed("quality", about, Unit::Levels, effort.rounds(), candidates)
+    measured("quality", about, Unit::Levels, effort.rounds(), candidates)
 }
 
-/// `--layers -stars`, or the stars that the catalogue holds.
+/// `--layers -stars`, and star catalogues of different size.
 pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let studio = Studio::new(session)?;
+    let dual = DualRenderer::new(session)?;
     let side = effort.side_px();
     let sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
-    let Some(sky) = sky else { return weighed("stars", "no night sky", Unit::PercentOfLight, 1, Vec::new()) };
-    let request = studio.exposed(sky)?;
+    let Some(sky) = sky else { return measured("stars", "no night sky", Unit::PercentOfLight, 1, Vec::new()) };
+    let request = dual.exposed(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
-    let view = |stars: bool| studio.planned(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
+    let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
     let sum = |p: &LightPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
-    let truth = sum(&studio.light(&view(true)?, Precision::F64)?);
+    let truth = sum(&dual.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (on, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
-        let planned = view(on)?;
-        let error = 100.0 * (sum(&studio.light(&planned, Precision::F32)?) - truth).abs() / truth.max(f64::MIN_POSITIVE);
-        let studio = &studio;
+        let plan_view = view(on)?;
+        let error = 100.0 * (sum(&dual.light(&plan_view, Precision::F32)?) - truth).abs() / truth.max(f64::MIN_POSITIVE);
+        let dual = &dual;
         candidates.push(Candidate {
             name: name.to_owned(),
             error,
             default_of,
-            work: Box::new(move || studio.draw(&planned, Precision::F32)),
+            work: Box::new(move || dual.draw(&plan_view, Precision::F32)),
         });
     }
-    weighed("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
+    measured("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Software against a GPU, where the session's preference lets one be found; `None` elsewhere. The processor's time is counted, which on a hardware GPU is
-/// what drawing leaves to do there.
+/// Software against a GPU, if the session's preference finds one; `None` elsewhere. CPU time is counted, which for a hardware GPU is
+/// only the remaining work of the CPU.
 ///
 /// # Errors
 /// Why the view cannot be drawn.
@@ -80,17 +80,17 @@ pub fn renderer(session: &Session, effort: Effort) -> Result<Option<ChoiceMeasur
     if preference == RendererPreference::Software || !choices.contains(&RendererPreference::Gpu) {
         return Ok(None);
     }
-    let studio = Studio::new(session)?;
-    let request = studio.exposed(standard("saturn", effort)?)?;
+    let dual = DualRenderer::new(session)?;
+    let request = dual.exposed(standard("saturn", effort)?)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let drawn = session.draw(&request, sampling, true)?;
     if drawn.by.adapter.is_none() {
         return Ok(None);
     }
-    let view = studio.planned(&request, sampling)?;
-    let truth = studio.light(&view, Precision::F64)?;
+    let view = dual.plan_view(&request, sampling)?;
+    let truth = dual.light(&view, Precision::F64)?;
     let on_gpu = LightPicture { light: drawn.frame.hdr, ..truth.clone() };
-    let in_software = studio.light(&view, Precision::F32)?;
+    let in_software = dual.light(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
@@ -102,8 +102,8 @@ pub fn renderer(session: &Session, effort: Effort) -> Result<Option<ChoiceMeasur
             name: "software".to_owned(),
             error: p999(levels_apart(&in_software, &truth)),
             default_of: vec![],
-            work: Box::new(|| studio.draw(&view, Precision::F32)),
+            work: Box::new(|| dual.draw(&view, Precision::F32)),
         },
     ];
-    weighed("renderer", "Saturn with its rings; against f64", Unit::Levels, effort.rounds(), candidates).map(Some)
+    measured("renderer", "Saturn with its rings; against f64", Unit::Levels, effort.rounds(), candidates).map(Some)
 }

@@ -1,4 +1,4 @@
-//! Why a question has no answer.
+//! Errors of queries.
 
 use crate::ephemeris::EphemerisError;
 use crate::render::software::RenderError;
@@ -7,25 +7,25 @@ use crate::session::SessionError;
 use crate::shader::ShaderError;
 use crate::shader::reflect::LayoutError;
 
-/// One line: which field and what it may be, or what the program could not make.
+/// One line: the invalid field and its allowed values, or what failed in the program.
 #[derive(Debug, thiserror::Error)]
 pub enum ProbeError {
-    /// The question cannot be read, or asks for what cannot be.
+    /// The query cannot be parsed, or has impossible values.
     #[error("{0}")]
     Question(String),
-    /// No body's position at that time.
+    /// No position of a body at that time.
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),
-    /// The view cannot be.
+    /// The view is impossible.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The view cannot be planned.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// The module cannot be made.
+    /// The module cannot be compiled.
     #[error(transparent)]
     Shader(#[from] ShaderError),
-    /// The module asks for what the question does not give.
+    /// The module needs something that the query does not provide.
     #[error(transparent)]
     Layout(#[from] LayoutError),
     /// The module cannot be run.

@@ -1,7 +1,7 @@
-//! Many questions through one module: each is a column of a small target, drawn by the software renderer.
+//! Evaluates many queries with one module: each is a column of a small target, drawn by the software renderer.
 //!
-//! In: a module with the lanes of lib/probe_question.wesl, its uniform bytes and textures, twelve numbers a question. Out: for each question its rows of
-//! four numbers. The numbers go in as pairs of f32 that sum to the f64, and come out as f32 (6e-8 of their size).
+//! In: a module with the lanes of lib/probe_question.wesl, its uniform bytes and textures, twelve numbers per query. Out: for each query its rows of
+//! four numbers. Inputs are pairs of f32 that sum to the f64; outputs are f32 (relative rounding 6e-8).
 
 use super::ProbeError;
 use crate::render::plan::{
@@ -12,28 +12,28 @@ use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
 use std::sync::Arc;
 
-/// Questions in one target: the widest picture that the renderer draws.
+/// Queries in one target: the widest picture that the renderer draws.
 const AT_ONCE: usize = 16_384;
 
-/// What one run of a module needs beside the questions.
+/// The inputs of a module besides the queries.
 pub struct ProbeBatch {
     pub module: ModuleId,
-    /// Empty where the module has no uniforms.
+    /// Empty if the module has no uniforms.
     pub uniform_bytes: Vec<u8>,
     pub textures: Vec<TextureBinding>,
     pub samplers: Vec<SamplerBinding>,
-    /// Answers a question, each of four numbers.
+    /// Rows of results per query, each of four numbers.
     pub rows: u32,
 }
 
-/// Numbers of one question; what it does not use is 0.
+/// Inputs of one query; unused ones are 0.
 pub type Numbers = [f64; 12];
 
-/// The part that f32 holds, and what is left, as f32.
+/// The value as f32, and the remainder as f32.
 fn split(value: f64) -> (f32, f32) {
     let high = value as f32;
     let low = (value - f64::from(high)) as f32;
-    // Infinities and what does not fit f32 have no low part.
+    // Infinities and values beyond f32 have no remainder.
     (high, if low.is_finite() { low } else { 0.0 })
 }
 
@@ -43,18 +43,18 @@ impl ProbeBatch {
         Self { module, uniform_bytes: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }
     }
 
-    /// Answers in the order of the questions.
+    /// Results in the order of the queries.
     ///
     /// # Errors
-    /// One line: the module cannot be made, or does not fit its bindings.
+    /// One line: the module cannot be compiled, or does not fit its bindings.
     pub fn answers(
         &self,
         renderer: &SoftwareRenderer,
         library: &ShaderLibrary,
-        questions: &[Numbers],
+        queries: &[Numbers],
     ) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
-        let mut all = Vec::with_capacity(questions.len());
-        for some in questions.chunks(AT_ONCE) {
+        let mut all = Vec::with_capacity(queries.len());
+        for some in queries.chunks(AT_ONCE) {
             let (frame, _) = renderer.render(&self.plan(some), library, true)?;
             let width = some.len();
             for column in 0..width {
@@ -65,12 +65,12 @@ impl ProbeBatch {
         Ok(all)
     }
 
-    fn plan(&self, questions: &[Numbers]) -> Plan {
-        let count = questions.len();
+    fn plan(&self, queries: &[Numbers]) -> Plan {
+        let count = queries.len();
         let edge = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
         let numbers = |quad: usize, part: fn((f32, f32)) -> f32| {
-            attribute(4, questions.iter().flat_map(|q| q[4 * quad..4 * quad + 4].iter().map(|v| part(split(*v)))).collect())
+            attribute(4, queries.iter().flat_map(|q| q[4 * quad..4 * quad + 4].iter().map(|v| part(split(*v)))).collect())
         };
         let mut attributes = vec![attribute(2, (0..count).flat_map(|k| [edge(k), edge(k + 1)]).collect())];
         attributes.extend((0..3).map(|quad| numbers(quad, |(high, _)| high)));

@@ -1,8 +1,8 @@
-//! Questions that the emitted shaders themselves answer, run on the software renderer.
+//! Queries that are answered by the emitted shaders, run on the software renderer.
 //!
-//! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the question. A kind of question
-//! is a file: it lists its fields in a [`QuestionKind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and turns rows of numbers
-//! into named answers. Always holds: no formula of a shader is written a second time here.
+//! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the query. A kind of query
+//! is a file: it lists its fields in a [`QueryKind`], from which messages, help and checks are generated, parses them, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers
+//! into named answers. Always: no formula of a shader is duplicated here.
 
 mod error;
 pub mod lanes;
@@ -24,10 +24,10 @@ use crate::wording::{echo, echo_within, json_error_text, suggestion_or_list};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
-/// What answers are made with.
+/// The session and renderer that answer queries.
 pub struct Prober<'a> {
     pub session: &'a Session,
-    /// In the precision that was asked for.
+    /// In the requested precision.
     pub renderer: &'a SoftwareRenderer,
 }
 
@@ -42,20 +42,20 @@ impl Prober<'_> {
         self.session.ephemeris()
     }
 
-    /// Answers one question.
+    /// Answers one query.
     ///
     /// # Errors
-    /// One line that names the field and what it may be.
-    pub fn answer(&self, question: &str) -> Result<Value, ProbeError> {
-        let value: Value = serde_json::from_str(question).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
+    /// One line that names the field and its allowed values.
+    pub fn answer(&self, query: &str) -> Result<Value, ProbeError> {
+        let value: Value = serde_json::from_str(query).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
-        let known: Vec<&str> = QUESTIONS.iter().map(|k| k.name).collect();
+        let known: Vec<&str> = QUERIES.iter().map(|k| k.name).collect();
         let kind = match given.remove("q") {
             Some(Value::String(kind)) => kind,
             Some(_) => return Err("field \"q\" is not a string".into()),
             None => return Err(format!("field \"q\" is missing; one of {}", known.join(", ")).into()),
         };
-        let Some(kind) = QUESTIONS.iter().find(|k| k.name == kind) else {
+        let Some(kind) = QUERIES.iter().find(|k| k.name == kind) else {
             return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)).into());
         };
         kind.check(&given)?;
@@ -63,50 +63,50 @@ impl Prober<'_> {
     }
 }
 
-/// Reads a question's fields, answers it.
-type Ask = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
+/// Parses a query's fields and answers it.
+type Answerer = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 
-/// One field of a question.
-pub struct QuestionField {
+/// One field of a query.
+pub struct QueryField {
     pub name: &'static str,
-    /// What it is, in which unit.
+    /// Meaning and unit.
     pub says: &'static str,
     pub need: Requirement,
 }
 
-/// Whether a field may be left out.
+/// Whether a field is optional.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requirement {
     Must,
-    /// What holds without it, in words.
+    /// Optional, with the default in words.
     Or(&'static str),
-    /// This or others in its place; the answer says which are missing.
+    /// One of several alternatives; the error names the missing ones.
     OneOf,
 }
 
-/// One kind of question: what it is called, what it takes, and how it is answered.
-pub struct QuestionKind {
+/// One kind of query: its name, its fields, and the function that answers it.
+pub struct QueryKind {
     pub name: &'static str,
     pub says: &'static str,
-    pub fields: &'static [QuestionField],
-    /// A whole question.
+    pub fields: &'static [QueryField],
+    /// A complete query.
     pub example: &'static str,
-    /// The answer to the fields without `q`.
-    pub ask: Ask,
+    /// The function that answers it, given the fields without `q`.
+    pub ask: Answerer,
 }
 
-const fn must(name: &'static str, says: &'static str) -> QuestionField {
-    QuestionField { name, says, need: Requirement::Must }
+const fn required(name: &'static str, says: &'static str) -> QueryField {
+    QueryField { name, says, need: Requirement::Must }
 }
-const fn or(name: &'static str, says: &'static str, without: &'static str) -> QuestionField {
-    QuestionField { name, says, need: Requirement::Or(without) }
+const fn optional(name: &'static str, says: &'static str, without: &'static str) -> QueryField {
+    QueryField { name, says, need: Requirement::Or(without) }
 }
-const fn one_of(name: &'static str, says: &'static str) -> QuestionField {
-    QuestionField { name, says, need: Requirement::OneOf }
+const fn alternative(name: &'static str, says: &'static str) -> QueryField {
+    QueryField { name, says, need: Requirement::OneOf }
 }
 
-impl QuestionKind {
-    /// Refuses fields that the kind does not have and names those that it lacks.
+impl QueryKind {
+    /// Refuses unknown fields and names missing ones.
     fn check(&self, given: &Map<String, Value>) -> Result<(), ProbeError> {
         let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
         if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
@@ -119,14 +119,14 @@ impl QuestionKind {
     }
 }
 
-/// Every kind of question.
-pub static QUESTIONS: [&QuestionKind; 7] =
+/// Every kind of query.
+pub static QUERIES: [&QueryKind; 7] =
     [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND, &project::KIND];
 
-/// Every kind with its fields and an example, for a reader.
-pub fn questions_text() -> String {
+/// Every kind with its fields and an example, as text.
+pub fn queries_text() -> String {
     let mut text = String::new();
-    for kind in QUESTIONS {
+    for kind in QUERIES {
         text.push_str(&format!("{}: {}\n", kind.name, kind.says));
         let width = kind.fields.iter().map(|f| f.name.len()).max().unwrap_or(0);
         for f in kind.fields {
@@ -143,37 +143,37 @@ pub fn questions_text() -> String {
 }
 
 /// The same as JSON.
-pub fn questions_json() -> Value {
-    let field = |f: &QuestionField| {
+pub fn queries_json() -> Value {
+    let field = |f: &QueryField| {
         let default = match f.need {
             Requirement::Or(without) => Value::from(without),
             Requirement::Must | Requirement::OneOf => Value::Null,
         };
         json!({ "name": f.name, "says": f.says, "must": f.need == Requirement::Must, "default": default })
     };
-    let kind = |k: &&QuestionKind| {
+    let kind = |k: &&QueryKind| {
         json!({
             "q": k.name, "says": k.says, "fields": k.fields.iter().map(field).collect::<Vec<_>>(),
             "example": serde_json::from_str::<Value>(k.example).unwrap_or_default(),
         })
     };
-    QUESTIONS.iter().map(kind).collect()
+    QUERIES.iter().map(kind).collect()
 }
 
-/// The fields of one kind of question, in their types.
+/// Deserialises the fields of one kind of query.
 fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
-    let short = shortened(&value);
+    let short = with_short_texts(&value);
     let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
-        // The message repeats what was given: that of the shortened question is short.
-        Err(e) => culprit::<T>(&short, &e.to_string())
+        // The message quotes the input: that of the shortened query is short.
+        Err(e) => failing_field::<T>(&short, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
         Ok(_) => echo(&json_error_text(&e)),
     });
     Ok(read?)
 }
 
-/// The field at which reading broke off: fields are read in order, so the first with which the message is the same.
-fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
+/// The field at which parsing failed: fields are parsed in order, so the first one that gives the same message alone.
+fn failing_field<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
     let all = value.as_object()?;
     let mut so_far = Map::new();
     all.iter().filter(|_| !message.starts_with("unknown field")).find_map(|(name, value)| {
@@ -183,13 +183,13 @@ fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> 
     })
 }
 
-/// The same with every text cut to what a message may repeat.
-fn shortened(value: &Value) -> Value {
+/// The same with every text cut to the length that a message may quote.
+fn with_short_texts(value: &Value) -> Value {
     const MOST: usize = 100;
     match value {
         Value::String(s) => echo_within(s, MOST).into(),
-        Value::Array(all) => all.iter().map(shortened).collect(),
-        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MOST), shortened(v))).collect()),
+        Value::Array(all) => all.iter().map(with_short_texts).collect(),
+        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MOST), with_short_texts(v))).collect()),
         other => other.clone(),
     }
 }

@@ -1,7 +1,7 @@
-//! `disc-overlap`: the part of the Sun's light that a disc or an ellipse blocks.
+//! `disc-overlap`: the fraction of sunlight that a disc or an ellipse blocks.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QuestionKind, fields, one_of, or};
+use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -26,7 +26,7 @@ struct Fields {
     model: Model,
 }
 
-/// The models whose answer depends on the outline alone.
+/// The models that depend only on the outline.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
@@ -37,7 +37,7 @@ enum Model {
 }
 
 impl Fields {
-    /// The Sun's at 550 nm, where no law is given; a law of one term has no other.
+    /// The Sun's at 550 nm unless given; with `u1` alone, `u2` is 0.
     fn law(&self) -> (f64, f64) {
         match (self.u1, self.u2) {
             (None, None) => (super::sunlight::u1_at_550_nm(), super::sunlight::u2_at_550_nm()),
@@ -70,7 +70,7 @@ impl Fields {
         if !self.offset_angle_from_major_axis_deg.is_finite() {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
         }
-        // The law's flux: 1 - u1/3 - u2/6 of the even disc's.
+        // Flux of the darkened disc: 1 - u1/3 - u2/6 of a uniform one.
         let (u1, u2) = self.law();
         if !(1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite()) {
             return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
@@ -79,26 +79,26 @@ impl Fields {
     }
 }
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "disc-overlap",
     says: "the part of the Sun's light that a disc (k, d) or an ellipse before it takes; lengths in solar radii",
     fields: &[
-        one_of("k", "the disc's radius"),
-        one_of("d", "distance of the centres"),
-        one_of("semi_major", "the ellipse's semi-axes"),
-        one_of("semi_minor", "at most semi_major"),
-        one_of("centre_distance", "distance of the centres"),
-        or("offset_angle_from_major_axis_deg", "from the ellipse's major axis to the Sun's centre", "0"),
-        or("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40, the Sun at 550 nm; 0 where u2 is given"),
-        or("u2", "coefficient of (1 - mu)^2", "0.26; 0 where u1 is given"),
-        or("model", "linear, uniform-disc or limb-darkened", "limb-darkened"),
+        alternative("k", "the disc's radius"),
+        alternative("d", "distance of the centres"),
+        alternative("semi_major", "the ellipse's semi-axes"),
+        alternative("semi_minor", "at most semi_major"),
+        alternative("centre_distance", "distance of the centres"),
+        optional("offset_angle_from_major_axis_deg", "from the ellipse's major axis to the Sun's centre", "0"),
+        optional("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40, the Sun at 550 nm; 0 where u2 is given"),
+        optional("u2", "coefficient of (1 - mu)^2", "0.26; 0 where u1 is given"),
+        optional("model", "linear, uniform-disc or limb-darkened", "limb-darkened"),
     ],
     example: r#"{"q":"disc-overlap","k":0.9,"d":0.5}"#,
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(question)?;
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: Fields = fields(query)?;
     let [major, minor, distance] = f.outline()?;
     let model = match f.model {
         Model::Linear => EclipseModel::Linear,

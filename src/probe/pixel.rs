@@ -1,10 +1,10 @@
-//! `pixel`: what one pixel of a view shows and how its module came to it.
+//! `pixel`: the colour of one pixel of a view, and the values from which its module computes it.
 //!
-//! `view` is a camera file (`--camera-json`); beside it stand `time`, `size` ([1024, 1024]) and `effects` as on the command line, and `x`,
+//! `view` is a camera file (`--camera-json`); besides it there are `time`, `size` ([1024, 1024]) and `effects` as on the command line, and `x`,
 //! `y` from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes, `draws` are those that
-//! shade the pixel's middle, nearest first, each with every named value of its module.
+//! cover the pixel's centre, nearest first, each with every named value of its module.
 
-use super::{ProbeError, Prober, QuestionKind, fields, must, or};
+use super::{ProbeError, Prober, QueryKind, fields, optional, required};
 use crate::catalog::NaifId;
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
@@ -20,7 +20,7 @@ use serde_json::{Map, Value, json};
 #[serde(deny_unknown_fields)]
 struct Fields {
     view: CameraFile,
-    /// J2000 where it is not given.
+    /// Default: J2000.
     time: Option<String>,
     size: Option<[u32; 2]>,
     effects: Option<String>,
@@ -28,30 +28,30 @@ struct Fields {
     y: u32,
 }
 
-/// The standard quality of the command line, so that the numbers are those of its picture.
+/// The command line's standard quality, so that the numbers match its picture.
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 const SIZE: [u32; 2] = [1024, 1024];
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "pixel",
     says: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every named value of its module",
     fields: &[
-        must("view", "a camera file's object, as --camera-json takes it"),
-        or("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
-        or("size", "[width, height] in pixels", "[1024, 1024]"),
-        or("effects", "as --effects takes them", "as the scene needs"),
-        must("x", "pixels from the left, from 0"),
-        must("y", "pixels from the top, from 0"),
+        required("view", "a camera file's object, as --camera-json takes it"),
+        optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
+        optional("size", "[width, height] in pixels", "[1024, 1024]"),
+        optional("effects", "as --effects takes them", "as the scene needs"),
+        required("x", "pixels from the left, from 0"),
+        required("y", "pixels from the top, from 0"),
     ],
     example: r#"{"q":"pixel","view":{"position":{"body":"mars","radii":[0,-3,1]},"look":{"at":"mars"}},"time":"2024-04-08T18:17:16Z","size":[64,64],"x":32,"y":32}"#,
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    if !question["view"].is_object() {
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    if !query["view"].is_object() {
         return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
     }
-    let f: Fields = fields(question)?;
+    let f: Fields = fields(query)?;
     let mut request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
     let (width, height) = (request.width, request.height);
     if f.x >= width || f.y >= height {
@@ -60,7 +60,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     if let Some(effects) = &f.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
-    let seen = look(prober, &request, SAMPLING, [f.x, f.y])?;
+    let seen = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
     let draws: Vec<Value> = seen.draws.iter().map(one).collect();
     let first = seen.first().map_or(Value::Null, one);
     let mut answer = Map::new();
@@ -74,7 +74,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     Ok(Value::Object(answer))
 }
 
-/// The linear view of a question's camera file, time and size.
+/// The linear view of a query's camera file, time and size.
 pub(super) fn view_request(
     prober: &Prober<'_>,
     view: &CameraFile,
@@ -89,14 +89,14 @@ pub(super) fn view_request(
     Ok(request)
 }
 
-/// What one pixel of a picture shows, in the prober's precision.
+/// The values of one pixel of a picture, in the prober's precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelReport {
     /// The linear pixel, all draws together.
     pub radiance: [f32; 3],
     pub exposure_stops: f64,
     pub time: Instant,
-    /// Those that shade the pixel's middle, nearest first.
+    /// Draws that cover the pixel's centre, nearest first.
     pub draws: Vec<PixelDraw>,
 }
 
@@ -108,30 +108,35 @@ pub struct PixelDraw {
     pub name: String,
     pub part: Part,
     pub module: ModuleId,
-    /// Planetographic latitude and east longitude, degrees, of a globe's ground.
+    /// Planetographic latitude and east longitude of the point on a globe's surface, degrees.
     pub ground_deg: Option<[f64; 2]>,
     pub seen: PixelValues,
 }
 
 impl PixelReport {
-    /// The nearest globe, else the nearest of all.
+    /// The nearest globe, or else the nearest draw.
     pub fn first(&self) -> Option<&PixelDraw> {
         self.draws.iter().find(|d| d.part == Part::Globe).or(self.draws.first())
     }
 }
 
-/// Looks at one pixel of a view.
+/// Evaluates one pixel of a view.
 ///
 /// # Errors
-/// One line: a view or a plan that cannot be, a pixel outside the picture.
-pub fn look(prober: &Prober<'_>, request: &ViewRequest, sampling: SamplingQuality, [x, y]: [u32; 2]) -> Result<PixelReport, ProbeError> {
+/// One line: an impossible view or plan, or a pixel outside the picture.
+pub fn inspect_pixel(
+    prober: &Prober<'_>,
+    request: &ViewRequest,
+    sampling: SamplingQuality,
+    [x, y]: [u32; 2],
+) -> Result<PixelReport, ProbeError> {
     let size = [request.width, request.height];
     let (scene, plan) = prober.session.plan(request, sampling)?;
     let radiance = picture(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
-    // Nearest last in the plan, points after all bodies.
+    // The nearest draw is last in the plan; points follow all bodies.
     for (draw, of_body) in bodies.into_iter().zip(&scene.draws).rev() {
         let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y])?;
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| PixelDraw {
@@ -146,18 +151,18 @@ pub fn look(prober: &Prober<'_>, request: &ViewRequest, sampling: SamplingQualit
     Ok(PixelReport { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
 }
 
-/// Where on the ground a globe's pixel lies.
+/// The point on the surface at a globe's pixel.
 fn ground_deg(prober: &Prober<'_>, of_body: &Draw, seen: &PixelValues) -> Option<[f64; 2]> {
     let place = seen.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()))?;
     let (&[x, y, z], Part::Globe) = (&place.numbers[..], of_body.part) else { return None };
     let radii_km = prober.catalog().body(of_body.body)?.radii_km;
-    // The unit sphere's point over the semi-axes is the direction of the ground's normal: planetographic latitude.
+    // The point on the unit sphere divided by the semi-axes is the direction of the surface normal: planetographic latitude.
     let normal = glam::DVec3::new(x, y, z) / radii_km;
     let latitude = normal.z.atan2(normal.truncate().length());
     Some([latitude, (y * radii_km.y).atan2(x * radii_km.x)].map(f64::to_degrees))
 }
 
-/// The picture's linear pixel: all draws, this pixel alone.
+/// The picture's linear pixel: all draws, for this pixel alone.
 fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
     let mut pass = plan.passes.first().cloned().ok_or("the plan has no pass")?;
     for draw in &mut pass.draws {
@@ -170,7 +175,7 @@ fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3],
     frame.hdr.get(at).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the picture has no such pixel".into())
 }
 
-/// NaN has no place in JSON: what the pixel never came to is null.
+/// JSON has no NaN: values that the pixel never computed become null.
 fn number(v: f64) -> Value {
     serde_json::Number::from_f64(v).map_or(Value::Null, Value::Number)
 }

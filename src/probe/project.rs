@@ -1,10 +1,10 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
 //! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue and has proper motion, parallax and aberration; right ascension and
-//! declination are of the ICRF, without distance, and have aberration. Pixels count from the upper left corner of the picture. What is behind the camera is not in the frame; its pixel is that of the opposite direction.
+//! declination are ICRF directions without parallax, with aberration. Pixels count from the upper left corner of the picture. Places behind the camera are not in the frame; their pixel is that of the opposite direction.
 
 use super::pixel::view_request;
-use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
+use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required};
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::PicturePlaces;
@@ -31,18 +31,18 @@ struct Fields {
     dec_deg: Option<f64>,
 }
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "project",
     says: "the pixel at which a body, a star or a direction is drawn, whether it is in the frame and whether a body hides it",
     fields: &[
-        must("view", "a camera file's object, as --camera-json takes it"),
-        or("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
-        or("size", "[width, height] in pixels", "[1024, 1024]"),
-        or("projection", "perspective, fisheye or equirectangular, as --projection takes it", "perspective"),
-        one_of("body", "a body's name"),
-        one_of("star", "a number of the Hipparcos catalogue, as HIP 32349"),
-        one_of("ra_deg", "right ascension in degrees, ICRF, beside dec_deg"),
-        one_of("dec_deg", "declination in degrees, ICRF, beside ra_deg"),
+        required("view", "a camera file's object, as --camera-json takes it"),
+        optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
+        optional("size", "[width, height] in pixels", "[1024, 1024]"),
+        optional("projection", "perspective, fisheye or equirectangular, as --projection takes it", "perspective"),
+        alternative("body", "a body's name"),
+        alternative("star", "a number of the Hipparcos catalogue, as HIP 32349"),
+        alternative("ra_deg", "right ascension in degrees, ICRF, beside dec_deg"),
+        alternative("dec_deg", "declination in degrees, ICRF, beside ra_deg"),
     ],
     example: r#"{"q":"project","view":{"position":{"body":"earth","radii":[4,0,0]},"look":{"direction":[0.1,1,0]}},"time":"2024-04-08T18:17:16Z","star":"HIP 32349"}"#,
     ask,
@@ -55,8 +55,8 @@ fn hip_number(text: &str) -> Option<u32> {
     digits.trim().parse().ok()
 }
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(question)?;
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: Fields = fields(query)?;
     let request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
     let names = Projection::ALL.map(Projection::name);
     let asked = f.projection.as_deref().unwrap_or(names[0]);
@@ -104,7 +104,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 
-/// Whether the line of sight to a place meets a nearer body.
+/// Whether a nearer body intersects the line of sight to a place.
 fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64) -> bool {
     let towards = direction.normalize();
     let meets = |place: &Placement| {

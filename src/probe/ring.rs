@@ -1,9 +1,9 @@
-//! `ring-transmission`: the part of the Sun's light that a ring lets through; `ring-shadow`: the part that a planet keeps from its ring.
+//! `ring-transmission`: the fraction of sunlight that a ring transmits; `ring-shadow`: the fraction that a planet blocks from its ring.
 //!
-//! Lengths are equatorial radii, axes the body's, pole +z. The ring is a profile of the question's or the catalog's of a body.
+//! Lengths are in equatorial radii, axes are the body's, with the pole +z. The ring is a profile in the query or that of a body in the catalog.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
+use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniforms_of};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
@@ -28,7 +28,7 @@ struct Annulus {
 
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum ThroughModel {
+enum TransmissionModel {
     #[default]
     PointSun,
     Penumbra,
@@ -36,10 +36,10 @@ enum ThroughModel {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Through {
+struct TransmissionFields {
     profile: Option<Vec<Annulus>>,
     body: Option<String>,
-    /// The light is asked for at a point: the figure of the planet does not matter.
+    /// The query is for a point, so the shape of the planet does not matter.
     #[serde(default)]
     #[allow(dead_code)]
     flattening: f64,
@@ -48,12 +48,12 @@ struct Through {
     #[serde(default)]
     sun_angular_radius_deg: f64,
     #[serde(default)]
-    model: ThroughModel,
+    model: TransmissionModel,
 }
 
 #[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
-enum DarkModel {
+enum ShadowModel {
     /// A point Sun behind a sphere.
     Sphere,
     #[serde(alias = "uniform")]
@@ -65,7 +65,7 @@ enum DarkModel {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Dark {
+struct ShadowFields {
     body: Option<String>,
     flattening: Option<f64>,
     point: [f64; 3],
@@ -73,7 +73,7 @@ struct Dark {
     #[serde(default)]
     sun_angular_radius_deg: f64,
     #[serde(default)]
-    model: DarkModel,
+    model: ShadowModel,
     u1: Option<f64>,
     u2: Option<f64>,
 }
@@ -82,7 +82,7 @@ fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
     DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
 }
 
-/// Tangent of the Sun's angular radius; 0 is taken as a very small Sun.
+/// Tangent of the Sun's angular radius; 0 means a very small Sun.
 fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
         Ok(degrees.to_radians().tan().max(1e-6) as f32)
@@ -115,54 +115,54 @@ fn answer(
     numbers[..3].copy_from_slice(&point);
     let lanes = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
-    // Green: all channels are alike here.
+    // Green; all channels are the same here.
     answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
 
-fn lit_from(sun: DVec3) -> Vec<Light> {
+fn sun_light(sun: DVec3) -> Vec<Light> {
     vec![Light { direction_in_body: sun.as_vec3(), irradiance: Vec3::ONE }]
 }
 
-pub(super) static TRANSMISSION: QuestionKind = QuestionKind {
+pub(super) static TRANSMISSION: QueryKind = QueryKind {
     name: "ring-transmission",
     says: "the part of the Sun's light that a ring lets through to a point; equatorial radii, body-fixed, pole +z",
     fields: &[
-        one_of("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}"),
-        one_of("body", "a body's name: its rings of the catalog"),
-        must("point", "[x, y, z]"),
-        must("sun", "[x, y, z] towards the Sun, of any length"),
-        or("sun_angular_radius_deg", "0 to 20", "0"),
-        or("model", "point-sun or penumbra", "point-sun"),
-        or("flattening", "of the planet; it changes nothing here", "0"),
+        alternative("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}"),
+        alternative("body", "a body's name: its rings of the catalog"),
+        required("point", "[x, y, z]"),
+        required("sun", "[x, y, z] towards the Sun, of any length"),
+        optional("sun_angular_radius_deg", "0 to 20", "0"),
+        optional("model", "point-sun or penumbra", "point-sun"),
+        optional("flattening", "of the planet; it changes nothing here", "0"),
     ],
     example: r#"{"q":"ring-transmission","body":"saturn","point":[0.9,0,0.2],"sun":[0.9,0,-0.4]}"#,
     ask: transmission,
 };
 
-pub(super) static SHADOW: QuestionKind = QuestionKind {
+pub(super) static SHADOW: QueryKind = QueryKind {
     name: "ring-shadow",
     says: "the part of the Sun's light that a planet keeps from its ring; equatorial radii, body-fixed, pole +z",
     fields: &[
-        one_of("flattening", "of the planet, from 0 to below 0.9"),
-        one_of("body", "a body's name: its figure of the catalog"),
-        must("point", "[x, y, z]"),
-        must("sun", "[x, y, z] towards the Sun, of any length"),
-        or("sun_angular_radius_deg", "0 to 20", "0"),
-        or("model", "sphere, uniform-disc or limb-darkened", "limb-darkened"),
-        or("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40"),
-        or("u2", "coefficient of (1 - mu)^2", "0.26"),
+        alternative("flattening", "of the planet, from 0 to below 0.9"),
+        alternative("body", "a body's name: its figure of the catalog"),
+        required("point", "[x, y, z]"),
+        required("sun", "[x, y, z] towards the Sun, of any length"),
+        optional("sun_angular_radius_deg", "0 to 20", "0"),
+        optional("model", "sphere, uniform-disc or limb-darkened", "limb-darkened"),
+        optional("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40"),
+        optional("u2", "coefficient of (1 - mu)^2", "0.26"),
     ],
     example: r#"{"q":"ring-shadow","body":"saturn","point":[-1.5,0,0],"sun":[1,0,0.4],"sun_angular_radius_deg":0.028}"#,
     ask: shadow,
 };
 
-fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Through = fields(question)?;
+fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: TransmissionFields = fields(query)?;
     let sun = unit("sun", f.sun)?;
     let tangent = sun_tangent(f.sun_angular_radius_deg)?;
     let ring_shadow = match f.model {
-        ThroughModel::PointSun => RingShadow::PointSun,
-        ThroughModel::Penumbra => RingShadow::Penumbra,
+        TransmissionModel::PointSun => RingShadow::PointSun,
+        TransmissionModel::Penumbra => RingShadow::Penumbra,
     };
     let slopes = slopes_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
     let table = match (&f.profile, &f.body) {
@@ -199,12 +199,12 @@ fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeErro
         ..RingUniforms::default()
     };
     let features = DrawFeatures { lights: 1, ring_shadow, ..DrawFeatures::MINIMAL };
-    let uniforms = DrawUniforms { lights: lit_from(sun), ring, ..DrawUniforms::default() };
+    let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
     Ok(json!({ "transmission": answer(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
 }
 
-fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Dark = fields(question)?;
+fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: ShadowFields = fields(query)?;
     let sun = unit("sun", f.sun)?;
     let axes = match (f.flattening, &f.body) {
         (Some(flat), None) if (0.0..0.9).contains(&flat) => DVec3::new(1.0, 1.0, 1.0 - flat),
@@ -216,7 +216,7 @@ fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
         _ => return Err("give either \"flattening\" or \"body\"".into()),
     };
     let (u1, u2) = match f.model {
-        DarkModel::UniformDisc => (0.0, 0.0),
+        ShadowModel::UniformDisc => (0.0, 0.0),
         _ => (f.u1.unwrap_or(0.40), f.u2.unwrap_or(0.26)),
     };
     if !(u1.is_finite() && u2.is_finite() && 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0) {
@@ -229,8 +229,8 @@ fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
         sun_limb_u2: Vec3::splat(u2 as f32),
         ..RingUniforms::default()
     };
-    let body_shadow = if f.model == DarkModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
+    let body_shadow = if f.model == ShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
     let features = DrawFeatures { surface: Surface::Ring, lights: 1, body_shadow, ..DrawFeatures::MINIMAL };
-    let uniforms = DrawUniforms { lights: lit_from(sun), ring, ..DrawUniforms::default() };
+    let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
     Ok(json!({ "blocked": 1.0 - answer(prober, "probe_ring_shadow", &features, &uniforms, f.point)? }))
 }

@@ -1,7 +1,7 @@
-//! `scatter`: sunlight scattered once into a ray through an atmosphere, and the ray's transmittance.
+//! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QuestionKind, fields, must};
+use super::{ProbeError, Prober, QueryKind, fields, required};
 use crate::render::plan::uniforms_of;
 use crate::scene::air_table;
 use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[serde(deny_unknown_fields)]
 struct Fields {
     atmosphere: Atmosphere,
-    /// Planet radii, the centre at the origin.
+    /// Planet radii, relative to the centre.
     cam: [f64; 3],
     /// Away from the camera, and towards the Sun; of any length.
     dir: [f64; 3],
@@ -66,7 +66,7 @@ enum Tier {
     Pixel16,
     #[serde(rename = "pixel-32")]
     Pixel32,
-    /// Of its light what is scattered once.
+    /// The single scattering of the table model.
     #[serde(rename = "table")]
     Table,
 }
@@ -75,26 +75,26 @@ fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
     DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
 }
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "scatter",
     says: "sunlight scattered once into a ray through air, a unit of solar irradiance, and the ray's transmittance; planet radii, centre at the origin",
     fields: &[
-        must(
+        required(
             "atmosphere",
             "planet_radius_km, top_km and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
              phase rayleigh or hg, g) or tent (centre_km, half_width_km, extinction_per_m)",
         ),
-        must("cam", "[x, y, z], not inside the planet"),
-        must("dir", "[x, y, z] away from the camera, of any length"),
-        must("sun", "[x, y, z] towards the Sun, of any length"),
-        must("tier", "vertex, pixel-8, pixel-16 or pixel-32"),
+        required("cam", "[x, y, z], not inside the planet"),
+        required("dir", "[x, y, z] away from the camera, of any length"),
+        required("sun", "[x, y, z] towards the Sun, of any length"),
+        required("tier", "vertex, pixel-8, pixel-16 or pixel-32"),
     ],
     example: r#"{"q":"scatter","atmosphere":{"planet_radius_km":6371,"top_km":60,"species":[{"profile":"exponential","scale_height_km":8,"scattering_per_m":[5.8e-6,1.35e-5,3.31e-5],"extinction_per_m":[5.8e-6,1.35e-5,3.31e-5],"phase":"rayleigh"}]},"cam":[0,0,1.0001],"dir":[1,0,0.2],"sun":[1,0,1],"tier":"pixel-16"}"#,
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(question)?;
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: Fields = fields(query)?;
     let tier = match f.tier {
         Tier::Vertex => AtmosphereModel::Vertex,
         Tier::Pixel8 => AtmosphereModel::Pixel8,
@@ -119,7 +119,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let hits = cam.dot(dir) < 0.0 && radius_sq_minus_1 - cam.dot(dir).powi(2) < 0.0;
     let uniform_bytes = uniform_bytes(prober, &module, a, cam.length() - 1.0, !hits)?;
     let mut numbers: Numbers = [0.0; 12];
-    // The ray as scene gives it to a draw: what would cancel in f32 is taken in f64.
+    // The ray as a draw's uniforms have it: terms that would cancel in f32 are computed in f64.
     let along = cam.dot(dir);
     numbers[..3].copy_from_slice(&(cam - along * dir).to_array());
     numbers[3] = radius_sq_minus_1 - along * along;
@@ -133,7 +133,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "transmittance": &through[..3], "radiance": &light[..3], "hits_ground": light[3] > 0.5 }))
 }
 
-/// What no air can be, by its field.
+/// Checks the field values of an atmosphere.
 fn check(a: &Atmosphere) -> Result<(), String> {
     let wrong = |field: &str, allowed: &str| Err(format!("field \"atmosphere\": {field} must be {allowed}"));
     let is_positive = |x: f64| x > 0.0 && x.is_finite();
@@ -169,7 +169,7 @@ fn check(a: &Atmosphere) -> Result<(), String> {
     Ok(())
 }
 
-/// The bytes of the module's `Draw`. `camera`: height over the ground; `sky`: the ray does not end there.
+/// The bytes of the module's `Draw`. `camera`: height above the ground; `sky`: the ray does not end at the ground.
 fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64, sky: bool) -> Result<Vec<u8>, ProbeError> {
     let built = prober.library().get(module)?;
     let radius_km = a.planet_radius_km;
@@ -199,7 +199,7 @@ fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera:
             }
         }
     }
-    // A species that the air lacks is given the other's height, so that the quadrature fits what there is.
+    // A missing species gets the other's scale height, so that the quadrature fits the species that exists.
     if gases == 0 {
         gas.0 = haze.0;
     }
@@ -225,7 +225,7 @@ fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera:
         multi_scatter: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
         ..AtmosphereUniforms::default()
     };
-    // The light's direction is the question's.
+    // The light's direction is a query input.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     Ok(uniforms_of(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
 }

@@ -1,10 +1,10 @@
-//! `sunlight`: the part of the Sun's light that reaches a point of a body's ground past other bodies.
+//! `sunlight`: the fraction of sunlight that reaches a point on a body past other bodies.
 //!
-//! `fraction` is under one law of limb darkening for all channels, `u1` 0.40 and `u2` 0.26 unless the question names others (the Sun at 550
-//! nm); `rgb` under the catalog's law per channel; `by` is what each body alone blocks. The time is that of the ground: when the light meets it.
+//! `fraction` uses one limb darkening law for all channels, `u1` 0.40 and `u2` 0.26 unless the query gives others (the Sun at 550
+//! nm); `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is that at the ground, when the light arrives.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QuestionKind, fields, must, or};
+use super::{ProbeError, Prober, QueryKind, fields, optional, required};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::uniforms_of;
@@ -61,24 +61,24 @@ impl Model {
     }
 }
 
-pub(super) static KIND: QuestionKind = QuestionKind {
+pub(super) static KIND: QueryKind = QueryKind {
     name: "sunlight",
     says: "the part of the Sun's light that reaches a point of a body's ground past other bodies",
     fields: &[
-        must("body", "a body's name"),
-        must("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
-        must("lat", "planetographic latitude, degrees"),
-        must("lon", "east longitude, degrees"),
-        or("model", "linear, uniform-disc, limb-darkened or refracted", "limb-darkened"),
-        or("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40"),
-        or("u2", "coefficient of (1 - mu)^2", "0.26"),
+        required("body", "a body's name"),
+        required("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
+        required("lat", "planetographic latitude, degrees"),
+        required("lon", "east longitude, degrees"),
+        optional("model", "linear, uniform-disc, limb-darkened or refracted", "limb-darkened"),
+        optional("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40"),
+        optional("u2", "coefficient of (1 - mu)^2", "0.26"),
     ],
     example: r#"{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":25.29,"lon":-104.14}"#,
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(question)?;
+fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: Fields = fields(query)?;
     let body = prober.catalog().named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
     if body.id == NaifId::SUN {
         return Err("field \"body\": the Sun lights itself".into());
@@ -95,18 +95,19 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let sky = EclipsedSky::over(prober, &receiver, f.model.wanted())?;
     let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
     let at = point_km / body.radii_km.x;
-    let left = |occluders: &[Occluder<'_>], law| sky.left(occluders, &[at], law)?.first().copied().ok_or(ProbeError::from("no answer"));
-    // One law: every channel says the same.
-    let fraction = |occluders: &[Occluder<'_>]| left(occluders, Some(&one_law)).map(|[_, green, _]| green);
+    let sunlight =
+        |occluders: &[Occluder<'_>], law| sky.sunlight(occluders, &[at], law)?.first().copied().ok_or(ProbeError::from("no answer"));
+    // With one law all channels are the same.
+    let fraction = |occluders: &[Occluder<'_>]| sunlight(occluders, Some(&one_law)).map(|[_, green, _]| green);
     let mut by = Map::new();
     for occluder in &sky.occluders {
         let taken = 1.0 - fraction(std::slice::from_ref(occluder))?;
         by.insert(occluder.body.name.to_lowercase(), json!(taken));
     }
-    Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": left(&sky.occluders, None)?, "by": by }))
+    Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": sunlight(&sky.occluders, None)?, "by": by }))
 }
 
-/// The occluders over one body at one time, ready for points of its ground.
+/// The occluders of one body at one time, for points on its surface.
 pub struct EclipsedSky<'a> {
     prober: &'a Prober<'a>,
     receiver: &'a Receiver<'a>,
@@ -116,10 +117,10 @@ pub struct EclipsedSky<'a> {
 }
 
 impl<'a> EclipsedSky<'a> {
-    /// Every body that can take any light, at most four.
+    /// Every body that can occlude the Sun, at most four.
     ///
     /// # Errors
-    /// One line where the catalog has no Sun.
+    /// One line: the catalog has no Sun.
     pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { reach: 1.0, camera: None, pixel: 0.0 };
@@ -127,32 +128,37 @@ impl<'a> EclipsedSky<'a> {
         Ok(Self { prober, receiver, sun, wanted, occluders })
     }
 
-    /// What the occluders leave of the light at points (body axes, equatorial radii), per channel; `law` in place of the catalog's.
+    /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `law` replaces the catalog's.
     ///
     /// # Errors
-    /// One line: the module cannot be made.
-    pub fn left(&self, occluders: &[Occluder<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, ProbeError> {
+    /// One line: the module cannot be compiled.
+    pub fn sunlight(&self, occluders: &[Occluder<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, ProbeError> {
         let mut occluders = occluders.to_vec();
         let mut sun = self.sun.clone();
         sun.photometry = law.cloned().unwrap_or(sun.photometry);
         let eclipse = eclipse::model(&mut occluders, self.wanted);
         let uniforms = eclipse::uniforms_of_casters(&occluders, eclipse.model, self.receiver, &sun);
-        left_by(self.prober, eclipse, uniforms, points)
+        sunlight_from_uniforms(self.prober, eclipse, uniforms, points)
     }
 }
 
-/// What the fragments leave of the light at points for given uniforms.
+/// Fraction of sunlight that the shader computes at points for given uniforms.
 ///
 /// # Errors
-/// One line: the module cannot be made, or asks for what the uniforms lack.
-pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, uniforms: EclipseUniforms, points: &[DVec3]) -> Result<Vec<[f64; 3]>, ProbeError> {
+/// One line: the module cannot be compiled, or needs a missing uniform.
+pub fn sunlight_from_uniforms(
+    prober: &Prober<'_>,
+    eclipse: Eclipse,
+    uniforms: EclipseUniforms,
+    points: &[DVec3],
+) -> Result<Vec<[f64; 3]>, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_sunlight", key);
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module)?;
     let uniform_bytes = uniforms_of(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1)?;
     let numbers = |p: &DVec3| -> Numbers { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
-    let questions: Vec<_> = points.iter().map(numbers).collect();
-    let answers = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 1) }.answers(prober.renderer, prober.library(), &questions)?;
+    let queries: Vec<_> = points.iter().map(numbers).collect();
+    let answers = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 1) }.answers(prober.renderer, prober.library(), &queries)?;
     answers.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".into())).collect()
 }

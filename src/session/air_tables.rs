@@ -1,8 +1,8 @@
-//! Tables of multiple scattering, each computed once and kept beside the shader library.
+//! Tables of multiple scattering, each computed once and stored beside the shader library.
 //!
-//! In: a body with air. Out: its table ([`crate::scene::air_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or computed by all
-//! cores. The digest covers all that the table depends on. A file that is cut short or damaged is computed anew and replaced; a folder that
-//! cannot be written is no reason to stop.
+//! In: a body with an atmosphere. Out: its table ([`crate::scene::air_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or computed on all
+//! cores. The digest covers everything that the table depends on. A truncated or damaged file is computed again and replaced; a folder that
+//! cannot be written is ignored.
 
 use crate::catalog::Body;
 use crate::files::{read_bytes, write_cached};
@@ -13,16 +13,16 @@ use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-/// Airs whose tables are kept in memory.
-const KEPT: usize = 64;
+/// Tables in memory.
+const MAX_TABLES: usize = 64;
 const MAGIC: &[u8; 8] = b"ORRAIR01";
-/// Magic, checksum, and four floats a node.
+/// Magic, checksum, and four floats per node.
 const FILE_BYTES: u64 = 8 + 32 + 16 * air_table::NODES as u64;
 
 pub struct AirTables {
     /// None: in memory only.
     folder: Option<PathBuf>,
-    held: Memo<String, Arc<Vec<Vec4>>>,
+    tables: Memo<String, Arc<Vec<Vec4>>>,
 }
 
 /// Digest of the sources that compute a table.
@@ -36,7 +36,7 @@ fn code_digest(sources: &[&str]) -> [u8; 32] {
     hash.finalize().into()
 }
 
-/// Names the table by the code that computes it and by all numbers that go in.
+/// The file name of a table: a digest of the code that computes it and of all its inputs.
 fn digest(body: &Body) -> String {
     static CODE: OnceLock<[u8; 32]> = OnceLock::new();
     digest_with(CODE.get_or_init(|| code_digest(&air_table::SOURCES)), body)
@@ -53,7 +53,7 @@ fn digest_with(code: &[u8; 32], body: &Body) -> String {
         for s in &air.species {
             put(&s.scattering_per_km);
             put(&s.absorption_per_km);
-            // Outside the range of what they stand for where there is none.
+            // Values that no species can have stand for absent ones.
             put(&[s.scale_height_km, s.asymmetry.unwrap_or(9.0), s.tent_centre_km.unwrap_or(-1.0)]);
         }
     }
@@ -75,15 +75,15 @@ fn decode(bytes: &[u8]) -> Option<Vec<Vec4>> {
 }
 
 impl AirTables {
-    /// `cache`: the folder that holds `orrery/`.
+    /// `cache`: the folder that contains `orrery/`.
     pub fn open(cache: Option<PathBuf>) -> Self {
-        Self { folder: cache.map(|c| c.join("orrery").join("air")), held: Memo::holding(KEPT) }
+        Self { folder: cache.map(|c| c.join("orrery").join("air")), tables: Memo::with_capacity(MAX_TABLES) }
     }
 
-    /// The table of a body's air; empty without air.
+    /// The table of a body's atmosphere; empty without one.
     pub fn get(&self, body: &Body) -> Arc<Vec<Vec4>> {
         let name = digest(body);
-        self.held.get(name.clone(), || Arc::new(self.read_or_compute(body, &name)))
+        self.tables.get(name.clone(), || Arc::new(self.read_or_compute(body, &name)))
     }
 
     fn read_or_compute(&self, body: &Body, name: &str) -> Vec<Vec4> {
@@ -91,7 +91,7 @@ impl AirTables {
         let kept = path.as_ref().and_then(|p| decode(&read_bytes(p, FILE_BYTES).ok()?));
         kept.unwrap_or_else(|| {
             let made = air_table::table(body).unwrap_or_default();
-            // Where that fails, the next run computes it again.
+            // If writing fails, the next run computes it again.
             path.iter().for_each(|path| drop(write_cached(path, &encode(&made))));
             made
         })
@@ -104,7 +104,7 @@ mod tests {
     use crate::catalog::{Catalog, NaifId};
 
     #[test]
-    fn a_table_comes_back_from_disk_and_a_damaged_one_is_made_anew() {
+    fn a_table_is_read_back_and_a_damaged_one_is_recomputed() {
         let catalog = Catalog::embedded();
         let pluto = catalog.body(NaifId(999)).expect("Pluto");
         let folder = tempfile::tempdir().expect("a folder");
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// A source that uses more of scene than the sources that are in the digest, and the narrowing to f32, could change a table unseen.
+    /// If a source used other parts of scene than those in the digest, or another part of the narrowing to f32, a table could change without a new name.
     #[test]
     fn the_code_that_computes_a_table_is_all_in_the_digest() {
         let covered = ["atmosphere::extinction", "camera", "constants"];
@@ -147,15 +147,15 @@ mod tests {
             let code = text.split("#[cfg(test)]").next().unwrap_or("").lines().map(|l| l.split("//").next().unwrap_or(""));
             let code = code.collect::<Vec<_>>().join("\n");
             let path = |rest: &str| -> String { rest.chars().take_while(|c| c.is_alphanumeric() || "_:".contains(*c)).collect() };
-            // A list of names ends the path of their module.
+            // In a `use` list the module's path ends before the braces.
             let module = |path: String| path.trim_end_matches("::").to_owned();
             code.match_indices("crate::scene::").map(|(at, found)| module(path(&code[at + found.len()..]))).collect()
         };
         for source in air_table::SOURCES {
             assert!(used(source).iter().all(|name| covered.contains(&name.as_str())), "{:?}", used(source));
-            // Whole paths only, but for the unit tests.
+            // Absolute paths only, except in unit tests.
             assert_eq!(source.matches("super::").count(), source.matches("use super::*;").count());
-            // Of the camera, only the narrowing.
+            // From the camera module, only the narrowing.
             assert_eq!(source.matches("camera::").count(), source.matches("camera::narrow(").count());
         }
         assert_eq!(used("use crate::scene::eclipse::{Shade};"), ["eclipse"]);

@@ -1,6 +1,6 @@
-//! Scenes and plan of a picture that several frames make together.
+//! Scenes and plan of a composed picture, which consists of several frames.
 //!
-//! In: a request whose composition is not a plain one. Out: the whole picture's scene and its plan. Always: the light is metered once, for the middle of the
+//! In: a request whose composition is not plain. Out: the whole picture's scene and its plan. Always: the light is metered once, for the middle of the
 //! picture, and every frame has that exposure.
 
 use super::{Session, SessionError, Stage};
@@ -9,7 +9,7 @@ use crate::scene::composite::{Composite, FrameRequest, Frames};
 use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
 
-/// Sides of the picture that a warp mesh reads, pixels.
+/// Least and greatest side of the picture that a warp mesh samples, pixels.
 const WARPED_PX: (f64, f64) = (256.0, 8192.0);
 
 impl Session {
@@ -18,29 +18,29 @@ impl Session {
             let (composite, screen) = self.composite_of(request)?;
             let mesh = request.composition.warp.as_deref().zip(screen);
             let modules = plan::composite_modules(&composite, mesh.is_some());
-            self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-            match self.measured(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
+            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
+            match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
                 Ok(plan) => return Ok((composite.whole, plan)),
-                Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
+                Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
         }
     }
 
-    /// The picture's scenes, and the size of the screen that it is warped onto.
+    /// The scenes of the frames, and the size of the screen onto which the picture is warped.
     fn composite_of(&self, request: &ViewRequest) -> Result<(Composite, Option<[u32; 2]>), SessionError> {
         let screen = request.composition.warp.as_ref().map(|_| [request.width, request.height]);
         let mut inner = request.clone();
         if let Some(mesh) = &request.composition.warp {
-            // As wide as a dome's circle, a sphere, or the screen.
+            // The aspect ratio of a dome's circle, of a sphere, or of the screen.
             let aspect = match request.composition.projection {
                 Projection::Fisheye => 1.0,
                 Projection::Equirectangular => 2.0,
                 Projection::Perspective => f64::from(request.width) / f64::from(request.height),
             };
             let height = (0.5 * f64::from(request.height) / mesh.slowest_motion(aspect)).clamp(WARPED_PX.0, WARPED_PX.1 / aspect.max(1.0));
-            // Both are within the clamp.
+            // The clamp keeps both in range.
             (inner.width, inner.height) = ((height * aspect).round() as u32, height.round() as u32);
         }
         let mut frames = Frames::of(&self.catalog, &self.ephemeris, &inner)?;
@@ -54,7 +54,7 @@ impl Session {
         let mut scenes = Vec::new();
         for FrameRequest { request, viewer } in &frames.frames {
             let begin = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
-            let mut scene = self.scene_from(begin, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
+            let mut scene = self.scene_from(begin, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }

@@ -1,16 +1,16 @@
-//! Processor time of this process, all threads.
+//! CPU time of this process, all threads.
 //!
-//! In: nothing. Out: the time that its live threads have run, to the nanosecond on Linux; nothing elsewhere. A thread that has ended
-//! takes its time with it, so differences are good only where no thread ends between: the pools of a session last as long as it does.
+//! In: nothing. Out: the CPU time of its live threads, to the nanosecond on Linux; `None` elsewhere. The time of a thread that has ended
+//! is lost, so differences hold only if no thread ends in between: a session's thread pools live as long as the session.
 
 use std::time::Duration;
 
-/// What the live threads have run so far. The scheduler brings a running thread's account up to date when it yields, so this one yields first.
+/// CPU time of the live threads so far. The scheduler updates a running thread's account when it yields, so this thread yields first.
 pub fn process_cpu() -> Option<Duration> {
     std::thread::yield_now();
     let mut nanoseconds = 0_u64;
     for task in std::fs::read_dir("/proc/self/task").ok()?.flatten() {
-        // A thread may end between the listing and the reading.
+        // A thread may end between listing and reading.
         let Ok(text) = std::fs::read_to_string(task.path().join("schedstat")) else { continue };
         nanoseconds += ran_ns(&text)?;
     }

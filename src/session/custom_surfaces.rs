@@ -1,7 +1,7 @@
 //! Custom surfaces: a WESL function that colours the ground of one body, `--surface BODY=FILE`.
 //!
-//! In: bodies and files. Out: the catalog in which these bodies have their number, and fragments over the built-in places for them. Always: each file is checked
-//! by a module that uses it before anything is drawn, and what is wrong is told with the file's own name. Not here: what a surface is asked (shaders/lib/custom).
+//! In: bodies and files. Out: the catalog in which these bodies have a surface number, and the fragments that replace the built-in placeholders. Always: each file is checked
+//! by compiling a module with it before anything is drawn, and errors name the user's file. Not here: the inputs of a surface function (shaders/lib/custom).
 
 use crate::catalog::Catalog;
 use crate::files::read_text;
@@ -13,8 +13,8 @@ use crate::wording::echo;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// A surface is a page of text.
-const LONGEST_FILE: u64 = 1 << 20;
+/// Largest file, bytes.
+const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// One body and the file that colours it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub struct SurfaceFile {
     pub file: PathBuf,
 }
 
-/// A text that names no body and file.
+/// A text that is not `BODY=FILE`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("write BODY=FILE, such as mars=my_mars.wesl")]
 pub struct SurfaceWordsError;
@@ -45,7 +45,7 @@ impl FromStr for SurfaceFile {
 /// Why a custom surface cannot be used, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum SurfaceError {
-    /// More than there are places for.
+    /// More surfaces than placeholders.
     #[error("--surface: {0} surfaces; at most {MAX_CUSTOM_SURFACES} in one run")]
     TooMany(usize),
     /// No such body.
@@ -56,7 +56,7 @@ pub enum SurfaceError {
         /// What the catalog says.
         why: String,
     },
-    /// A body that is named twice.
+    /// A body with two surfaces.
     #[error("--surface {0}: this body has a surface already; name each body once")]
     Twice(String),
     /// A file that cannot be read.
@@ -67,7 +67,7 @@ pub enum SurfaceError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// No module can be made of it.
+    /// No module can be compiled with it.
     #[error(
         "--surface {body}={path}: {why}; a surface has `fn custom_surface(point: SurfacePoint) -> CustomSurface`, with both types imported from package::lib::custom::surface_point"
     )]
@@ -76,20 +76,20 @@ pub enum SurfaceError {
         body: String,
         /// As the user named it.
         path: String,
-        /// What the generator, naga or the renderer says.
+        /// The error of the generator, naga or the renderer.
         why: String,
     },
 }
 
-/// Where the fragment of a number lies below shaders/.
-fn place(number: usize) -> String {
+/// Path of the fragment with this number, below shaders/.
+fn fragment_path(number: usize) -> String {
     format!("lib/custom/surface_{number}.wesl")
 }
 
 /// The catalog in which the bodies have the numbers of their surfaces, from 1 in the order of the list.
 ///
 /// # Errors
-/// A body that is not there or is named twice, or more surfaces than there are places.
+/// An unknown or repeated body, or more surfaces than placeholders.
 pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<Catalog, SurfaceError> {
     if surfaces.len() > usize::from(MAX_CUSTOM_SURFACES) {
         return Err(SurfaceError::TooMany(surfaces.len()));
@@ -104,16 +104,16 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
     Ok(catalog)
 }
 
-/// The files' texts by their places below shaders/.
+/// The texts of the files by their paths below shaders/.
 ///
 /// # Errors
-/// A file that cannot be read, or from which no module can be made.
+/// A file that cannot be read, or with which no module compiles.
 pub fn surface_fragments(surfaces: &[SurfaceFile], over: &Fragments) -> Result<Vec<(String, String)>, SurfaceError> {
     let mut texts = Vec::new();
     for (number, surface) in (1..).zip(surfaces) {
         let path = || echo(&surface.file.display().to_string());
-        let text = read_text(&surface.file, LONGEST_FILE).map_err(|source| SurfaceError::File { path: path(), source })?;
-        texts.push((place(number), text));
+        let text = read_text(&surface.file, MAX_FILE_BYTES).map_err(|source| SurfaceError::File { path: path(), source })?;
+        texts.push((fragment_path(number), text));
     }
     let fragments = over.clone().and_files(texts.iter().cloned());
     for (number, surface) in (1..=MAX_CUSTOM_SURFACES).zip(surfaces) {
@@ -121,7 +121,7 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], over: &Fragments) -> Result<V
         let id = ModuleId::Planet(ShaderKey::for_draw(&sample));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
             let path = echo(&surface.file.display().to_string());
-            let why = echo(&e.to_string()).replace(&format!("shaders/{}", place(number.into())), &path);
+            let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number.into())), &path);
             return Err(SurfaceError::Module { body: echo(&surface.body), path, why });
         }
     }

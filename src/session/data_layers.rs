@@ -1,6 +1,6 @@
-//! Layers of the user's data: their files read, and their images handed to the store of maps.
+//! Layers of the user's data: reads their files and adds their images to the map store.
 //!
-//! In: a layer of the catalog, or a file that was dropped on the window. Out: the layer with its content, or why not in one line. Always: what is wrong adds nothing.
+//! In: a layer of the catalog, or a file that was dropped on the window. Out: the layer with its content, or one line with the reason. Always: an invalid file adds nothing.
 
 use super::{Session, SessionError};
 use crate::catalog::{Catalog, CatalogError, DataLayer, NaifId, is_layer_file, layer_endings};
@@ -9,14 +9,14 @@ use crate::image::{ImageError, MapStore, TexelFormat, Texture};
 use crate::wording::echo;
 use std::path::Path;
 
-/// Bytes of a data layer's file at the most: a million points.
+/// Largest file of a data layer, bytes: room for a million points.
 const MAX_DATA_BYTES: u64 = 1 << 28;
 
 fn failed(path: &Path, why: String) -> SessionError {
     SessionError::File { path: echo(&path.display().to_string()), why }
 }
 
-/// The layer with the content of a file.
+/// Fills the layer with the content of a file.
 pub(super) fn read(path: &Path, layer: DataLayer) -> Result<DataLayer, SessionError> {
     let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| failed(path, e.to_string()))?;
     layer.with_content(&path.display().to_string(), &bytes).map_err(|problem| CatalogError { problems: vec![problem] }.into())
@@ -29,7 +29,7 @@ fn keep_image(layer: &DataLayer, maps: &MapStore) -> Result<(), ImageError> {
     Ok(())
 }
 
-/// Hands the images of all layers to the store.
+/// Adds the images of all layers to the map store.
 pub(super) fn keep_images(catalog: &Catalog, maps: &MapStore) -> Result<(), SessionError> {
     catalog
         .data_layers()
@@ -38,7 +38,7 @@ pub(super) fn keep_images(catalog: &Catalog, maps: &MapStore) -> Result<(), Sess
 }
 
 impl Session {
-    /// Adds the content of a file as a layer: on a body first, where one is named and the file has places of a body, else in the sky. What it was read as.
+    /// Adds the content of a file as a layer: on a body if one is given and the file has places on a body, else in the sky. Returns a line that says how it was read.
     ///
     /// # Errors
     /// File, line and field; nothing is added then.
@@ -49,7 +49,7 @@ impl Session {
         }
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));
-        // What is wrong with it as data of the body is told, unless it is of the sky.
+        // If it is valid for neither the body nor the sky, the error for the body is returned.
         let on_body = body.map(|b| read(path, layer(Some(b.id))));
         let found = match on_body {
             Some(Ok(layer)) => layer,

@@ -1,7 +1,7 @@
-//! Which renderer draws, and the way back to software when the GPU cannot.
+//! Which renderer draws, and the fallback to software when the GPU cannot.
 //!
-//! In: what the user asked for, and plans. Out: frames. The software renderer is always there. A GPU is opened with the first frame; when it
-//! is missing or fails, that is said in one line, and the same plan is drawn in software, this frame and every later one.
+//! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened with the first frame; when it
+//! is missing or fails, that is reported in one line, and the same plan is drawn in software, this frame and every later one.
 
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
@@ -21,80 +21,86 @@ use std::sync::{Arc, OnceLock};
 
 pub struct Devices {
     pub software: SoftwareRenderer,
-    /// Another one like it, with threads of its own; `None` inside where no threads were to be had.
+    /// A second software renderer with its own threads; `None` inside if no threads could be started.
     background_renderer: OnceLock<Option<SoftwareRenderer>>,
-    say: Arc<dyn Fn(&str) + Send + Sync>,
+    notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
-    /// Modules of a user's fragments that software has drawn to the end.
+    /// Modules with a user's fragments that the software renderer has run to the end.
     #[cfg(feature = "gpu")]
-    tried: Mutex<HashSet<ModuleId>>,
+    dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
 }
 
 impl Devices {
-    /// `double_precision`: frames are computed in f64, which the software renderer alone does.
+    /// `double_precision`: frames are computed in f64, which only the software renderer can do.
     pub fn new(
         software: SoftwareRenderer,
         preference: RendererPreference,
         double_precision: bool,
-        say: Arc<dyn Fn(&str) + Send + Sync>,
+        notify: Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Self {
         let preference = if double_precision && preference != RendererPreference::Software {
             if preference == RendererPreference::Gpu {
-                say("the GPU does not compute in f64, which --quality reference asks for; drawing in software");
+                notify("the GPU does not compute in f64, which --quality reference asks for; drawing in software");
             }
             RendererPreference::Software
         } else {
             preference
         };
         #[cfg(feature = "gpu")]
-        return Self { software, background_renderer: OnceLock::new(), say, gpu: gpu::Gpu::new(preference), tried: Mutex::default() };
+        return Self {
+            software,
+            background_renderer: OnceLock::new(),
+            notify,
+            gpu: gpu::Gpu::new(preference),
+            dry_run_modules: Mutex::default(),
+        };
         #[cfg(not(feature = "gpu"))]
-        Self { software, background_renderer: OnceLock::new(), say, preference }
+        Self { software, background_renderer: OnceLock::new(), notify, preference }
     }
 
-    /// The software renderer for what is drawn while a window's picture is: in one pool the picture would wait for the other to end.
+    /// The software renderer for background work: in the pool of the window's picture, each would wait for the other.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
         let made = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
         made.as_ref().unwrap_or(&self.software)
     }
 
-    fn in_software(
-        by: &SoftwareRenderer,
+    fn draw_in_software(
+        software: &SoftwareRenderer,
         plan: &Plan,
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        let (frame, timings) = by.render(plan, library, requested == RequestedOutput::Linear)?;
+        let (frame, timings) = software.render(plan, library, requested == RequestedOutput::Linear)?;
         let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
         Ok(RenderOutput { frame, on_gpu: None, by })
     }
 
-    /// Draws a plan with new modules of a user's fragments in software before a device gets it: software stops a loop without end, a device hangs on it.
+    /// Draws a plan that has new modules with a user's fragments in software first: the software renderer stops an endless loop, on which a GPU would hang.
     #[cfg(feature = "gpu")]
-    fn try_in_software(&self, by: &SoftwareRenderer, plan: &Plan, library: &ShaderLibrary) -> Result<(), RendererError> {
+    fn dry_run_new_modules(&self, software: &SoftwareRenderer, plan: &Plan, library: &ShaderLibrary) -> Result<(), RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(());
         }
         let all = plan.passes.iter().flat_map(|pass| &pass.draws).map(|draw| &draw.module);
-        let new: Vec<ModuleId> = all.filter(|module| !self.tried.lock().contains(*module)).cloned().collect();
+        let new: Vec<ModuleId> = all.filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
         if new.is_empty() {
             return Ok(());
         }
-        // Whatever else software cannot draw is for the device to say.
-        if let Err(stopped @ RenderError::LoopLimit { .. }) = by.render(plan, library, false) {
-            return Err(stopped.into());
+        // Any other error is left to the device to report.
+        if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, false) {
+            return Err(endless.into());
         }
-        self.tried.lock().extend(new);
+        self.dry_run_modules.lock().extend(new);
         Ok(())
     }
 
     #[cfg(not(feature = "gpu"))]
     pub fn draw(
         &self,
-        by: &SoftwareRenderer,
+        software: &SoftwareRenderer,
         plan: &Plan,
         library: &ShaderLibrary,
         requested: RequestedOutput,
@@ -102,31 +108,31 @@ impl Devices {
         if self.preference == RendererPreference::Gpu {
             return Err(RendererError::NotBuilt);
         }
-        let _ = &self.say;
-        Self::in_software(by, plan, library, requested)
+        let _ = &self.notify;
+        Self::draw_in_software(software, plan, library, requested)
     }
 
-    /// Draws the plan with the GPU where there is one that does, else with the given software renderer.
+    /// Draws the plan with the GPU if one is available, else with the given software renderer.
     ///
     /// # Errors
-    /// Why neither draws; that no adapter is there when one was demanded.
+    /// Why neither can draw; that no adapter was found although the user requires one.
     #[cfg(feature = "gpu")]
     pub fn draw(
         &self,
-        by: &SoftwareRenderer,
+        software: &SoftwareRenderer,
         plan: &Plan,
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        self.try_in_software(by, plan, library)?;
-        match self.gpu.draw(plan, library, requested, &*self.say)? {
+        self.dry_run_new_modules(software, plan, library)?;
+        match self.gpu.draw(plan, library, requested, &*self.notify)? {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(by, plan, library, requested),
+            None => Self::draw_in_software(software, plan, library, requested),
         }
     }
 
-    /// The same for a window: what the GPU has no pipeline for yet is drawn in software, while a thread makes it, and what `window`, the plan of
-    /// a window's own frame, needs.
+    /// The same for a window: a plan whose pipelines are not compiled yet is drawn in software, while a thread compiles them and those of `window`, the plan of
+    /// the window's own frame.
     #[cfg(feature = "gpu")]
     pub fn draw_or_fall_back(
         &self,
@@ -135,10 +141,10 @@ impl Devices {
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        self.try_in_software(&self.software, plan, library)?;
-        match self.gpu.draw_if_ready(plan, window, library, requested, &self.say) {
+        self.dry_run_new_modules(&self.software, plan, library)?;
+        match self.gpu.draw_if_ready(plan, window, library, requested, &self.notify) {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(&self.software, plan, library, requested),
+            None => Self::draw_in_software(&self.software, plan, library, requested),
         }
     }
 
@@ -153,7 +159,7 @@ impl Devices {
         self.draw(&self.software, plan, library, requested)
     }
 
-    /// What can be wished for here: software alone where frames are in f64, or the build has no GPU renderer.
+    /// The renderers that can be chosen: only software where frames are in f64 or the build has no GPU renderer.
     pub fn choices(&self) -> &'static [RendererPreference] {
         if self.software.options().precision == Precision::F64 || !cfg!(feature = "gpu") {
             return &[RendererPreference::Software];
@@ -161,7 +167,7 @@ impl Devices {
         &[RendererPreference::Auto, RendererPreference::Gpu, RendererPreference::Software]
     }
 
-    /// What is wished for now.
+    /// The current preference.
     pub fn preference(&self) -> RendererPreference {
         #[cfg(feature = "gpu")]
         return self.gpu.preference();
@@ -169,7 +175,7 @@ impl Devices {
         self.preference
     }
 
-    /// Never waits.
+    /// Never blocks.
     pub fn readiness(&self) -> Readiness {
         #[cfg(feature = "gpu")]
         return self.gpu.readiness();
@@ -177,40 +183,40 @@ impl Devices {
         Readiness::Settled
     }
 
-    /// Wishes for another renderer from the next frame on; what is not among the [`Self::choices`] changes nothing.
-    pub fn choose(&self, preference: RendererPreference) {
+    /// Sets the renderer from the next frame on; one that is not among the [`Self::choices`] changes nothing.
+    pub fn set_preference(&self, preference: RendererPreference) {
         let _ = preference;
         #[cfg(feature = "gpu")]
         if self.choices().contains(&preference) {
-            self.gpu.choose(preference);
+            self.gpu.set_preference(preference);
         }
     }
 
-    /// Begins to open the GPU that was wished for, so that the first frame waits less.
+    /// Begins to open the preferred GPU, so that the first frame waits less.
     pub fn begin(&self) {
         #[cfg(feature = "gpu")]
         self.gpu.begin();
     }
 
-    /// Forgets what is kept of modules: those of the same names are no longer the same.
+    /// Drops everything compiled from modules: the same names now stand for other modules.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
         if let Some(Some(background_renderer)) = self.background_renderer.get() {
             background_renderer.forget_modules();
         }
         #[cfg(feature = "gpu")]
-        self.tried.lock().clear();
+        self.dry_run_modules.lock().clear();
         #[cfg(feature = "gpu")]
         self.gpu.forget_modules();
     }
 
-    /// The device that draws, if one does. Never waits: while it draws, or is made ready for more, the answer is [`gpu::DeviceState::Unchanged`].
+    /// The GPU that draws, if one does. Never blocks: while it draws or compiles, the answer is [`gpu::DeviceState::Unchanged`].
     #[cfg(feature = "gpu")]
-    pub fn standing(&self) -> gpu::DeviceState {
-        self.gpu.standing(&*self.say)
+    pub fn device_state(&self) -> gpu::DeviceState {
+        self.gpu.device_state(&*self.notify)
     }
 
-    /// Gives the device back, as a driver that resets does: for tests of the way back.
+    /// Destroys the device, as after a driver reset: for tests of the fallback.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
         self.gpu.destroy();

@@ -1,4 +1,4 @@
-//! What can go wrong between a request and its frame.
+//! Errors between a request and its frame.
 
 use super::custom_surfaces::SurfaceError;
 use super::renderers::RendererError;
@@ -11,7 +11,7 @@ use crate::render::plan::PlanError;
 use crate::render::software::RenderError;
 use crate::scene::SceneError;
 
-/// Why a session cannot be opened, or a view not be drawn, in one line.
+/// Why a session cannot be opened, or a view cannot be drawn, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// A file that cannot be read.
@@ -34,10 +34,10 @@ pub enum SessionError {
     /// No position, or an unusable kernel.
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),
-    /// A view that cannot be.
+    /// An impossible view.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A module or map that the view needs.
+    /// A module or map of the view.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The folder of the user's fragments.
@@ -46,7 +46,7 @@ pub enum SessionError {
     /// A custom surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// No renderer draws it.
+    /// No renderer can draw it.
     #[error(transparent)]
     Renderer(#[from] RendererError),
 }
@@ -54,10 +54,10 @@ pub enum SessionError {
 /// Why shaders are kept in memory only.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CacheFolderError {
-    /// Neither the user nor the system names one.
+    /// Neither the user nor the system gives a folder.
     #[error("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place")]
     None,
-    /// Others may write to it, and so could choose what is drawn.
+    /// Other users may write to it, and so could decide what is drawn.
     #[error("the cache {folder} is not used: {why}; shaders are kept in memory only, --cache DIR names another place")]
     Shared {
         /// The folder, or the one above it.

@@ -1,6 +1,6 @@
-//! The GPU of a session: opened on a thread, made ready for what is drawn, given back when it fails.
+//! The GPU of a session: opened on a thread, prepared for what is drawn, closed when it fails.
 //!
-//! In: plans and the renderer that was asked for. Out: frames, or nothing where software must draw. Always: a window never waits for a driver.
+//! In: plans and the user's preference. Out: frames, or `None` where software must draw. Always: a window never blocks on a driver.
 
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
 use crate::render::frame::Frame;
@@ -14,21 +14,21 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
-type Say = dyn Fn(&str) + Send + Sync;
+type Notify = dyn Fn(&str) + Send + Sync;
 
-/// What a thread works at: the device, open and with what the plan in hand needs.
+/// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-    /// The epoch and the wish with which it began.
+    /// Epoch and preference when it began.
     epoch: u64,
     preference: RendererPreference,
 }
 
-/// What a window may know of the device.
+/// The state of the device as a window sees it.
 pub enum DeviceState {
     /// It draws.
     Open(Arc<GpuRenderer>),
-    /// As it was when last asked, as far as can be told without waiting.
+    /// Busy, so as it was when last asked.
     Unchanged,
     /// Software draws.
     Software,
@@ -37,28 +37,28 @@ pub enum DeviceState {
 enum State {
     /// Not tried yet.
     Unopened,
-    /// A thread opens the device, or makes what a plan needs.
+    /// A thread opens the device, or compiles what a plan needs.
     Preparing(Preparing),
     Open(Arc<GpuRenderer>),
-    /// Software draws from here on.
+    /// Software draws from now on.
     Closed,
 }
 
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
     state: Mutex<State>,
-    /// Grows when kept pipelines are no longer those of the modules.
+    /// Incremented when compiled pipelines no longer belong to the modules.
     epoch: AtomicU64,
-    /// A thread's work was taken over, and no picture was drawn promptly since.
+    /// A thread's result was taken over, and no window picture was drawn since.
     just_ready: AtomicBool,
-    /// Said last: a run of frames says it once.
-    said: Mutex<Option<GpuError>>,
+    /// The last reported error: a sequence of frames reports it once.
+    last_error: Mutex<Option<GpuError>>,
 }
 
 /// The modules of one plan, for a thread that outlives the borrow of the library.
-struct Gathered(HashMap<ModuleId, Arc<ShaderModule>>);
+struct ModuleSet(HashMap<ModuleId, Arc<ShaderModule>>);
 
-impl ModuleProvider for Gathered {
+impl ModuleProvider for ModuleSet {
     fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         self.0.get(name).cloned().ok_or_else(|| ShaderError::NoSuchModule(name.to_string()))
     }
@@ -68,17 +68,17 @@ fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock()
 }
 
-/// What `auto` makes of a failure to open: software, and one line that says so.
-fn closed(e: &GpuError, say: &Say) -> State {
+/// The fallback of `auto` when the device cannot be opened: software, and one line that says so.
+fn fall_back(e: &GpuError, notify: &Notify) -> State {
     match e {
-        GpuError::SoftwareDriver(_) => say(&format!("{e}: drawing in software; --renderer gpu forces it")),
-        e => say(&format!("{e}: drawing in software")),
+        GpuError::SoftwareDriver(_) => notify(&format!("{e}: drawing in software; --renderer gpu forces it")),
+        e => notify(&format!("{e}: drawing in software")),
     }
     State::Closed
 }
 
 impl Drop for Gpu {
-    /// No driver is still loading or compiling when the process ends: at its exit a driver takes down what such a thread stands on.
+    /// Waits until no driver is loading or compiling: at process exit a driver frees what such a thread uses.
     fn drop(&mut self) {
         if let State::Preparing(preparing) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
             let _ = preparing.thread.join();
@@ -94,7 +94,7 @@ impl Gpu {
             state: Mutex::new(state),
             epoch: AtomicU64::new(0),
             just_ready: AtomicBool::new(false),
-            said: Mutex::default(),
+            last_error: Mutex::default(),
         }
     }
 
@@ -102,13 +102,13 @@ impl Gpu {
         *self.preference.lock()
     }
 
-    /// Another wish may mean another device: what is open is given back.
-    pub fn choose(&self, preference: RendererPreference) {
+    /// Another preference may mean another device: the open one is closed.
+    pub fn set_preference(&self, preference: RendererPreference) {
         let before = std::mem::replace(&mut *self.preference.lock(), preference);
         if preference == before {
             return;
         }
-        self.said.lock().take();
+        self.last_error.lock().take();
         let mut state = locked(&self.state);
         if !matches!(*state, State::Preparing(_)) {
             *state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
@@ -137,13 +137,13 @@ impl Gpu {
         }
     }
 
-    /// Never waits.
-    pub fn standing(&self, say: &Say) -> DeviceState {
+    /// Never blocks.
+    pub fn device_state(&self, notify: &Notify) -> DeviceState {
         if self.preference() == RendererPreference::Software {
             return DeviceState::Software;
         }
         let Some(mut state) = self.state.try_lock() else { return DeviceState::Unchanged };
-        self.settle(&mut state, say);
+        self.take_over_finished(&mut state, notify);
         match &*state {
             State::Open(renderer) => DeviceState::Open(Arc::clone(renderer)),
             State::Unopened | State::Preparing(_) => DeviceState::Unchanged,
@@ -159,8 +159,8 @@ impl Gpu {
         })
     }
 
-    /// Waits for the thread. What it made of modules that were forgotten meanwhile is forgotten too; a device that is no longer wished for is given back.
-    fn prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
+    /// Waits for the thread. Its pipelines are dropped if modules changed meanwhile, and its device if the preference did.
+    fn wait_prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
         let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
         if preparing.preference != self.preference() {
             return Ok(State::Unopened);
@@ -171,18 +171,18 @@ impl Gpu {
         Ok(State::Open(renderer))
     }
 
-    /// Takes over what a thread has made, if it is done.
-    fn settle(&self, state: &mut State, say: &Say) {
+    /// Takes over the thread's result if it has finished.
+    fn take_over_finished(&self, state: &mut State, notify: &Notify) {
         *state = match std::mem::replace(state, State::Unopened) {
             State::Preparing(preparing) if preparing.thread.is_finished() => {
                 self.just_ready.store(true, Ordering::SeqCst);
-                self.prepared(preparing).unwrap_or_else(|e| closed(&e, say))
+                self.wait_prepared(preparing).unwrap_or_else(|e| fall_back(&e, notify))
             }
             other => other,
         };
     }
 
-    /// Opens the device beside whatever else is done before the first frame.
+    /// Opens the device in parallel with the other work before the first frame.
     pub fn begin(&self) {
         let mut state = locked(&self.state);
         if matches!(*state, State::Unopened) {
@@ -197,12 +197,12 @@ impl Gpu {
         }
     }
 
-    /// The device, opened and waited for; `None`: software shall draw.
-    fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
+    /// Opens the device, waiting for it; `None`: software is to draw.
+    fn open_or_wait(&self, notify: &Notify) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
         let mut state = locked(&self.state);
         let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
         if let Ok(State::Preparing(preparing)) = now {
-            now = self.prepared(preparing);
+            now = self.wait_prepared(preparing);
         }
         if let Ok(State::Unopened) = now {
             now = GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
@@ -212,41 +212,41 @@ impl Gpu {
             Err(e) if self.preference() == RendererPreference::Gpu => {
                 return Err(RendererError::Gpu(e));
             }
-            Err(e) => closed(&e, say),
+            Err(e) => fall_back(&e, notify),
         };
         Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
     }
 
-    /// `None`: software shall draw it.
+    /// `None`: software is to draw it.
     pub fn draw(
         &self,
         plan: &Plan,
         library: &ShaderLibrary,
-        keep: RequestedOutput,
-        say: &Say,
+        output: RequestedOutput,
+        notify: &Notify,
     ) -> Result<Option<RenderOutput>, RendererError> {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
-        // Drawn without the lock: whoever wants a picture promptly, or asks how the device stands, sees at once that it is at work.
-        Ok(self.opened(say)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, library, keep, say)))
+        // Drawn without the lock: callers that must not block see at once that the device is busy.
+        Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, library, output, notify)))
     }
 
-    /// `None`: it could not, and software shall draw.
+    /// `None`: the GPU failed, and software is to draw.
     fn draw_in(
         &self,
         renderer: &Arc<GpuRenderer>,
-        turn: FrameGuard<'_>,
+        frame_guard: FrameGuard<'_>,
         plan: &Plan,
         library: &ShaderLibrary,
-        keep: RequestedOutput,
-        say: &Say,
+        output: RequestedOutput,
+        notify: &Notify,
     ) -> Option<RenderOutput> {
-        let drawn = match keep {
-            RequestedOutput::Pixels | RequestedOutput::Linear => {
-                renderer.render_in(turn, plan, library, keep == RequestedOutput::Linear).map(|(frame, timings)| (frame, None, timings))
-            }
-            RequestedOutput::OnGpu => renderer.render_to_gpu_in(turn, plan, library).map(|(picture, timings)| {
+        let drawn = match output {
+            RequestedOutput::Pixels | RequestedOutput::Linear => renderer
+                .render_in(frame_guard, plan, library, output == RequestedOutput::Linear)
+                .map(|(frame, timings)| (frame, None, timings)),
+            RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, library).map(|(picture, timings)| {
                 let frame = Frame { width: picture.width, height: picture.height, hdr: Vec::new(), display: Vec::new() };
                 (frame, Some(picture), timings)
             }),
@@ -258,9 +258,9 @@ impl Gpu {
                 Some(RenderOutput { frame, on_gpu, by })
             }
             Err(e) => {
-                let said = self.said.lock().replace(e.clone());
-                if said.as_ref() != Some(&e) {
-                    say(&format!("{e}: drawing in software"));
+                let last_error = self.last_error.lock().replace(e.clone());
+                if last_error.as_ref() != Some(&e) {
+                    notify(&format!("{e}: drawing in software"));
                 }
                 if e.is_final() {
                     let mut state = locked(&self.state);
@@ -273,21 +273,21 @@ impl Gpu {
         }
     }
 
-    /// `None`: software shall draw it, now or for good. Never waits for a driver.
+    /// `None`: software is to draw it, now or from now on. Never blocks on a driver.
     pub fn draw_if_ready(
         &self,
         plan: &Plan,
         window: impl FnOnce() -> Option<Plan>,
         library: &ShaderLibrary,
-        keep: RequestedOutput,
-        say: &Arc<Say>,
+        output: RequestedOutput,
+        notify: &Arc<Notify>,
     ) -> Option<RenderOutput> {
         if self.preference() == RendererPreference::Software {
             return None;
         }
         // Another thread opens the device or waits for it.
         let mut state = self.state.try_lock()?;
-        self.settle(&mut state, &**say);
+        self.take_over_finished(&mut state, &**notify);
         self.just_ready.store(false, Ordering::SeqCst);
         let renderer = match &*state {
             State::Open(renderer) => Some(Arc::clone(renderer)),
@@ -297,20 +297,19 @@ impl Gpu {
         let window = window();
         if let Some(renderer) = &renderer {
             let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
-            if let Some(frame) = renderer.try_lock_for(plan).filter(|_| for_windows) {
+            if let Some(frame_guard) = renderer.try_lock_for(plan).filter(|_| for_windows) {
                 drop(state);
-                return self.draw_in(renderer, frame, plan, library, keep, &**say);
+                return self.draw_in(renderer, frame_guard, plan, library, output, &**notify);
             }
         }
         let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
-        let names: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
-        let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;
+        let ids: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
+        let modules = ids.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
         let (plan, preference) = (plan.clone(), self.preference());
         *state = self.prepare(move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
-            // Drawn once to no end: some drivers compile with the first draw only.
-            let drawn =
-                [Some(renderer.render(&plan, &gathered, false).err()), window.map(|w| renderer.prepare_windows(&w, &gathered).err())];
+            // Drawn once, and the result dropped: some drivers compile only at the first draw.
+            let drawn = [Some(renderer.render(&plan, &modules, false).err()), window.map(|w| renderer.prepare_windows(&w, &modules).err())];
             match drawn.into_iter().flatten().flatten().find(GpuError::is_final) {
                 Some(e) => Err(e),
                 None => Ok(renderer),

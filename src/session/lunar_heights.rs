@@ -1,7 +1,7 @@
-//! The user's map of the Moon's heights, read from the disk.
+//! The user's map of the Moon's heights, read from disk.
 //!
-//! In: `FILE`, or `FILE,LOW,HIGH` with the kilometres of black and white. Out: the map, or one line that says what is wrong. A PDS label names its image, and an image is read by the
-//! label beside it; the kind of any other file is told by its first bytes.
+//! In: `FILE`, or `FILE,LOW,HIGH` with the heights of black and white in km. Out: the map, or one line that says what is wrong. A PDS label names its image, and an image is read with the
+//! label beside it; the format of any other file is detected from its first bytes.
 
 use super::SessionError;
 use crate::catalog::lunar_heights::{HeightMap, HeightMapError, HeightRange, MAX_FILE_BYTES, MAX_LABEL_BYTES};
@@ -11,10 +11,10 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A file of that name is taken as it is; else what follows its last two commas are heights.
-fn split(words: &OsStr) -> (PathBuf, Option<HeightRange>) {
-    let whole = PathBuf::from(words);
-    let parts = words.to_str().filter(|_| !whole.is_file()).map(|text| text.rsplitn(3, ',').collect::<Vec<_>>());
+/// Splits `FILE,LOW,HIGH`. If a file with the whole name exists, the whole text is its name.
+fn split(argument: &OsStr) -> (PathBuf, Option<HeightRange>) {
+    let whole = PathBuf::from(argument);
+    let parts = argument.to_str().filter(|_| !whole.is_file()).map(|text| text.rsplitn(3, ',').collect::<Vec<_>>());
     if let Some([white, black, file]) = parts.as_deref()
         && let (Ok(white_km), Ok(black_km)) = (white.trim().parse(), black.trim().parse())
     {
@@ -23,13 +23,13 @@ fn split(words: &OsStr) -> (PathBuf, Option<HeightRange>) {
     (whole, None)
 }
 
-/// The map that is named.
+/// Reads the map that the option names.
 ///
 /// # Errors
 /// The file that cannot be read, and why.
-pub fn read_lunar_heights(words: Option<&OsStr>) -> Result<Option<Arc<HeightMap>>, SessionError> {
-    let Some(words) = words else { return Ok(None) };
-    let (path, range) = split(words);
+pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightMap>>, SessionError> {
+    let Some(argument) = argument else { return Ok(None) };
+    let (path, range) = split(argument);
     let name = path.display().to_string();
     let failed = |file: &str, why: &str| SessionError::File { path: echo(file), why: format!("--lunar-heights: {why}") };
     let of_map = |e: HeightMapError| failed(&e.file, &e.why);
@@ -38,23 +38,23 @@ pub fn read_lunar_heights(words: Option<&OsStr>) -> Result<Option<Arc<HeightMap>
     {
         return Err(failed(&name, &format!("the height of black ({black_km} km) must lie below that of white ({white_km} km)")));
     }
-    let ending = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
+    let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
     let bytes = |path: &Path| read_bytes(path, MAX_FILE_BYTES).map_err(|e| failed(&path.display().to_string(), &e.to_string()));
-    if ending != "lbl" && ending != "img" {
+    if extension != "lbl" && extension != "img" {
         return HeightMap::of_picture(&name, &bytes(&path)?, range).map(Arc::new).map(Some).map_err(of_map);
     }
     if range.is_some() {
         return Err(failed(&name, "a PDS label says what its numbers mean: leave out the heights of black and white"));
     }
-    let label = if ending == "lbl" { path.clone() } else { beside(&path, "lbl") };
+    let label = if extension == "lbl" { path.clone() } else { with_extension_in_any_case(&path, "lbl") };
     let label_name = label.display().to_string();
     let text = read_text(&label, MAX_LABEL_BYTES).map_err(|e| failed(&label_name, &format!("the image's label: {e}")))?;
-    let image = match ending == "img" {
+    let image = match extension == "img" {
         true => path,
         false => {
             let named = HeightMap::image_of_label(&label_name, &text).map_err(of_map)?;
             let exact = label.with_file_name(&named);
-            // Archives write names in capitals, and files are often kept in small letters.
+            // Archives write names in capitals; local copies often have lower case.
             let image = if exact.is_file() { exact } else { label.with_file_name(named.to_ascii_lowercase()) };
             let folder = label.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
             check_inside(folder, &image).map_err(|e| failed(&label_name, &format!("its image {}: {e}", echo(&named))))?;
@@ -64,9 +64,9 @@ pub fn read_lunar_heights(words: Option<&OsStr>) -> Result<Option<Arc<HeightMap>
     HeightMap::of_pds(&label_name, &text, &bytes(&image)?).map(Arc::new).map(Some).map_err(of_map)
 }
 
-/// The file of the same name with another ending, in capitals where only that is there.
-fn beside(path: &Path, ending: &str) -> PathBuf {
-    let small = path.with_extension(ending);
-    let large = path.with_extension(ending.to_ascii_uppercase());
+/// The file with the same name and another extension, in capitals if only that one exists.
+fn with_extension_in_any_case(path: &Path, extension: &str) -> PathBuf {
+    let small = path.with_extension(extension);
+    let large = path.with_extension(extension.to_ascii_uppercase());
     if !small.is_file() && large.is_file() { large } else { small }
 }

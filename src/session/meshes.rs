@@ -1,7 +1,7 @@
-//! Shape models by body, each read once when a view first wants it, and the shadows they throw on themselves.
+//! Shape models by body, each read when a view first needs it, and the shadows that they cast on themselves.
 //!
 //! In: catalog entries. Out: models from `--textures` or from beside the catalog files, and heights of the Sun at their vertices
-//! ([`crate::mesh::self_shadow`]), kept while the Sun moves no more than [`TOLERANCE_RAD`] in the body's sky. A file that cannot be read is one line.
+//! ([`crate::mesh::self_shadow`]), reused while the Sun moves no more than [`TOLERANCE_RAD`] in the body's sky. A file that cannot be read is reported in one line.
 
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
@@ -11,25 +11,25 @@ use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Turn of the Sun in the body's axes up to which heights stand: a tenth of its radius seen from the Earth.
+/// Rotation of the Sun's direction in the body's axes below which computed heights are reused: a tenth of the Sun's angular radius seen from the Earth.
 pub const TOLERANCE_RAD: f64 = 5e-4;
-/// Sets of heights that are kept: two views of some bodies at a time.
-const KEPT: usize = 8;
-/// Models that are kept.
-const MODELS_KEPT: usize = 64;
-/// Bytes of a file at the most.
+/// Sets of heights in memory: enough for two views of several bodies.
+const MAX_HEIGHT_SETS: usize = 8;
+/// Models in memory.
+const MAX_MODELS: usize = 64;
+/// Largest mesh file, bytes.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// What heights of the Sun are computed from.
-struct UnderSun {
+/// The inputs of the Sun's heights at a model's vertices.
+struct SunHeightInputs {
     model: Arc<Model>,
     towards: DVec3,
     radius_rad: f64,
 }
 
-impl UnderSun {
-    /// Whether these heights serve another Sun over the same shape.
-    fn serves(&self, other: &Self) -> bool {
+impl SunHeightInputs {
+    /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun within the tolerance.
+    fn is_usable_for(&self, other: &Self) -> bool {
         let turned = self.towards.cross(other.towards).length() < TOLERANCE_RAD && self.towards.dot(other.towards) > 0.0;
         Arc::ptr_eq(&self.model, &other.model) && turned && (self.radius_rad / other.radius_rad - 1.0).abs() < 0.01
     }
@@ -37,15 +37,19 @@ impl UnderSun {
 
 pub struct Meshes {
     folders: Vec<PathBuf>,
-    /// Why, where a model cannot be drawn.
+    /// An error says why a model cannot be drawn.
     models: Memo<NaifId, Result<Arc<Model>, String>>,
-    heights: Memo<UnderSun, Arc<Vec<f32>>>,
+    heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
 }
 
 impl Meshes {
-    /// Files of an earlier folder come first.
+    /// Files of an earlier folder take precedence.
     pub fn new(folders: impl IntoIterator<Item = PathBuf>) -> Self {
-        Self { folders: folders.into_iter().collect(), models: Memo::holding(MODELS_KEPT), heights: Memo::holding(KEPT) }
+        Self {
+            folders: folders.into_iter().collect(),
+            models: Memo::with_capacity(MAX_MODELS),
+            heights: Memo::with_capacity(MAX_HEIGHT_SETS),
+        }
     }
 
     /// A body's model.
@@ -78,10 +82,10 @@ impl Meshes {
         Ok(Arc::new(Model::of(&obj, &figure).map_err(|e| format!("{shown}: {e}"))?))
     }
 
-    /// Height of the Sun over the shape's own horizon at each vertex, in its radii. `towards`: unit vector, body axes.
+    /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards`: unit vector to the Sun, body axes.
     pub fn sun_heights(&self, model: &Arc<Model>, towards: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
-        let under = UnderSun { model: Arc::clone(model), towards, radius_rad };
-        self.heights.get_like(UnderSun::serves, under, || Arc::new(model.sun_heights(towards, radius_rad)))
+        let inputs = SunHeightInputs { model: Arc::clone(model), towards, radius_rad };
+        self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards, radius_rad)))
     }
 }
 
@@ -105,8 +109,8 @@ mod tests {
         assert!(!Arc::ptr_eq(&first, &over(&model, 1.2 * TOLERANCE_RAD)));
         assert!(!Arc::ptr_eq(&first, &over(&model, std::f64::consts::PI)), "from the other side");
         assert!(!Arc::ptr_eq(&first, &over(&self::model(), 0.0)), "another shape");
-        // What was not asked for lately goes.
-        (1..=KEPT).for_each(|k| drop(over(&model, 0.1 * k as f64)));
+        // The least recently used set is dropped.
+        (1..=MAX_HEIGHT_SETS).for_each(|k| drop(over(&model, 0.1 * k as f64)));
         assert!(!Arc::ptr_eq(&first, &over(&model, 0.0)));
     }
 }

@@ -1,8 +1,8 @@
-//! One run's means: catalog, ephemeris, maps and shader library, strung together from a view request to a finished frame.
+//! The stages of one run: catalog, ephemeris, maps, shader library and renderers, from a view request to a finished frame.
 //!
-//! In: [`Sources`] (folders and files the user named) and view requests. Out: scenes, plans, frames, and the time that each stage
-//! took. A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a map
-//! that is missing, a cache that cannot be written) goes to `say`, once each. It reads no clock but to measure.
+//! In: [`Sources`] (folders and files the user named) and view requests. Out: scenes, plans, frames, and the time of each stage.
+//! A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a missing map,
+//! a cache that cannot be written) goes to `notify`, once each. It reads the clock only to measure.
 
 mod air_tables;
 mod composite;
@@ -10,18 +10,17 @@ mod cpu;
 mod custom_surfaces;
 mod data_layers;
 mod devices;
+mod effect_cost;
 mod error;
 #[cfg(feature = "gpu")]
 mod gpu_device;
 mod lunar_heights;
-mod mark;
 mod meshes;
 mod pictures;
-mod price;
+mod provenance;
 mod renderers;
 mod requirements;
 mod sample;
-mod screen;
 mod shaders;
 mod sky_map;
 mod software;
@@ -30,26 +29,27 @@ mod stages;
 mod standard_scenes;
 mod tables;
 mod tape_cost;
+mod window_surface;
 
 use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 pub use custom_surfaces::{SurfaceError, SurfaceFile, SurfaceWordsError, surface_fragments, with_surfaces};
 use devices::Devices;
+pub use effect_cost::{EffectCost, LightChange};
 pub use error::{CacheFolderError, SessionError};
 pub use lunar_heights::read_lunar_heights;
-pub use mark::{ExistingPicture, Provenance};
 use parking_lot::Mutex;
 pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
-pub use price::{EffectCost, LightChange};
+pub use provenance::{ExistingPicture, Provenance};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
 pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan, sample_plan_of};
-pub use screen::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
 pub use shaders::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use sources::Sources;
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
+pub use window_surface::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
 
 use crate::catalog::constellations::Constellations;
 use crate::catalog::nomenclature;
@@ -57,7 +57,7 @@ use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::files::{read_bytes, read_text, who_else_writes};
+use crate::files::{foreign_write_access, read_bytes, read_text};
 use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
@@ -77,28 +77,28 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::ThreadId;
 
-/// A drawn frame with the scene it shows.
+/// A drawn frame with its scene.
 pub struct DrawnFrame {
-    /// What it shows, and why.
+    /// What the frame shows, and why.
     pub scene: Scene,
-    /// Draws that are not of one body.
+    /// Draws of simple shaders.
     pub simple_draws: Vec<SimpleDraw>,
     /// The pixels.
     pub frame: Frame,
-    /// The picture, where it stays on the device that drew it: the frame has no pixels then.
+    /// The image, if it stays on the GPU that drew it: the frame has no pixels then.
     pub on_gpu: Option<GpuImage>,
     /// The renderer that drew it.
     pub by: DrawnBy,
 }
 
-/// Bytes of one catalog file at the most; the shipped ones have some 10 kB each.
+/// Largest catalog file, bytes; the shipped ones have some 10 kB each.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
-/// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
+/// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
-/// What coordinates are written with.
+/// Characters of coordinates, for the glyph atlas.
 const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
-/// Bodies whose city lights are kept.
-const LAMPS_KEPT: usize = 16;
+/// Bodies whose city lights stay in memory.
+const NIGHT_LIGHTS_KEPT: usize = 16;
 
 /// Catalog, ephemeris, maps, shaders and renderers of one run. Shared by threads.
 pub struct Session {
@@ -108,32 +108,32 @@ pub struct Session {
     library: ShaderLibrary,
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
-    /// By body, each read once when an exposure first asks for it.
+    /// City lights by body, each read when an exposure first needs them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
-    /// Those of the last size that was asked for.
+    /// Glyphs of the last size.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
     devices: Devices,
-    /// Map and mesh files that could not be read, said once.
-    missing: Mutex<BTreeSet<String>>,
-    say: Arc<dyn Fn(&str) + Send + Sync>,
-    /// By the thread that they ran on: what is drawn aside is not a frame's time.
+    /// Map and mesh files that could not be read, each reported once.
+    unreadable_files: Mutex<BTreeSet<String>>,
+    notify: Arc<dyn Fn(&str) + Send + Sync>,
+    /// By thread: the time of background work does not count as a frame's.
     stages: Mutex<HashMap<ThreadId, Stages>>,
     count_cpu: bool,
-    /// What pictures are made of, for their marks: the user's SPK, and the folders of maps and shape models.
+    /// For provenance: the user's SPK.
     kernel: Option<PathBuf>,
     /// Custom surfaces: path below shaders/ and text.
     surfaces: Vec<(String, String)>,
-    /// The user's stars, for the same.
+    /// For provenance: the user's stars.
     stars: Option<PathBuf>,
-    /// The user's minor planets and comets, for the same.
+    /// For provenance: the user's minor planets and comets.
     minor_planets: Option<PathBuf>,
     sky_map: Option<SkyMap>,
     folders: Vec<PathBuf>,
-    mark_sources: OnceLock<BTreeMap<String, String>>,
+    source_digests: OnceLock<BTreeMap<String, String>>,
 }
 
-/// The built-in catalog under the `*.toml` files of a folder, in order of name. A `Cargo.toml`, as catalogs/ has one, is no catalog.
+/// The built-in catalog, overridden by the `*.toml` files of a folder in order of name. A `Cargo.toml`, as in catalogs/, is skipped.
 ///
 /// # Errors
 /// A file that cannot be read, or every wrong field.
@@ -152,10 +152,10 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     Catalog::with_files(&files)?.with_data(|layer| data_layers::read(&folder.join(&layer.file), layer))
 }
 
-/// The shipped ephemeris under the user's kernel, for a catalog whose every body it can follow.
+/// The shipped ephemeris with the user's kernel, checked to have a theory for every body of the catalog.
 ///
 /// # Errors
-/// A file that cannot be read, or every body that no theory has at any time, by file and line of the catalog.
+/// A file that cannot be read, or every body without a theory at any time, by file and line of the catalog.
 pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Ephemeris, SessionError> {
     let mut ephemeris = Ephemeris::embedded(catalog)?;
     if let Some(path) = kernel {
@@ -170,10 +170,10 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
-/// The cache folder that was named, or the user's own.
+/// The given cache folder, or else the user's own.
 ///
 /// # Errors
-/// That there is none, or that others could put files into it.
+/// That there is none, or that other users could write to it.
 pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     let usual = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
     let Some(folder) = cache.map(Path::to_owned).or_else(usual) else {
@@ -181,7 +181,7 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     };
     let own = folder.join("orrery");
     for (part, is_above) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
-        if let Some(why) = who_else_writes(part, is_above) {
+        if let Some(why) = foreign_write_access(part, is_above) {
             return Err(CacheFolderError::Shared { folder: echo(&part.display().to_string()), why });
         }
     }
@@ -189,23 +189,23 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
 }
 
 /// The library below the cache folder, or in memory where there is none.
-pub fn open_library(cache: Option<&Path>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> ShaderLibrary {
+pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn(&str) + Send + Sync>) -> ShaderLibrary {
     match cache {
-        Some(folder) => ShaderLibrary::open(folder, lowering, move |line| say(line)),
+        Some(folder) => ShaderLibrary::open(folder, lowering, move |line| notify(line)),
         None => ShaderLibrary::in_memory(lowering),
     }
 }
 
 impl Session {
     /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
-    pub fn open(sources: &Sources, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
-        let say: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(say);
+    pub fn open(sources: &Sources, notify: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
+        let notify: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(notify);
         if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
             let why = "there is no such folder; --textures takes a folder of maps".to_owned();
             return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
         }
         let renderer = software::renderer(sources.threads, sources.double_precision)?;
-        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
+        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());
         if sources.draws {
             devices.begin();
         }
@@ -222,8 +222,8 @@ impl Session {
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
         data_layers::keep_images(&catalog, &maps)?;
-        let cache = cache_folder(sources.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
-        let library = open_library(cache.as_deref(), software::lowering(), say.clone());
+        let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
+        let library = open_library(cache.as_deref(), software::lowering(), notify.clone());
         let air_tables = air_tables::AirTables::open(cache);
         let edited = match &sources.shaders {
             Some(folder) => fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps))?,
@@ -240,12 +240,12 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
-            night_lights: Memo::holding(LAMPS_KEPT),
-            glyphs: Memo::holding(1),
+            night_lights: Memo::with_capacity(NIGHT_LIGHTS_KEPT),
+            glyphs: Memo::with_capacity(1),
             scene_caches: Caches::default(),
             devices,
-            missing: Mutex::default(),
-            say,
+            unreadable_files: Mutex::default(),
+            notify,
             stages: Mutex::new(HashMap::from([(std::thread::current().id(), stages)])),
             count_cpu: false,
             kernel: sources.kernel.clone(),
@@ -254,70 +254,70 @@ impl Session {
             surfaces,
             sky_map,
             folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
-            mark_sources: OnceLock::new(),
+            source_digests: OnceLock::new(),
         })
     }
 
-    /// The same with other minor planets, for a measurement; pictures are not marked with them.
+    /// The same with other minor planets, for a measurement; the provenance of pictures omits them.
     #[must_use]
     pub fn with_minor_planets(self, own: SmallBodies) -> Self {
         Self { catalog: self.catalog.with_small_bodies(Some(own)), ..self }
     }
 
-    /// The same with other stars, for a measurement; pictures are not marked with them.
+    /// The same with other stars, for a measurement; the provenance of pictures omits them.
     #[must_use]
     pub fn with_stars(self, own: StarCatalog) -> Self {
         Self { catalog: self.catalog.with_stars(Some(Arc::new(own))), ..self }
     }
 
-    /// From here on processor time is counted too. That reads a file a thread at each end of a stage, which a window's frames should not pay.
+    /// From here on CPU time is counted too. That reads one file a thread at both ends of a stage, a cost that a window's frames should not have.
     pub fn counting_cpu(self) -> Self {
         Self { count_cpu: true, ..self }
     }
 
-    /// Every body.
+    /// All bodies.
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
     }
-    /// The software renderer, which is always there.
+    /// The software renderer, which is always available.
     pub fn renderer(&self) -> &SoftwareRenderer {
         &self.devices.software
     }
 
-    /// A software renderer with threads of its own, for questions that are answered while a window's picture is drawn.
+    /// A software renderer with its own threads, for queries that are answered while a window's picture is drawn.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
         self.devices.background_renderer()
     }
 
-    /// Which renderers can be wished for, and which one is.
+    /// The renderers that can be chosen, and the chosen one.
     pub fn renderers(&self) -> (&'static [RendererPreference], RendererPreference) {
         (self.devices.choices(), self.devices.preference())
     }
 
-    /// Whether the GPU is being made ready for what was drawn promptly in software. Never waits.
+    /// Whether the GPU is being prepared for what the window drew in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         self.devices.readiness()
     }
 
-    /// Wishes for another renderer from the next frame on.
-    pub fn choose_renderer(&self, preference: RendererPreference) {
-        self.devices.choose(preference);
+    /// Chooses another renderer from the next frame on.
+    pub fn set_renderer_preference(&self, preference: RendererPreference) {
+        self.devices.set_preference(preference);
     }
 
-    /// A renderer like that one, in f64 or in f32.
+    /// A renderer with the same number of threads, in f64 or in f32.
     ///
     /// # Errors
-    /// No threads to be had.
+    /// The threads cannot be started.
     pub fn renderer_in(&self, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
         software::renderer(Some(self.renderer().threads()), double_precision)
     }
 
-    /// Gives the GPU's device back, as a driver that resets does: for tests of the way back.
+    /// Destroys the GPU device, as after a driver reset: for tests of the fallback.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
         self.devices.destroy_gpu();
     }
-    /// Where bodies are.
+    /// Positions and rotations.
     pub fn ephemeris(&self) -> &Ephemeris {
         &self.ephemeris
     }
@@ -326,24 +326,24 @@ impl Session {
         &self.library
     }
 
-    /// Says a line to whoever this session's lines go to.
-    pub fn tell(&self, line: &str) {
-        (self.say)(line);
+    /// Passes a line to the receiver of this session's messages.
+    pub fn notify(&self, line: &str) {
+        (self.notify)(line);
     }
 
-    /// Seconds by stage since the session was opened, and what the library did.
+    /// Time by stage since the session was opened, and statistics of the library.
     pub fn report(&self) -> (Stages, Statistics) {
         let by_thread = self.stages.lock();
         (by_thread.values().fold(Stages::default(), |sum, s| sum.and(s)), self.library.statistics())
     }
 
-    /// The same, with the seconds of the calling thread alone.
+    /// The same with the times of the calling thread alone.
     pub fn report_of_this_thread(&self) -> (Stages, Statistics) {
         let by_thread = self.stages.lock();
         (by_thread.get(&std::thread::current().id()).cloned().unwrap_or_default(), self.library.statistics())
     }
 
-    fn measured<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
+    fn timed<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let before = if self.count_cpu { process_cpu() } else { None };
         let start = std::time::Instant::now();
         let done = work();
@@ -358,29 +358,29 @@ impl Session {
         done
     }
 
-    /// Scene and plan of a view. A map that cannot be read is said once, and its body is drawn without it.
+    /// Scene and plan of a view. A map that cannot be read is reported once, and its body is drawn without it.
     ///
     /// # Errors
-    /// No scene, or a module that cannot be made.
+    /// No scene, or a module that cannot be compiled.
     pub fn plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
         if !request.composition.is_plain() {
             return self.composite_plan(request, sampling);
         }
         loop {
-            let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
+            let scene = self.scene_after(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             let modules = plan::modules(&scene);
-            self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-            match self.measured(Stage::Plan, || plan::plan(&scene, self, sampling)) {
+            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
+            match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
-                // A map that the requirements did not name; without it the scene is another one.
-                Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
+                // A map that the requirements did not list; without it the scene is another one.
+                Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
         }
     }
 
-    /// What is drawn in which order for a view, for a reader.
+    /// The passes and draws of a view in their order, as text.
     ///
     /// # Errors
     /// As [`Self::plan`].
@@ -390,12 +390,12 @@ impl Session {
         Ok(plan::graph::outline(&steps, &plan))
     }
 
-    /// Draws a view with the renderer that was asked for, or in software where that cannot.
+    /// Draws a view with the chosen renderer, or in software if that fails.
     pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.renderer(), request, sampling, keep_hdr)
     }
 
-    /// The same for a question that is answered while a window's picture is drawn.
+    /// The same for a query that is answered while a window's picture is drawn.
     pub fn draw_in_background(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.background_renderer(), request, sampling, keep_hdr)
     }
@@ -410,7 +410,7 @@ impl Session {
         let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
-            match self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
+            match self.timed(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
@@ -418,7 +418,7 @@ impl Session {
         }
     }
 
-    /// Whether a module that could not be used had been forged on disk, and is now made anew. Each is at most once.
+    /// Whether any module was rejected because its file had been forged on disk, and has been rebuilt. Each is replaced at most once.
     fn replace_forged(&self, modules: &[ModuleId]) -> bool {
         let replaced = self.library.replace_forged(modules) > 0;
         if replaced {
@@ -433,20 +433,20 @@ fn drawn(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOu
 }
 
 impl Session {
-    /// From here on modules are made of these fragments.
-    pub fn make_shaders_of(&self, fragments: Fragments) {
+    /// From here on modules are compiled from these fragments.
+    pub fn set_fragments(&self, fragments: Fragments) {
         self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
         self.devices.forget_modules();
     }
 
-    /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the picture may stay on the device.
+    /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the image may stay on the device.
     pub fn draw_or_fall_back(&self, request: &ViewRequest, sampling: SamplingQuality, on_gpu: bool) -> Result<DrawnFrame, SessionError> {
         let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
-            // Asked for by a device alone: in software no window needs that module.
+            // Only a GPU needs this plan: in software the window uses no such module.
             let window = || plan::warm_up_interface(self).ok();
-            match self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
+            match self.timed(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
@@ -459,8 +459,8 @@ impl ResourceProvider for Session {
     fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError> {
         Ok(self.library.get(module).map_err(|e| PlanError::Module(e.to_string()))?.layout.clone())
     }
-    fn map(&self, file: &str, reading: MapDecoding) -> Result<SharedTexture, PlanError> {
-        self.maps.get_decoded(file, reading).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    fn map(&self, file: &str, decoding: MapDecoding) -> Result<SharedTexture, PlanError> {
+        self.maps.get_decoded(file, decoding).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })

@@ -1,32 +1,32 @@
-//! Frames that the user asked to keep, to files.
+//! Writes frames that the user saves to files.
 //!
-//! In: a frame and what it says of itself. Out: a PNG or an EXR, by the name's ending. Always: a file that is there is complete; an interrupted run leaves no half picture to
-//! be taken for done; what is written under a new name replaces nothing, whoever writes beside it.
+//! In: a frame and its metadata. Out: a PNG or an EXR, by the name's extension. Always: an existing file is complete, because an interrupted run leaves no partial
+//! picture behind; a write to a new name replaces nothing, even with concurrent writers.
 
-use crate::files::{FileAccess, WriteError, write_new, write_whole};
+use crate::files::{FileAccess, WriteError, write_atomic, write_new};
 use crate::image;
 use crate::render::frame::Frame;
 use std::fs::File;
 use std::io::{BufWriter, Error};
 use std::path::{Path, PathBuf};
 
-/// The name of the PNG chunk that holds what the picture is of ([`super::Provenance`]).
+/// The PNG chunk with the provenance ([`super::Provenance`]).
 pub const PROVENANCE_CHUNK: &str = "Request";
 
-/// Linear pixels, by the name's ending.
+/// Whether a file name stands for a picture of linear pixels.
 pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
-/// `text`: chunks of the PNG; an EXR keeps the `Legend` and the mark of its request. An EXR needs a frame that kept its linear pixels.
+/// `text`: text chunks of the PNG; an EXR keeps the `Legend` and the provenance. An EXR needs a frame that kept its linear pixels.
 ///
 /// # Errors
 /// The path and why.
 pub fn write_picture(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), WriteError> {
-    write_whole(path, FileAccess::All, |out| fill_picture(out, is_exr(path), frame, text))
+    write_atomic(path, FileAccess::All, |out| encode_picture(out, is_exr(path), frame, text))
 }
 
-/// The same as `write_new` writes: all names have one ending.
+/// The same under the first free name, as `write_new`: all names have one extension.
 ///
 /// # Errors
 /// The path and why.
@@ -36,14 +36,14 @@ pub fn write_new_picture(
     frame: &Frame,
     text: &[(&'static str, String)],
 ) -> Result<PathBuf, WriteError> {
-    write_new(names, FileAccess::All, |out| fill_picture(out, is_exr, frame, text))
+    write_new(names, FileAccess::All, |out| encode_picture(out, is_exr, frame, text))
 }
 
-fn fill_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> std::io::Result<()> {
+fn encode_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> std::io::Result<()> {
     if is_exr {
         let legend = text.iter().find(|(k, _)| *k == "Legend").map_or("", |(_, v)| v.as_str());
-        let mark = text.iter().find(|(k, _)| *k == PROVENANCE_CHUNK).map(|(_, v)| v.as_str());
-        image::write_exr(out, frame.width, frame.height, &frame.hdr, legend, mark).map_err(Error::other)
+        let provenance = text.iter().find(|(k, _)| *k == PROVENANCE_CHUNK).map(|(_, v)| v.as_str());
+        image::write_exr(out, frame.width, frame.height, &frame.hdr, legend, provenance).map_err(Error::other)
     } else {
         let text: Vec<(&str, &str)> = text.iter().map(|(k, v)| (*k, v.as_str())).collect();
         image::write_png(out, frame.width, frame.height, &frame.display, &text).map_err(Error::other)

@@ -1,4 +1,4 @@
-//! Which renderers a user may ask for, and what becomes of a plan that one draws.
+//! The renderers that a user may request, and the result of drawing a plan.
 
 use crate::render::frame::Frame;
 #[cfg(feature = "gpu")]
@@ -6,20 +6,20 @@ use crate::render::gpu::GpuError;
 use crate::render::plan::GpuImage;
 use crate::render::software::{RenderError, Timings};
 
-/// What the user asked for.
+/// The user's preference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RendererPreference {
-    /// A hardware GPU where there is one, else software.
+    /// A hardware GPU if there is one, else software.
     Auto,
-    /// Any adapter, a driver on the processor too; none is an error.
+    /// Any adapter, including software drivers; without one, drawing fails.
     Gpu,
-    /// The software renderer alone.
+    /// Only the software renderer.
     #[default]
     Software,
 }
 
 impl RendererPreference {
-    /// As the option has it.
+    /// The value of `--renderer`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -29,63 +29,63 @@ impl RendererPreference {
     }
 }
 
-/// Why no renderer draws a plan.
+/// Why no renderer can draw a plan.
 #[derive(Debug, thiserror::Error)]
 pub enum RendererError {
-    /// The software renderer cannot.
+    /// The software renderer failed.
     #[error(transparent)]
     Software(#[from] RenderError),
-    /// The user demands a GPU, and none can be used.
+    /// The user requires a GPU, and none can be used.
     #[cfg(feature = "gpu")]
     #[error("{0}; leave --renderer out, or say --renderer software")]
     Gpu(GpuError),
-    /// The user demands a GPU of a program without that renderer.
+    /// The user requires a GPU, and this build has no GPU renderer.
     #[cfg(not(feature = "gpu"))]
     #[error("this build has no GPU renderer: leave --renderer out, or say --renderer software")]
     NotBuilt,
 }
 
-/// Who drew a frame.
+/// Which renderer drew a frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct DrawnBy {
     /// `gpu` or `software`.
     pub renderer: &'static str,
-    /// The device and its driver, where a GPU drew.
+    /// The device and its driver, if a GPU drew.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adapter: Option<String>,
-    /// Milliseconds on the device by pass, where the adapter tells.
+    /// Milliseconds on the device by pass, if the adapter has timestamps.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes_ms: Vec<(String, f64)>,
-    /// What the software renderer did, where it drew.
+    /// Timings of the software renderer, if it drew.
     #[serde(skip)]
     pub software: Option<Timings>,
 }
 
-/// What became of a plan.
+/// The result of drawing a plan.
 pub struct RenderOutput {
     pub frame: Frame,
-    /// The picture, where it stays on the device: the frame has no pixels then.
+    /// The image, if it stays on the GPU: the frame has no pixels then.
     pub on_gpu: Option<GpuImage>,
     pub by: DrawnBy,
 }
 
-/// What a frame is wanted for.
+/// What the caller needs of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RequestedOutput {
     Pixels,
-    /// The linear picture too.
+    /// Also the linear picture.
     Linear,
-    /// The picture may stay on the device that draws it.
+    /// The image may stay on the GPU that draws it.
     OnGpu,
 }
 
-/// Whether a picture that was drawn promptly in software could now come from the GPU.
+/// Whether a picture that the window drew in software could now come from the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readiness {
-    /// Nothing is under way.
+    /// No work in progress.
     Settled,
-    /// A thread makes what the last picture would need.
+    /// A thread compiles what the last picture needs.
     Preparing,
-    /// It has made it.
+    /// It has finished.
     JustReady,
 }

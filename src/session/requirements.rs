@@ -1,6 +1,6 @@
-//! What a scene needs besides catalog and ephemeris: which files and tables a view requires, read or computed once.
+//! The resources of a scene besides catalog and ephemeris: the files and tables that a view requires, read or computed once.
 //!
-//! In: a request. Out: its scene. Always: a file that cannot be read is said once, and the scene goes without it.
+//! In: a request. Out: its scene. Always: a file that cannot be read is reported once, and the scene is built without it.
 
 use super::{Session, SessionError, Stage};
 use crate::catalog::Body;
@@ -15,11 +15,11 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// Texels around the equator of the city lights that the light meter reads: 20 km on the Earth.
+/// Texels around the equator of the city lights for the light meter: 20 km each on the Earth.
 const NIGHT_LIGHTS_WIDTH: u32 = 2048;
 
 impl Session {
-    /// The scene of a view. Shape models, city lights and tables are read or computed; maps are not: those already found unreadable are left out.
+    /// The scene of a view. Shape models, city lights and tables are read or computed; maps are not, but those already found unreadable are left out.
     ///
     /// # Errors
     /// See [`SceneBuilder::new`].
@@ -27,71 +27,71 @@ impl Session {
         self.scene_after(request, |_| {})
     }
 
-    /// The scene of a view. `prepare` is told what the view needs before anything of it is read.
+    /// The scene of a view. `prepare` is called with the requirements before any file is read.
     pub(super) fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
         self.scene_from(|| SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches), prepare)
     }
 
-    /// The scene that a builder makes.
+    /// The scene of a builder.
     pub(super) fn scene_from<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
         prepare: impl FnOnce(&Requirements),
     ) -> Result<Scene, SessionError> {
         let (builder, known) = self.metered(begin)?;
-        let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
-        prepare(&wanted);
-        let resources = self.resources(&wanted);
-        Ok(self.measured(Stage::Scene, || builder.build(&resources)))
+        let required = self.timed(Stage::Scene, || builder.requirements(&known));
+        prepare(&required);
+        let resources = self.resources(&required);
+        Ok(self.timed(Stage::Scene, || builder.build(&resources)))
     }
 
-    /// A builder that has metered the city lights too, and what is known of the files.
+    /// A builder whose metering includes the city lights, and the resources known so far.
     pub(super) fn metered<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
-        let mut builder = self.measured(Stage::Scene, begin)?;
+        let mut builder = self.timed(Stage::Scene, begin)?;
         let mut known = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
         for body in builder.night_lights_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
-            let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
+            let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
         if !known.night_lights.is_empty() {
-            self.measured(Stage::Scene, || builder.meter_night_lights(&known));
+            self.timed(Stage::Scene, || builder.meter_night_lights(&known));
         }
         Ok((builder, known))
     }
 
     fn unreadable(&self) -> BTreeSet<String> {
-        self.missing.lock().clone()
+        self.unreadable_files.lock().clone()
     }
 
-    /// Remembers that a file cannot be read, and says so once. Whether that is new.
+    /// Remembers that a file cannot be read, and reports it the first time. Returns whether it was the first time.
     fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
-        let new = self.missing.lock().insert(file.to_owned());
+        let new = self.unreadable_files.lock().insert(file.to_owned());
         if new {
-            (self.say)(&line());
+            (self.notify)(&line());
         }
         new
     }
 
-    /// The same of a map.
-    pub(super) fn note_bad_map(&self, file: &str, why: &dyn Display) -> bool {
+    /// The same for a map.
+    pub(super) fn note_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
         let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
         let sky = file == MILKY_WAY_FILE;
         let instead = if overlay || sky { "without it" } else { "in its mean colour" };
         self.note_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
-    /// Reads and computes what a view needs. A shape model that cannot be read is said once.
-    fn resources(&self, wanted: &Requirements) -> Resources {
+    /// Reads and computes what a view needs. A shape model that cannot be read is reported once.
+    fn resources(&self, required: &Requirements) -> Resources {
         let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
-        for mesh in &wanted.meshes {
+        for mesh in &required.meshes {
             let Some((body, named)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
-            match self.measured(Stage::Maps, || self.meshes.model(body)) {
+            match self.timed(Stage::Maps, || self.meshes.model(body)) {
                 Ok(model) => {
                     if let Some((towards, radius_rad)) = mesh.sun {
-                        let heights = self.measured(Stage::Scene, || self.meshes.sun_heights(&model, towards, radius_rad));
+                        let heights = self.timed(Stage::Scene, || self.meshes.sun_heights(&model, towards, radius_rad));
                         resources.sun_heights.insert(body.id, heights);
                     }
                     resources.meshes.insert(body.id, model);
@@ -101,38 +101,38 @@ impl Session {
                 }
             }
         }
-        for body in wanted.scattering_tables.iter().filter_map(|id| self.catalog.body(*id)) {
-            resources.scattering_tables.insert(body.id, self.measured(Stage::Scene, || self.air_tables.get(body)));
+        for body in required.scattering_tables.iter().filter_map(|id| self.catalog.body(*id)) {
+            resources.scattering_tables.insert(body.id, self.timed(Stage::Scene, || self.air_tables.get(body)));
         }
         resources.unreadable = self.unreadable();
         resources
     }
 
-    /// Reads the maps of a view, all at a time; the plan finds them in memory. One that cannot be read is said once.
-    pub(super) fn read_maps(&self, wanted: &Requirements) {
-        let (overlays, maps): (Vec<_>, Vec<_>) = wanted
+    /// Reads the maps of a view in parallel; the plan then finds them in memory. One that cannot be read is reported once.
+    pub(super) fn read_maps(&self, required: &Requirements) {
+        let (overlays, maps): (Vec<_>, Vec<_>) = required
             .maps
             .iter()
             .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, *shape)))
-            .filter(|(_, file, _)| !self.missing.lock().contains(*file))
+            .filter(|(_, file, _)| !self.unreadable_files.lock().contains(*file))
             .partition(|(role, ..)| matches!(role, MapRole::Overlay(_)));
         let mut maps: Vec<(&str, MapDecoding)> =
             maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
-        maps.extend(wanted.sky_map.as_deref().map(|file| (file, plan::SKY_DECODING)));
+        maps.extend(required.sky_map.as_deref().map(|file| (file, plan::SKY_DECODING)));
         self.maps.prefetch(&maps);
-        for (file, reading) in maps {
-            if let Err(why) = self.maps.get_decoded(file, reading) {
-                self.note_bad_map(file, &why);
+        for (file, decoding) in maps {
+            if let Err(why) = self.maps.get_decoded(file, decoding) {
+                self.note_unreadable_map(file, &why);
             }
         }
         for (_, file, _) in overlays {
             if let Err(why) = self.maps.premultiplied(file) {
-                self.note_bad_map(file, &why);
+                self.note_unreadable_map(file, &why);
             }
         }
     }
 
-    /// The city lights of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
+    /// The city lights of a body's night side, for the light meter. An unreadable map is reported by whoever draws it.
     fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;

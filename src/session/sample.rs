@@ -1,8 +1,8 @@
-//! One body under everything, for any planet's module: what a key costs, and what it does in f32 and f64.
+//! A sample body for any planet module: to measure the cost of a key, and to compare its results in f32 and f64.
 //!
-//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body from afar, in the plane of its equator
-//! (a ring from 25 degrees above it), lit from the side. Maps are small and the same for every key, so that two keys' pictures differ by what
-//! the keys differ in.
+//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body from far away, in its equatorial plane
+//! (a ring from 25 degrees above it), lit from the side. Maps are small and the same for every key, so that the pictures of two keys differ only
+//! by what the keys differ in.
 
 use super::SessionError;
 use crate::catalog::Ring;
@@ -31,31 +31,31 @@ use std::time::Instant;
 
 const TIMED_SIDE: u32 = 1000;
 const ROUNDS: usize = 5;
-/// Half the picture's side in radii where corners are to be on the body, and where its limb is to show.
+/// Half the picture's side in body radii, such that even the corners are on the body.
 pub const HALF_SIDE_INSIDE: f32 = 0.7;
-/// Where its limb is to show.
+/// The same, such that the limb is visible.
 pub const HALF_SIDE_WITH_LIMB: f32 = 1.25;
-/// Meridians and parallels of the mesh.
+/// Meridians and parallels of the sphere mesh.
 const MESH: (u32, u32) = (48, 24);
 
-/// The axis ratios of the sample body: an ellipsoid's, where the key has one.
+/// Axis ratios of the sample body: flattened where the key has an ellipsoid.
 fn axis_ratios(key: &ShaderKey) -> Vec3 {
     if key.features().shape == Shape::Sphere { Vec3::ONE } else { Vec3::new(1.0, 1.0, 0.95) }
 }
 
-/// Towards the Sun of the sample body.
+/// Direction of the Sun from the sample body.
 const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
-/// Centres across and along the light, and radii, of the bodies before the Sun: on the lit face, two of them meeting.
+/// Centre across and along the light, and radius, of each occluder: over the lit side, two of them overlapping.
 const OCCLUDERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
 
-/// A Sun of the size that the Earth sees, and the key's number of bodies before it, the first with air.
+/// A Sun of the size seen from the Earth, and the key's number of occluders, the first with an atmosphere.
 fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     let (sun_distance, cot) = (23_455.0, 215.0);
     let along = SUNWARD.normalize_or_zero();
     let (x, y) = along.any_orthonormal_pair();
     let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
     let [_, _, _, radius] = OCCLUDERS[0];
-    // Bending and dimming fade upward, red last.
+    // Refraction and extinction decrease with height, red last.
     let fade = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
     let edge = |k: usize| (radius * (1.1 - 0.1 * fade(k)), 0.02 * fade(k).powi(2));
     let edges = (0..REFRACTING_LAYERS).map(|k| {
@@ -72,7 +72,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         shapes: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
-        // From the middle of the shadow outwards and from blue to red it lets more through.
+        // Transmits more light from the centre of the shadow outwards, and from blue to red.
         spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
     }
 }
@@ -111,7 +111,7 @@ fn ring(surface: Surface) -> RingUniforms {
     }
 }
 
-/// Light from a ring that is strongest at night, more so on the Sun's side.
+/// Ring-shine that is strongest at night, and more so on the Sun's side.
 fn shine() -> RingShine {
     let texel = |n: usize| {
         let (row, column) = (n / COLUMNS, n % COLUMNS);
@@ -121,14 +121,14 @@ fn shine() -> RingShine {
     RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), reach: 0.9, brightest: 0.5 }
 }
 
-/// A limb of twenty hills and valleys, a thirtieth of the radius high, so that they show.
+/// A limb profile of twenty hills and valleys, a thirtieth of the radius high, so that they are visible.
 fn limb() -> LimbTable {
     let points = LIMB_COLUMNS * LIMB_ROWS;
     let height = |k: usize| 0.03 * (std::f32::consts::TAU * 20.0 * k as f32 / points as f32).sin();
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
-/// Air that is a tenth as high as the body is wide, blue, hazy below and with an absorbing layer, so that each part shows.
+/// An atmosphere a tenth as high as the body is wide: Rayleigh, haze and an absorption layer, so that each part is visible.
 fn air() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     AtmosphereUniforms {
@@ -153,7 +153,7 @@ fn air() -> AtmosphereUniforms {
 }
 
 fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
-    // Seen along its plane a ring would be a line.
+    // In its own plane a ring would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
@@ -164,7 +164,7 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
         anchor_dv: up * (-2.0 * half),
         ray_origin: forward,
-        // Parallel rays of length 1: 1 less the square of the place, which is half to either side of the middle.
+        // Parallel rays of length 1: one less the squared distance from the axis; the centre is at `half` along both sides.
         silhouette_form: [
             Vec4::new(1.0 - 2.0 * half * half, 4.0 * half * half, 4.0 * half * half, 0.0),
             Vec4::new(-4.0 * half * half, 0.0, -4.0 * half * half, 0.0),
@@ -200,7 +200,7 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
     }
 }
 
-/// A band on the side that is seen, and a round image within it.
+/// A band on the visible side, and a round image within it.
 fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let light = row(0.5, 0.6, 0.7, 0.8);
@@ -223,7 +223,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
     [band, round].into_iter().map(|rows| OverlayUniforms { rows, around: false }).take(usize::from(key.features().overlays)).collect()
 }
 
-/// Smooth in u and v, so that filtering and not aliasing is seen; as a normal map it leans by some degrees.
+/// Smooth in u and v, so that filtering rather than aliasing shows; as a normal map it tilts by some degrees.
 fn map(role: MapRole) -> Result<Texture, SessionError> {
     let (width, height) = (64u32, 32u32);
     let wave = |k: u32, n: u32, turns: f64| (f64::from(k) / f64::from(n) * std::f64::consts::TAU * turns).sin();
@@ -242,7 +242,7 @@ fn map(role: MapRole) -> Result<Texture, SessionError> {
     Texture::from_rgba8(width, height, rgba, map_format(role)).map_err(|e| PlanError::Module(e.to_string()).into())
 }
 
-/// The sphere as triangles: position, normal, map place, height of the Sun, colour; seams closed by doubled vertices.
+/// The sphere as triangles: position, normal, map coordinates, height of the Sun, colour; vertices are doubled along the seam.
 fn mesh(vertex_colour: bool) -> Vertices {
     let (around, down) = MESH;
     let (mut position, mut normal, mut place, mut colour, mut indices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -255,7 +255,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
             position.extend(p);
             normal.extend(p);
             place.extend([u, v]);
-            // As if a ridge threw its shadow over the western side.
+            // As if a ridge cast a shadow over the western side.
             sun_height.push(30.0 * p[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if i < around && j < down {
@@ -273,19 +273,19 @@ fn mesh(vertex_colour: bool) -> Vertices {
     Vertices::Mesh { attributes, indices: Arc::new(indices) }
 }
 
-/// The sample body drawn by a key's module into a linear square picture; `half`: half its side in radii.
+/// The sample body drawn by a key's module into a square HDR picture; `half`: half its side in body radii.
 ///
 /// # Errors
-/// The module cannot be made, or wants a uniform that no amount fills.
+/// The module cannot be compiled, or has a uniform that nothing fills.
 pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
     let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
     sample_plan_of(&module, key, side, half)
 }
 
-/// The same with a module of the key that is not the library's own.
+/// The same with a module of the key from outside the library.
 ///
 /// # Errors
-/// The module wants a uniform that no amount fills, or a map that no body has.
+/// The module has a uniform that nothing fills, or a texture that is no map of a body.
 pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
     let failed = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
@@ -329,19 +329,19 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
     Ok(Plan { passes: vec![pass] })
 }
 
-/// Milliseconds of wall time for a million pixels that all lie on the sample body, best of five; `None` for a module that draws no planet,
-/// and for a mesh, whose time is that of its triangles.
+/// Milliseconds of elapsed time for a million pixels that all lie on the sample body, the fastest of five runs; `None` for a module that draws no planet,
+/// and for a mesh, whose time depends on its triangles.
 ///
 /// # Errors
-/// The module cannot be made or run.
+/// The module cannot be compiled or run.
 pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &ShaderLibrary, id: &ModuleId) -> Result<Option<f64>, SessionError> {
     ms_per_megapixel_at(renderer, library, id, TIMED_SIDE)
 }
 
-/// The same from a picture of another size, for who cannot wait.
+/// The same from a picture of another size, for a quick estimate.
 ///
 /// # Errors
-/// The module cannot be made or run.
+/// The module cannot be compiled or run.
 pub fn ms_per_megapixel_at(
     renderer: &SoftwareRenderer,
     library: &ShaderLibrary,

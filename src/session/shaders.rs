@@ -1,7 +1,7 @@
-//! A folder of shader fragments that lie over those built in.
+//! A folder of shader fragments that override the built-in ones.
 //!
-//! In: a folder. Out: its `*.wesl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is used by one; another is named.
-//! Not done: to check what they say.
+//! In: a folder. Out: its `*.wesl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is imported by one; any other file is an error.
+//! Not here: checking their contents.
 
 use crate::files::read_text;
 use crate::shader::fragments::{FRAGMENTS, Fragments};
@@ -13,11 +13,11 @@ use std::time::SystemTime;
 /// Time of the last change and length of each file.
 pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 
-/// Folders in folders, and files, that are looked at; a link that leads round ends here.
-const DEEPEST: usize = 8;
+/// Maximum depth and number of files in the search; the depth limit also ends cycles of links.
+const MAX_DEPTH: usize = 8;
 const MAX_FILES: usize = 2000;
-/// The longest built-in fragment has some 10 kB.
-const LONGEST_FILE: u64 = 1 << 20;
+/// Largest fragment file, bytes; the longest built-in fragment has some 10 kB.
+const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// Why a folder's fragments cannot be used: the file or folder, and what is wrong with it.
 #[derive(Debug, thiserror::Error)]
@@ -30,16 +30,16 @@ pub enum FragmentFolderError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// More files than are looked at.
+    /// More files than the limit.
     #[error("{0}: more than {MAX_FILES} *.wesl files")]
     TooMany(String),
-    /// A fragment of an earlier version.
+    /// A `.wgsl` fragment of an earlier version.
     #[error("{0}: fragments are *.wesl files now; `orrery shader export` writes those of this version")]
     Outdated(String),
-    /// No fragment is there.
+    /// The folder has no fragment.
     #[error("{0}: no *.wesl file is here; `orrery shader export` writes the fragments into a folder")]
     Empty(String),
-    /// A file of more than a megabyte.
+    /// A file longer than a megabyte.
     #[error("{0}: longer than any fragment")]
     TooLong(String),
     /// A file that replaces no built-in fragment and that none imports.
@@ -73,7 +73,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
             let path = entry.map_err(|e| unreadable(&folder, e))?.path();
             let about = path.metadata().map_err(|e| unreadable(&path, e))?;
             if about.is_dir() {
-                folders.extend((depth < DEEPEST).then_some((path, depth + 1)));
+                folders.extend((depth < MAX_DEPTH).then_some((path, depth + 1)));
             } else if about.is_file() && is_old_fragment(&folder_of_all, &path) {
                 old.get_or_insert(path);
             } else if about.is_file() && path.extension().is_some_and(|e| e == "wesl") {
@@ -94,7 +94,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
     Ok(found)
 }
 
-/// Whether a file has the path that a fragment had before fragments were WESL.
+/// Whether a file has the path of a fragment from before the move to WESL.
 fn is_old_fragment(folder: &Path, path: &Path) -> bool {
     let inside = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().replace('\\', "/");
     inside.strip_suffix(".wgsl").is_some_and(|stem| FRAGMENTS.iter().any(|(p, _)| p.strip_suffix(".wesl") == Some(stem)))
@@ -106,7 +106,7 @@ fn is_old_fragment(folder: &Path, path: &Path) -> bool {
 /// A file that cannot be read, or that neither replaces a built-in fragment nor is imported by one.
 pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, FragmentFolderError> {
     let one = |path: &PathBuf| {
-        let text = read_text(path, LONGEST_FILE).map_err(|e| unreadable(path, e))?;
+        let text = read_text(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e))?;
         let inside = path.strip_prefix(folder).unwrap_or(path);
         let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
         Ok((parts.join("/"), text))
@@ -114,12 +114,12 @@ pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments,
     let fragments = Fragments::with_files(files.keys().map(one).collect::<Result<Vec<_>, FragmentFolderError>>()?);
     match fragments.unused().first() {
         None => Ok(fragments),
-        Some(path) => Err(FragmentFolderError::Unused { path: shown(&folder.join(path)), hint: meant(path) }),
+        Some(path) => Err(FragmentFolderError::Unused { path: shown(&folder.join(path)), hint: suggestion(path) }),
     }
 }
 
-/// Which fragment a path may have meant: by its whole, or by its last part in another folder.
-fn meant(path: &str) -> String {
+/// The fragment that a path may have meant: by the whole path, or by the same file name in another folder.
+fn suggestion(path: &str) -> String {
     let last = |p: &str| p.rsplit('/').next().unwrap_or_default().to_owned();
     let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| last(p) == last(path)).collect();
     match same_name.first() {

@@ -10,12 +10,12 @@ use crate::units::luminance;
 use crate::wording::echo;
 use std::path::Path;
 
-/// Mean radiance over the sky of a panorama that has no unit: that of the Milky Way that ships, [`SkyMap::milky_way`], whose mean linear value is 0.0293.
-fn usual_mean() -> f64 {
+/// Mean radiance for a panorama without a unit: that of the shipped Milky Way, [`SkyMap::milky_way`], whose mean linear value is 0.0293.
+fn default_mean_radiance() -> f64 {
     SkyMap::milky_way().unit_radiance * 0.0293
 }
 
-/// Reads the panorama that is named, and hands its texels to the store of maps.
+/// Reads the panorama that the option names, and adds its texels to the map store.
 ///
 /// # Errors
 /// The file that cannot be read, and why.
@@ -32,9 +32,9 @@ pub(super) fn read_sky(
     let mean = luminance(panorama.texture.mean_over_sphere());
     let unit_radiance = match panorama.unit_cd_m2 {
         Some(candelas) => candelas / CANDELAS_PER_RADIANCE,
-        None => usual_mean() / mean.max(1e-6),
+        None => default_mean_radiance() / mean.max(1e-6),
     };
-    // No file of the textures folder has such a name.
+    // No file of the textures folder can have this name.
     let file = format!("--sky {name}");
     let width = panorama.texture.levels[0].width;
     maps.keep(&file, SKY_DECODING, panorama.texture);

@@ -1,9 +1,9 @@
-//! The software renderer as a session uses it.
+//! The software renderer with the options of a session.
 
 use crate::render::software::{self, Options, Precision, RenderError, SoftwareRenderer};
 use crate::shader::Lowering;
 
-/// How the library turns modules into what the renderer runs.
+/// How the library lowers modules for the renderer.
 pub fn lowering() -> Lowering {
     software::lowering()
 }

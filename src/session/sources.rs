@@ -1,4 +1,4 @@
-//! What a session is opened with: the files and folders that the user names, and how it draws.
+//! What a session is opened with: the files and folders that the user names, and options of drawing.
 
 use super::{RendererPreference, SurfaceFile};
 use crate::catalog::EclipseRadii;
@@ -6,41 +6,41 @@ use crate::scene::sky::frames::SkyFrame;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// What the user named in place of what is built in.
+/// The user's replacements for what is built in.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     /// `*.toml` files that override or add bodies.
     pub catalogs: Option<PathBuf>,
-    /// Which radii of the Sun and the Moon eclipses are reckoned with.
+    /// The radii of the Sun and the Moon used for eclipses.
     pub eclipse_radii: EclipseRadii,
-    /// Maps that come before the embedded ones.
+    /// Maps that take precedence over the embedded ones.
     pub textures: Option<PathBuf>,
-    /// Millions of pixels that such a map may have; `None`: [`crate::image::DEFAULT_MAX_MEGAPIXELS`].
+    /// Limit for such a map, megapixels; `None`: [`crate::image::DEFAULT_MAX_MEGAPIXELS`].
     pub max_megapixels: Option<u32>,
-    /// An SPK that comes before the embedded one.
+    /// An SPK that takes precedence over the embedded one.
     pub kernel: Option<PathBuf>,
     /// Stars in place of those built in: a table with named columns, or hip2.dat.
     pub stars: Option<PathBuf>,
     /// Minor planets and comets in place of those built in: a table with named columns, JSON of the JPL's database, or MPCORB.DAT.
     pub minor_planets: Option<PathBuf>,
-    /// Heights of the whole Moon, with those of black and white where they are given: `FILE` or `FILE,LOW,HIGH`.
+    /// A height map of the whole Moon, with the heights of black and white if given: `FILE` or `FILE,LOW,HIGH`.
     pub lunar_heights: Option<OsString>,
     /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
     pub sky: Option<PathBuf>,
     /// Its axes.
     pub sky_frame: SkyFrame,
-    /// Shader fragments that lie over those built in.
+    /// Shader fragments that override the built-in ones.
     pub shaders: Option<PathBuf>,
-    /// Fragments that colour the ground of single bodies, at most four.
+    /// Fragments that colour the surface of single bodies, at most four.
     pub surfaces: Vec<SurfaceFile>,
-    /// Where the shader library lives; `None`: the user's cache folder.
+    /// Folder of the shader library; `None`: the user's cache folder.
     pub cache: Option<PathBuf>,
     /// Worker threads; `None`: one per core.
     pub threads: Option<usize>,
-    /// The modules' lanes compute in f64.
+    /// The software renderer computes shaders in f64.
     pub double_precision: bool,
-    /// Which renderer draws.
+    /// The requested renderer.
     pub renderer: RendererPreference,
-    /// Frames will be drawn: the device is opened while catalogs are read.
+    /// Frames will be drawn: the GPU is opened while catalogs are read.
     pub draws: bool,
 }

@@ -1,8 +1,8 @@
-//! Time by stage: wall, and processor time of the whole process where someone counts it.
+//! Time by stage: elapsed time, and CPU time of the whole process if it is counted.
 
 use std::time::{Duration, Instant};
 
-/// The stages of the way from files to a picture.
+/// The stages from files to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {
@@ -10,9 +10,9 @@ pub enum Stage {
     Catalog,
     /// Reading the ephemeris.
     Kernel,
-    /// Deciding what the view shows.
+    /// Building the scene.
     Scene,
-    /// Making shader modules.
+    /// Compiling shader modules.
     Shaders,
     /// Reading maps and shape models.
     Maps,
@@ -25,10 +25,10 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// In the order of the way.
+    /// In order of execution.
     pub const ALL: [Self; 8] = [Self::Catalog, Self::Kernel, Self::Scene, Self::Shaders, Self::Maps, Self::Plan, Self::Draw, Self::Write];
 
-    /// As reports have it.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Catalog => "catalog",
@@ -43,7 +43,7 @@ impl Stage {
     }
 }
 
-/// Elapsed and processor time of each stage, summed.
+/// Elapsed and CPU time of each stage, summed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stages {
     spent: [Duration; Stage::ALL.len()],
@@ -66,16 +66,16 @@ impl Stages {
     pub fn spent(&self, stage: Stage) -> Duration {
         self.spent[stage as usize]
     }
-    /// Adds processor time; a stage without any was not counted.
+    /// Adds CPU time; a stage without any was not counted.
     pub fn add_cpu(&mut self, stage: Stage, ran: Duration) {
         let cpu = &mut self.cpu[stage as usize];
         *cpu = Some(cpu.unwrap_or_default() + ran);
     }
-    /// Processor time of all threads while the stage ran.
+    /// CPU time of all threads while the stage ran; `None`: not counted.
     pub fn cpu(&self, stage: Stage) -> Option<Duration> {
         self.cpu[stage as usize]
     }
-    /// Both accounts together.
+    /// The sum of both.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         for stage in Stage::ALL {
@@ -86,7 +86,7 @@ impl Stages {
         }
         self
     }
-    /// What came on top of an earlier account.
+    /// The difference to an earlier state.
     pub fn since(&self, earlier: &Self) -> Self {
         let mut rest = Self::default();
         for stage in Stage::ALL {
@@ -104,7 +104,7 @@ impl Stages {
     }
 }
 
-/// Milliseconds to the microsecond, as reports print them.
+/// Milliseconds, rounded to microseconds for reports.
 pub fn milliseconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_came_since_is_the_difference_and_the_uncounted_stays_unknown() {
+    fn since_is_the_difference_and_uncounted_cpu_time_stays_unknown() {
         let ms = Duration::from_millis;
         let mut before = Stages::default();
         before.add(Stage::Draw, ms(5));

@@ -9,23 +9,23 @@ use crate::time::Instant;
 /// A named view of a fixed moment.
 #[derive(Clone, Debug)]
 pub struct StandardScene {
-    /// As `bench` has it.
+    /// The name that `bench` uses.
     pub name: &'static str,
     /// The view.
     pub request: ViewRequest,
 }
 
 impl StandardScene {
-    /// Minor planets that take the place of those that ship while the scene is measured.
+    /// Minor planets that replace the shipped ones while this scene is measured.
     pub fn bodies(&self) -> Option<SmallBodies> {
-        /// Of `belt`: a hundred thousand.
+        /// Objects of the scene `belt`.
         const BELT: usize = 100_000;
         (self.name == "belt").then(|| SmallBodies::synthetic_belt(BELT))
     }
 
-    /// Stars that take the place of those that ship while the scene is measured.
+    /// Stars that replace the shipped ones while this scene is measured.
     pub fn stars(&self) -> Option<StarCatalog> {
-        /// Of `million-stars`.
+        /// Stars of the scene `million-stars`.
         const STARS: usize = 1_000_000;
         (self.name == "million-stars").then(|| StarCatalog::synthetic(STARS))
     }
@@ -46,7 +46,7 @@ fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
 /// same night sky without figures among a million stars.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
-    // Northwards, 38 degrees down: the horizon, 36 degrees down from there, crosses the picture above its middle.
+    // To the north and 38 degrees down: the horizon, 36 degrees down as seen from there, crosses the picture above its middle.
     let limb = ViewRequest {
         position: Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 40.0, height_km: 400.0 },
         look: Look::Along { direction: glam::DVec3::new(-0.569, -0.478, 0.671), axes: crate::scene::request::Axes::BodyFixed },
@@ -55,7 +55,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         ..ViewRequest::of(NaifId::MOON, Instant::from_jd_tdb(QUARTER_JD_TDB))
     };
     let system = ViewRequest { fov_deg: Some(60.0), ..over(10, 12_000.0, time) };
-    // Orion's belt in the middle, as the Earth sees it.
+    // Centred on Orion's belt, as seen from the Earth.
     let night_sky = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
         look: Look::Along { direction: glam::DVec3::new(0.105, 0.994, -0.01), axes: crate::scene::request::Axes::Icrf },
@@ -65,7 +65,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         layers: Layers { constellations: true, ..Layers::default() },
         ..ViewRequest::of(NaifId::EARTH, time)
     };
-    // From 6.3 au north of the ecliptic; [`StandardScene::bodies`] makes the belt.
+    // From 6.3 au north of the ecliptic; [`StandardScene::bodies`] generates the belt.
     let belt = ViewRequest {
         position: Position::Offset {
             body: NaifId::SUN,

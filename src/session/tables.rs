@@ -1,6 +1,6 @@
-//! The user's tables of stars, minor planets and comets, read from the disk.
+//! The user's tables of stars, minor planets and comets, read from disk.
 //!
-//! In: a path, where the user named one. Out: the catalogue in place of what is built in, or the first line that is wrong.
+//! In: a path, if the user gave one. Out: the catalogue that replaces the built-in one, or the first invalid line.
 
 use super::SessionError;
 use crate::catalog::small_bodies::SmallBodies;
@@ -10,7 +10,7 @@ use crate::wording::echo;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A table of the user's by its name in messages and its text, where one is named. `takes`: which option takes what.
+/// Name and text of a user's table, if one is given. `takes`: what the option accepts, for the error.
 fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String)>, SessionError> {
     /// Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
     const MAX_BYTES: u64 = 1 << 30;
@@ -21,19 +21,19 @@ fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String
     Ok(Some((name, text)))
 }
 
-/// The stars of a file, where one is named.
+/// The stars of a file, if one is given.
 ///
 /// # Errors
-/// A file that cannot be read, or its first wrong line.
+/// A file that cannot be read, or its first invalid line.
 pub(super) fn stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionError> {
     let table = read_table(path, "--stars takes a table with named columns or hip2.dat")?;
     Ok(table.map(|(name, text)| StarCatalog::parse(&name, &text)).transpose()?.map(Arc::new))
 }
 
-/// The minor planets and comets of a file, where one is named.
+/// The minor planets and comets of a file, if one is given.
 ///
 /// # Errors
-/// A file that cannot be read, or its first wrong line.
+/// A file that cannot be read, or its first invalid line.
 pub(super) fn small_bodies(path: Option<&Path>) -> Result<Option<SmallBodies>, SessionError> {
     let table = read_table(path, "--minor-planets takes a table with named columns, JSON of the JPL's database, or MPCORB.DAT")?;
     Ok(table.map(|(name, text)| SmallBodies::parse(&name, &text)).transpose()?)

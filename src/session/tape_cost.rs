@@ -1,4 +1,4 @@
-//! What a module costs on the software renderer, by its tapes. In: a module. Out: counts that do not depend on the machine.
+//! Cost of a module on the software renderer, from its tapes. In: a module. Out: counts that do not depend on the machine.
 
 use crate::render::software::lower::programs_from_bytes;
 use crate::render::software::program::{ProgramError, Stage};
@@ -6,29 +6,29 @@ use crate::render::software::tape::Instr;
 use crate::shader::ShaderModule;
 use std::collections::BTreeMap;
 
-/// One entry point's tape. Operations of a loop count once.
+/// Operations of one entry point's tape. Those of a loop count once.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct TapeCost {
     /// `vertex` or `fragment`.
     pub stage: &'static str,
-    /// Operations over lanes, by kind.
+    /// Operations per lane, by kind.
     pub operations: BTreeMap<String, usize>,
-    /// Instructions that run once a draw.
+    /// Instructions that run once per draw.
     pub uniform_operations: usize,
-    /// Samples and loads of textures.
+    /// Texture samples and loads.
     pub texture_reads: usize,
-    /// Of branches and loops.
+    /// Jump instructions of branches and loops.
     pub jumps: usize,
-    /// Values of one lane kept at a time.
+    /// Values per lane that are live at the same time.
     pub slots: u32,
-    /// Values of all lanes: constants, per-draw values, loop counters.
+    /// Values that all lanes share: constants, per-draw values, loop counters.
     pub registers: u32,
 }
 
 /// The tapes of a module, vertex stage first.
 ///
 /// # Errors
-/// One line: the module has no tape, or one that cannot be read.
+/// In one line: the module has no tape, or an unreadable one.
 pub fn tape_costs(module: &ShaderModule) -> Result<Vec<TapeCost>, ProgramError> {
     let mut costs: Vec<TapeCost> = programs_from_bytes(&module.tape)?
         .iter()

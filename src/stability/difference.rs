@@ -1,20 +1,20 @@
-//! One plan in f32 and in f64: how far the pictures are apart, and which value of which module is off first.
+//! One plan in f32 and in f64: the difference of the pictures, and the first value of a module that differs.
 
-use super::{Found, SweepBench};
+use super::{SweepBench, SweepResult};
 use crate::measure::{LightPicture, PlannedView, levels_apart};
 use crate::render::plan::PlanDraw;
 use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
 use serde_json::Value;
 
-/// The greatest value and its place; what is not a number is the greatest.
+/// The greatest value and its index; NaN counts as the greatest.
 pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     let number = |v: f64| if v.is_nan() { f64::INFINITY } else { v };
     values.iter().enumerate().fold((0, 0.0), |(at, worst), (k, v)| if number(*v) > worst { (k, number(*v)) } else { (at, worst) })
 }
 
 /// Draws a view in both precisions and counts it as a case; `location` is completed with the pixel.
-pub(super) fn compare(bench: &SweepBench<'_>, found: &mut Found, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
+pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
     let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
     let not_finite = |p: &LightPicture| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
     let (at, worst) = match not_finite(&single).or(not_finite(&double)) {
@@ -30,24 +30,24 @@ pub(super) fn compare(bench: &SweepBench<'_>, found: &mut Found, view: &PlannedV
     Ok(())
 }
 
-/// The draw of a pixel that differs most between the precisions, and its first value that is off.
+/// The draw of a pixel that differs most between the precisions, and its first value that differs.
 pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let of = |draw: &PlanDraw| {
         let values = |precision| {
-            let renderer = bench.studio.renderer(precision);
+            let renderer = bench.dual.renderer(precision);
             renderer.pixel_values(draw, bench.session().library(), size, pixel).ok().flatten()
         };
         let (single, double) = (values(Precision::F32)?, values(Precision::F64)?);
         let apart = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        Some((apart, format!("{}: {}", draw.label, first_off(&single.values, &double.values))))
+        Some((apart, format!("{}: {}", draw.label, first_difference(&single.values, &double.values))))
     };
     let worst = draws.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
     worst.map_or_else(|| "no draw has values at this pixel's middle".to_owned(), |(_, cause)| cause)
 }
 
 /// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest.
-fn first_off(single: &[NamedValue], double: &[NamedValue]) -> String {
+fn first_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
     let relative = |a: &NamedValue, b: &NamedValue| {
         let (sum, apart) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(sum, apart), (x, y)| {
             (sum.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { apart } else { apart.max((x - y).abs()) })
@@ -65,15 +65,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_value_that_is_off_is_named() {
+    fn the_first_differing_value_is_named() {
         let named = |name: &str, numbers: &[f64]| NamedValue { name: name.into(), numbers: numbers.to_vec() };
         let exact = [named("a", &[1.0]), named("b", &[2.0, 3.0]), named("c", &[f64::NAN]), named("d", &[5.0])];
         let mut rounded = exact.clone();
-        assert_eq!(first_off(&rounded, &exact), "all named values agree");
+        assert_eq!(first_difference(&rounded, &exact), "all named values agree");
         rounded[0].numbers[0] += 1e-7;
         rounded[1].numbers[1] += 3e-3;
         rounded[3].numbers[0] += 1e-3;
-        assert_eq!(first_off(&rounded, &exact), "b by 1.0e-3 of itself");
+        assert_eq!(first_difference(&rounded, &exact), "b by 1.0e-3 of itself");
         assert_eq!(worst_of(&[0.0, f64::NAN, 3.0]), (1, f64::INFINITY));
     }
 }

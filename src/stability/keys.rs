@@ -1,7 +1,7 @@
-//! Every covering key on the sample body, f32 against f64.
+//! Every key of the covering set on the sample body, f32 against f64.
 
 use super::difference::{cause, worst_of};
-use super::{Found, SweepBench};
+use super::{SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::PlannedView;
 use crate::render::software::Precision;
@@ -10,12 +10,12 @@ use crate::session::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, SessionError, sample
 use crate::shader::key::covering;
 use serde_json::json;
 
-/// Pixels.
+/// Side of the picture, pixels.
 const SIDE: u32 = 24;
 
-/// Keys in which all pairs of values occur, or all triples; from inside the disc and with its limb.
-pub(super) fn run(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+/// Keys with all pairs of values, or all triples; once filled by the disc and once with its limb.
+pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     let request = ViewRequest { width: SIDE, height: SIDE, ..ViewRequest::of(NaifId::MOON, super::views::instant()) };
     let scene = session.plan(&request, super::PLAIN)?.0;

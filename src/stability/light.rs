@@ -1,7 +1,7 @@
-//! Sunlight in shadows: umbra, penumbra, annulus and full light, and what exposures make of an umbra.
+//! Sunlight in shadows: umbra, penumbra, antumbra and full light, and exposures of an umbra.
 
 use super::views::{JUPITER, looking};
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::angle_rad;
 use crate::probe::Prober;
@@ -28,11 +28,11 @@ const SHADOWS: [(&str, &str, &str); 7] = [
     ("saturn", "titan", "2024-10-27T12:00:00Z"),
 ];
 
-/// How far inside an umbra, or outside a penumbra, a point must be for its light to be known without integrals: parts of the Sun's angular radius.
+/// How far inside an umbra, or outside a penumbra, a point must be for its light to follow from angles alone: fraction of the Sun's angular radius.
 const MARGIN: f64 = 5e-3;
 
-/// What a point's light must be by the angles alone, where they say so.
-fn certain_light(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
+/// The sunlight at a point if it follows from the angles alone.
+fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun = (SUN_RADIUS_KM / sun_km.length()).asin();
     let radius = |km: f64| (km / occluder_km.length()).asin();
     let apart = angle_rad(sun_km, occluder_km);
@@ -45,11 +45,11 @@ fn certain_light(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f
     }
 }
 
-/// Points of the ground around the middle of a shadow, body axes, equatorial radii: along eight ways outwards, in steps from a millionth of the radius.
+/// Points on the surface around the centre of a shadow, body axes, equatorial radii: in eight directions outwards, in steps from a millionth of the radius.
 fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
     let shape = body.radii_km / body.radii_km.x;
     let from = occluder_km / body.radii_km.x;
-    // Where the line from the Sun through the occluder meets the sphere, or passes nearest to its centre.
+    // Where the line from the Sun through the occluder hits the sphere, or its closest approach to the centre.
     let along = -sun;
     let nearest = from - along * from.dot(along);
     let middle = (nearest - along * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
@@ -65,9 +65,9 @@ fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec
     points
 }
 
-/// The part of sunlight that is left, f32 against f64, and both against what the angles alone say.
-pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+/// The fraction of sunlight, f32 against f64, and both against the value from the angles alone.
+pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     let ephemeris = session.ephemeris();
     for (receiver_name, occluder_name, time) in SHADOWS {
@@ -83,10 +83,10 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         let points = points_around(body, sun_km.normalize(), occluder_km, bench.pick(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let left = |precision| {
-                let prober = Prober { session, renderer: bench.studio.renderer(precision) };
+                let prober = Prober { session, renderer: bench.dual.renderer(precision) };
                 let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
                 let this: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
-                sky.left(&this, &points, None).ok()
+                sky.sunlight(&this, &points, None).ok()
             };
             let (Some(single), Some(double)) = (left(Precision::F32), left(Precision::F64)) else {
                 found.add(f64::INFINITY, || {
@@ -96,7 +96,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
             };
             for ((point, a), b) in points.iter().zip(&single).zip(&double) {
                 let place_km = *point * body.radii_km.x;
-                let certain = certain_light(sun_km - place_km, occluder_km - place_km, occluder);
+                let certain = light_from_angles(sun_km - place_km, occluder_km - place_km, occluder);
                 let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
                 let is_wrong = certain.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
                 found.add(if is_wrong { 1.0 } else { apart }, || {
@@ -116,10 +116,10 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     Ok(found)
 }
 
-/// Ganymede's period is 172 hours, the longest of the three moons.
+/// Longer than the period of Ganymede, 172 hours, the longest of the three moons.
 const PERIOD_S: f64 = 175.0 * 3600.0;
 
-/// The instant after `from` at which a moon is deepest in its planet's shadow, and how far its centre then is from the shadow's axis, planet's radii.
+/// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, planet's radii.
 fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = bench.session().ephemeris();
     let mut best = (from, f64::INFINITY);
@@ -136,20 +136,20 @@ fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -
     Ok(best)
 }
 
-/// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes are 0, in both precisions.
-pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+/// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions.
+pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
     for moon in [501, 502, 503].map(NaifId) {
         let (time, aside) = deepest(bench, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
-        // A shadow that misses the moon says nothing.
+        // The shadow misses the moon.
         if aside > 0.8 {
             continue;
         }
         let radius_km = session.catalog().body(moon).map_or(1.0, |b| b.radii_km.x);
-        // The view looks along the shadow, from the Sun's side.
+        // The view is along the shadow, from the Sun's side.
         let away = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
         for stops in (-20..=25).step_by(bench.pick(9, 1)) {
             let seen = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
@@ -159,13 +159,13 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<Found, SessionErr
                 effects: effects.clone(),
                 ..looking(moon, seen, -away * 20.0 * radius_km, 4.0, bench.pick(24, 64))
             };
-            let mut view = bench.planned(&request, PLAIN)?;
-            // Jupiter's own light is not the question.
+            let mut view = bench.plan_view(&request, PLAIN)?;
+            // Only the moon's draws, not Jupiter's.
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {
-                let (frame, _) = bench.studio.renderer(precision).render(&view.plan, session.library(), true)?;
+                let (frame, _) = bench.dual.renderer(precision).render(&view.plan, session.library(), true)?;
                 let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
-                // What the display rounds away counts as well: any light is wrong.
+                // Radiance below the display's rounding counts as well.
                 let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));
                 let figure = if light > 0.0 { f64::from(brightest.max(1)) } else { f64::from(brightest) };
                 found.add(figure, || {

@@ -1,9 +1,9 @@
-//! Stability at the extremes: sweeps that draw, probe and place where arithmetic and decisions are most likely to break.
+//! Stability at the extremes: sweeps where arithmetic and decisions are most likely to fail.
 //!
-//! In: a session and an effort. Out: for each sweep its number of cases, the worst figure, where it is and what caused it, beside the bound that it must keep.
-//! Always: every bound stands in [`SWEEPS`] with its unit and reason; a sweep fails above it; the same seed gives the same cases. Most sweeps compare the
-//! emitted modules in f32 with the same modules in f64; others compare whole pictures, or positions with another computation. Not done: sweeps on a GPU, whose pictures
-//! tests/gpu/ holds against the software renderer's.
+//! In: a session and an effort. Out: for each sweep its number of cases, the worst result, its case and cause, and the bound that it must keep.
+//! Always: every bound is in [`SWEEPS`] with its unit and reason; a sweep fails above it; the same seed gives the same cases. Most sweeps compare the
+//! emitted modules in f32 with the same modules in f64; others compare whole pictures, or positions with another computation. Not here: sweeps on a GPU, whose pictures
+//! tests/gpu/ compares with the software renderer's.
 
 mod difference;
 mod keys;
@@ -15,7 +15,7 @@ mod places;
 mod views;
 
 use crate::catalog::NaifId;
-use crate::measure::{Effort, Studio};
+use crate::measure::{DualRenderer, Effort};
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Purpose, ViewRequest};
@@ -24,26 +24,26 @@ use crate::time::Instant;
 use glam::DVec3;
 use serde_json::Value;
 
-/// What a sweep found.
+/// The result of a sweep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
-    /// How many views, keys, points or steps were compared.
+pub struct SweepResult {
+    /// Number of compared views, keys, points or steps.
     pub cases: usize,
-    /// The worst figure, in the sweep's unit.
+    /// The worst result, in the sweep's unit.
     pub worst: f64,
     /// The case that gave it.
     pub location: Value,
-    /// What in that case is off first: a named value of a module, a decision, a pixel.
+    /// The first difference in that case: a named value of a module, a decision, a pixel.
     pub cause: String,
 }
 
-impl Found {
-    /// Of no case yet.
+impl SweepResult {
+    /// Before the first case.
     fn none() -> Self {
         Self { cases: 0, worst: 0.0, location: Value::Null, cause: String::new() }
     }
 
-    /// Counts a case; keeps it where it is the worst so far. What is not a number is the worst of all.
+    /// Counts a case, and keeps it if it is the worst so far. NaN is worst of all.
     fn add(&mut self, figure: f64, describe: impl FnOnce() -> (Value, String)) {
         self.cases += 1;
         let figure = if figure.is_nan() { f64::INFINITY } else { figure };
@@ -54,90 +54,90 @@ impl Found {
     }
 }
 
-/// A sweep: what it is called, what its figure must not exceed, and how it runs.
+/// A sweep: its name, its bound, and the function that runs it.
 pub struct Sweep {
-    /// As `--sweep` has it.
+    /// The value of `--sweep`.
     pub name: &'static str,
-    /// Of its figure.
+    /// Unit of its result.
     pub unit: &'static str,
-    /// What the figure must not exceed.
+    /// Upper bound of the result.
     pub bound: f64,
-    /// Why the bound is what it is.
+    /// Reason for the bound.
     pub reason: &'static str,
-    run: fn(&SweepBench<'_>) -> Result<Found, SessionError>,
+    run: fn(&SweepBench<'_>) -> Result<SweepResult, SessionError>,
 }
 
-/// A sweep's name and what it found.
+/// A sweep's name and its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepReport {
-    /// The sweep's.
+    /// Name of the sweep.
     pub name: &'static str,
-    /// Of `worst` and `bound`.
+    /// Unit of `worst` and `bound`.
     pub unit: &'static str,
-    /// What the figure must not exceed.
+    /// Upper bound of the result.
     pub bound: f64,
-    /// Why the bound is what it is.
+    /// Reason for the bound.
     pub reason: &'static str,
-    /// The figure and its case.
-    pub found: Found,
+    /// The result.
+    pub found: SweepResult,
 }
 
 impl SweepReport {
-    /// Whether the bound is broken.
+    /// Whether the result exceeds the bound.
     pub fn has_failed(&self) -> bool {
         self.found.worst > self.bound
     }
 }
 
-/// Where a body is seen from the Earth's centre: a direction of any length, ICRF.
-pub type PlaceBody = fn(&Session, NaifId, Instant) -> Result<DVec3, SessionError>;
+/// Apparent direction of a body from the Earth's centre: of any length, ICRF.
+pub type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec3, SessionError>;
 
-/// Faults that tests put in, to show that a sweep finds them.
+/// Fault injection: tests use it to show that a sweep finds an error.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Faults {
     /// Changes each plan before it is drawn.
     pub plan: Option<fn(&mut Plan)>,
-    /// Places bodies in place of the scene.
-    pub place: Option<PlaceBody>,
-    /// What the frames of chosen features are for, in place of linear light.
+    /// Replaces the scene's directions of bodies.
+    pub place: Option<ApparentDirection>,
+    /// Purpose of the frames with chosen features, instead of linear light.
     pub purpose: Option<Purpose>,
 }
 
-/// What a sweep runs with.
+/// The environment of a sweep.
 pub struct SweepBench<'a> {
-    studio: Studio<'a>,
+    dual: DualRenderer<'a>,
     effort: Effort,
     seed: u64,
-    /// Random views, where their number is set by hand.
+    /// Number of random views, if given.
     views: Option<usize>,
     faults: Faults,
 }
 
 impl<'a> SweepBench<'a> {
     /// # Errors
-    /// No threads for the renderers.
+    /// The threads of the renderers cannot be started.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: Faults) -> Result<Self, SessionError> {
-        Ok(Self { studio: Studio::new(session)?, effort, seed, views: None, faults })
+        Ok(Self { dual: DualRenderer::new(session)?, effort, seed, views: None, faults })
     }
 
-    /// The same with another number of random views; `None`: as many as the effort has.
+    /// The same with another number of random views; `None`: the effort's.
     #[must_use]
     pub fn with_views(self, views: Option<usize>) -> Self {
         Self { views, ..self }
     }
 
     fn session(&self) -> &'a Session {
-        self.studio.session
+        self.dual.session
     }
 
-    /// One of two by the effort.
+    /// The first value for a short effort, else the second.
     fn pick<T>(&self, short: T, full: T) -> T {
         if self.effort == Effort::Short { short } else { full }
     }
 
-    /// A planned view, with the fault that a test put in.
-    fn planned(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<crate::measure::PlannedView, SessionError> {
-        let mut view = self.studio.planned(request, sampling)?;
+    /// A planned view, with the injected fault.
+    fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<crate::measure::PlannedView, SessionError> {
+        let mut view = self.dual.plan_view(request, sampling)?;
         if let Some(change) = self.faults.plan {
             change(&mut view.plan);
         }
@@ -145,21 +145,21 @@ impl<'a> SweepBench<'a> {
     }
 
     fn light(&self, view: &crate::measure::PlannedView, precision: Precision) -> Result<crate::measure::LightPicture, SessionError> {
-        self.studio.light(view, precision)
+        self.dual.light(view, precision)
     }
 }
 
-/// One sample a pixel, as draft pictures have; eight taps.
+/// One sample per pixel, as in draft pictures; eight taps.
 const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 
-/// Half a level of 255, which nobody sees: f32 against f64.
+/// An invisible half level of 255: the bound of f32 against f64.
 const HALF_LEVEL: f64 = 0.5;
 
 const fn sweep(
     name: &'static str,
     (bound, unit): (f64, &'static str),
     reason: &'static str,
-    run: fn(&SweepBench<'_>) -> Result<Found, SessionError>,
+    run: fn(&SweepBench<'_>) -> Result<SweepResult, SessionError>,
 ) -> Sweep {
     Sweep { name, unit, bound, reason, run }
 }

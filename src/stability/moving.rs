@@ -1,7 +1,7 @@
 //! Sequences: steps of less than a pixel, and exposures through eclipses.
 
 use super::views::{JUPITER, SATURN, instant, looking, sunward};
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LightPicture, PlannedView};
 use crate::render::software::Precision;
@@ -18,12 +18,12 @@ fn luminances(picture: &LightPicture) -> Vec<f64> {
     picture.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Part of the range of light around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a third for each axis along which it moves.
-const MOVED_PART: f64 = 0.5;
+/// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a third for each axis along which it moves.
+const MAX_CHANGE_FRACTION: f64 = 0.5;
 
-/// Levels by which light has come that no neighbour within two pixels had; the pixel too. Means over 3 x 3 pixels are compared: a sharp point that moves within
-/// its pixel stays what it is. The frame's edge has no neighbours outside.
-fn appeared(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+/// Increase of light, in levels, that no neighbour within two pixels had before. Means over 3 x 3 pixels are compared, so that a sharp point may move within
+/// its pixel. The frame's edge is excluded, since its neighbours are unknown.
+fn unexplained_increase(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
     let around = |of: &[f64], x: i64, y: i64, reach: i64| -> Vec<f64> {
@@ -38,7 +38,7 @@ fn appeared(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
         let (old, new) = (mean(&a, x, y), mean(&b, x, y));
         let (low, high) = around(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-        let beyond = (new - old).abs() - MOVED_PART * (high - low);
+        let beyond = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
         let out = level(old.max(new)) - level(old.max(new) - beyond.max(0.0));
         if out > worst.0 {
             worst = (out, [x, y]);
@@ -47,14 +47,14 @@ fn appeared(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     worst
 }
 
-/// The same for what appears and what disappears.
-fn out_of_reach(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
-    let (there, back) = (appeared(first, second), appeared(second, first));
+/// The same for light that appears and light that disappears.
+fn unexplained_change(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+    let (there, back) = (unexplained_increase(first, second), unexplained_increase(second, first));
     if there.0 >= back.0 { there } else { back }
 }
 
-/// The draw without which the two frames fit best.
-fn culprit(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
+/// The draw whose removal makes the two frames most similar.
+fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
     let labels: BTreeSet<&str> = views.iter().flat_map(|v| &v.plan.passes[0].draws).map(|d| d.label.as_str()).collect();
     let without = |label: &str| {
         let [first, second] = views.map(|view| {
@@ -62,24 +62,24 @@ fn culprit(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
             view.plan.passes[0].draws.retain(|d| d.label != label);
             bench.light(&view, Precision::F32).ok()
         });
-        Some((out_of_reach(&first?, &second?).0, label.to_owned()))
+        Some((unexplained_change(&first?, &second?).0, label.to_owned()))
     };
     let best = labels.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or_else(String::new, |(rest, label)| format!("light out of reach; without the draw `{label}` {rest:.2} levels"))
 }
 
-/// Cameras that turn by a third of a pixel a step, and moons and shadows that move by less than one.
-pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+/// Cameras that rotate by a third of a pixel per step, and moons and shadows that move by less than a pixel.
+pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let (side, steps) = bench.pick((64, 10), (160, 60));
     let mut sequence = |name: &str, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut before: Option<(PlannedView, LightPicture)> = None;
         for k in 0..steps {
-            let view = bench.planned(&frame(f64::from(k)), PLAIN)?;
+            let view = bench.plan_view(&frame(f64::from(k)), PLAIN)?;
             let picture = bench.light(&view, Precision::F32)?;
             if let Some((earlier, before)) = &before {
-                let (worst, pixel) = out_of_reach(before, &picture);
-                found.add(worst, || (json!({ "sequence": name, "step": k, "pixel": pixel }), culprit(bench, [earlier, &view])));
+                let (worst, pixel) = unexplained_change(before, &picture);
+                found.add(worst, || (json!({ "sequence": name, "step": k, "pixel": pixel }), responsible_draw(bench, [earlier, &view])));
             }
             before = Some((view, picture));
         }
@@ -92,28 +92,28 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         let Some(radius_km) = bench.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
         let towards = (sunward(bench, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
         let base = looking(body, time, towards * distance_radii * radius_km, fov_deg, side);
-        let base = bench.studio.exposed(base)?;
+        let base = bench.dual.exposed(base)?;
         let aside = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera before {} at {distance_radii} radii", body.0), &|k| ViewRequest {
             look: Look::Along { direction: -towards + aside * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Away from it, by a third of a pixel at the limb.
+        // Away from the body, by a third of a pixel at the limb.
         let part = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
         sequence(&format!("away from {} at {distance_radii} radii", body.0), &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + part.min(0.05)).powf(k) * radius_km + towards * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
         })?;
     }
-    // Io and its shadow come onto Jupiter; the Moon goes into the Earth's shadow.
+    // Io and its shadow move onto Jupiter; the Moon enters the Earth's shadow.
     for (name, body, from, step_s, fov) in [
         ("Io's shadow on Jupiter", JUPITER, "2015-01-24T04:25:00Z", 30.0, None),
         ("the Moon into the penumbra", NaifId::MOON, "2022-11-08T08:00:00Z", 60.0, None),
         ("the Moon into the umbra", NaifId::MOON, "2022-11-08T09:05:00Z", 20.0, Some(0.7)),
     ] {
         let Ok(from) = Instant::parse(from) else { continue };
-        let base = bench.studio.exposed(ViewRequest {
+        let base = bench.dual.exposed(ViewRequest {
             fov_deg: fov,
             width: side,
             height: side,
@@ -125,14 +125,14 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     Ok(found)
 }
 
-/// A level that is seen on a black display.
-const SEEN: u8 = 12;
-/// The figure of a picture in which nothing is seen.
-const NOTHING_SEEN: f64 = 99.0;
+/// Lowest level that is visible on a black display.
+const VISIBLE_LEVEL: u8 = 12;
+/// The result for a picture in which nothing is visible.
+const INVISIBLE_RESULT: f64 = 99.0;
 
-/// Stops of automatic exposure from step to step through eclipses, and whether each picture shows something.
-pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+/// Changes of automatic exposure in stops from step to step through eclipses, and whether each picture shows something.
+pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let part = bench.pick(4.0, 1.0);
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let from_earth = Position::Centre(NaifId::EARTH);
@@ -151,13 +151,13 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
             let time = from.plus_seconds(f64::from(k) * step_s);
             let request =
                 ViewRequest { position, fov_deg, exposure: ExposureRequest::Auto, width: 24, height: 24, ..ViewRequest::of(body, time) };
-            let view = bench.planned(&request, PLAIN)?;
-            let (frame, _) = bench.studio.renderer(Precision::F32).render(&view.plan, bench.session().library(), false)?;
+            let view = bench.plan_view(&request, PLAIN)?;
+            let (frame, _) = bench.dual.renderer(Precision::F32).render(&view.plan, bench.session().library(), false)?;
             let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
             let step = before.map_or(0.0, |before: f64| (stops - before).abs() / part);
-            let figure = if brightest < SEEN { NOTHING_SEEN } else { step };
-            found.add(figure, || {
+            let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };
+            found.add(result, || {
                 let location = json!({ "sequence": name, "time": time.to_utc_iso(), "step_s": step_s });
                 (location, format!("{stops:.2} stops, brightest level {brightest}: {}", view.scene.exposure.reason))
             });
@@ -171,9 +171,9 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 mod tests {
     use super::*;
 
-    /// An edge that moves by half a pixel is within reach; one that jumps by three pixels, or light that appears, is not.
+    /// An edge that moves by half a pixel is allowed; one that jumps by three pixels, or light that appears, is not.
     #[test]
-    fn a_jump_is_told_from_a_step() {
+    fn a_jump_is_distinguished_from_a_step() {
         let edge = |at: f64| {
             let light = (0..16 * 16).map(|k| {
                 let v = (at - f64::from(k % 16)).clamp(0.0, 1.0) as f32;
@@ -181,10 +181,10 @@ mod tests {
             });
             LightPicture { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
         };
-        assert!(out_of_reach(&edge(7.0), &edge(7.5)).0 < 0.5);
-        assert!(out_of_reach(&edge(7.0), &edge(10.0)).0 > 50.0);
+        assert!(unexplained_change(&edge(7.0), &edge(7.5)).0 < 0.5);
+        assert!(unexplained_change(&edge(7.0), &edge(10.0)).0 > 50.0);
         let mut popped = edge(7.0);
         popped.light[8 * 16 + 12] = [1.0, 1.0, 1.0, 1.0];
-        assert!(out_of_reach(&edge(7.0), &popped).0 > 50.0);
+        assert!(unexplained_change(&edge(7.0), &popped).0 > 50.0);
     }
 }

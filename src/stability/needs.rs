@@ -1,10 +1,10 @@
-//! Only what the scene needs: frames with chosen features against frames with every feature.
+//! Omitted features: frames with the chosen features against frames with every feature.
 //!
 //! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the worst view, and two distributions: of the differences, and of the
-//! operations of the chosen frame over those of the frame with everything. Always: both frames have one exposure; "every feature" is each effect switched on
+//! ratio of operations of the chosen frame to those of the frame with every feature. Always: both frames have one exposure; "every feature" means each effect switched on
 //! by hand, in the model that the scene would take.
 
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::measure::{PlannedView, quantile};
 use crate::random::Random;
 use crate::render::plan;
@@ -18,25 +18,25 @@ use crate::time::Instant;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// A level of 255.
+/// One level of 255.
 const DISPLAY_BOUND: f64 = 1.0;
-/// Of the pixel: a thousandth for each feature left out, two at a pixel.
+/// Relative to the pixel: a thousandth for each omitted feature, two at a pixel.
 const LINEAR_BOUND: f64 = 2e-3;
 
-/// Effects that are left to the scene in both frames: three say how a body is shown and not what light reaches the pixel; the corona of a Sun of less than a
-/// pixel or two has a bound of size, which no light moves.
-const LEFT_ALONE: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
+/// Effects that are left to the scene in both frames: three set how a body is represented and not its radiance; the corona of a Sun of less than a
+/// pixel or two is bounded by size, not by light.
+const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 struct RandomView {
     location: Value,
     request: ViewRequest,
 }
 
-/// A body, a distance in even parts of its logarithm, a direction, an instant of two centuries.
+/// Random views: a body, a distance (log-uniform), a direction, and an instant within two centuries.
 fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let mut random = Random::new(bench.seed);
     let bodies = bench.session().catalog().bodies();
-    // Every other view looks at a body with air, rings or moons: that is where features are.
+    // Half of the views look at bodies with an atmosphere, rings or moons, which have the most features.
     let rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
     let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().named(n).ok()).collect();
     let view = |k: usize| {
@@ -72,15 +72,15 @@ struct Frames {
     all: PlannedView,
 }
 
-/// The frame that the scene chooses, and the one with `effects` switched on. Both take the models of the first: a model's own error is its tier's.
+/// The frame that the scene chooses, and the one with `effects` switched on. Both take the models of the first, since a model's own error is that of its tier.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<Frames, SessionError> {
-    let exposed = bench.studio.exposed(ViewRequest { purpose, ..request.clone() })?;
+    let exposed = bench.dual.exposed(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
-    for effect in effects.iter().filter(|e| !LEFT_ALONE.contains(e)) {
+    for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         everything.effects.set(*effect, true);
     }
-    let chosen = bench.planned(&ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed }, PLAIN)?;
-    let mut scene = bench.planned(&everything, PLAIN)?.scene;
+    let chosen = bench.plan_view(&ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed }, PLAIN)?;
+    let mut scene = bench.plan_view(&everything, PLAIN)?.scene;
     for draw in &mut scene.draws {
         let same = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part);
         let Some(models) = same.map(|c| c.features) else { continue };
@@ -96,19 +96,19 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     Ok(Frames { chosen, all: PlannedView { scene, plan } })
 }
 
-/// What two frames differ by.
-type Figure<'a> = &'a dyn Fn(&Frames) -> Result<f64, SessionError>;
+/// A measure of the difference of two frames.
+type DifferenceMeasure<'a> = &'a dyn Fn(&Frames) -> Result<f64, SessionError>;
 
-/// The effect that changes the chosen frame most where it alone is switched on, with its figure.
-fn dearest_omission(
+/// The effect that changes the chosen frame most if it alone is switched on, with its difference.
+fn worst_omission(
     bench: &SweepBench<'_>,
     request: &ViewRequest,
     purpose: Purpose,
-    figure: Figure<'_>,
+    difference: DifferenceMeasure<'_>,
 ) -> Result<(f64, &'static str), SessionError> {
     let mut worst = (0.0, "several together");
-    for effect in Effect::ALL.into_iter().filter(|e| !LEFT_ALONE.contains(e)) {
-        let alone = figure(&frames(bench, request, purpose, &[effect])?)?;
+    for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
+        let alone = difference(&frames(bench, request, purpose, &[effect])?)?;
         if alone > worst.0 {
             worst = (alone, effect.name());
         }
@@ -116,25 +116,30 @@ fn dearest_omission(
     Ok(worst)
 }
 
-/// Views whose omission is named, the worst first.
-const NAMED: usize = 16;
+/// Number of the worst views whose omitted effect is determined.
+const MAX_EXPLAINED: usize = 16;
 
-fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+fn sweep_views(
+    bench: &SweepBench<'_>,
+    purpose: Purpose,
+    bound: f64,
+    difference: DifferenceMeasure<'_>,
+) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let (mut figures, mut costs) = (Vec::new(), Vec::new());
     for RandomView { location, request } in views(bench, bench.views.unwrap_or(bench.pick(160, 3000))) {
         let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
-        let worst = figure(&frames)?;
+        let worst = difference(&frames)?;
         found.add(worst, || (location, String::new()));
         figures.push((worst, request));
         let [chosen, all] = [operations(bench, &frames.chosen), operations(bench, &frames.all)];
         costs.extend((all > 0.0).then_some(chosen / all));
     }
     figures.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // By effect: how many of the worst views, and the greatest figure.
+    // By effect: in how many of the worst views it was omitted, and the greatest difference.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
-    for (_, request) in figures.iter().take_while(|f| f.0 > bound).take(NAMED) {
-        let (alone, effect) = dearest_omission(bench, request, purpose, figure)?;
+    for (_, request) in figures.iter().take_while(|f| f.0 > bound).take(MAX_EXPLAINED) {
+        let (alone, effect) = worst_omission(bench, request, purpose, difference)?;
         let seen = omitted.entry(effect).or_default();
         *seen = (seen.0 + 1, seen.1.max(alone));
     }
@@ -172,20 +177,20 @@ fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
     bodies.map(|draw| pixels(draw.scissor) * of_fragment(&draw.module)).sum()
 }
 
-/// Bytes of the display.
-pub(super) fn display(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    swept(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
+/// Difference of display bytes.
+pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    sweep_views(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
         let bytes = |view: &PlannedView| {
-            bench.studio.renderer(Precision::F32).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
+            bench.dual.renderer(Precision::F32).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
         };
         let (chosen, all) = (bytes(&frames.chosen)?, bytes(&frames.all)?);
         Ok(chosen.iter().zip(&all).flat_map(|(a, b)| (0..3).map(move |c| f64::from(a[c].abs_diff(b[c])))).fold(0.0, f64::max))
     })
 }
 
-/// A pixel's light over that of the frame with everything; pixels below a millionth of the brightest are left to rounding.
-pub(super) fn linear(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    swept(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
+/// Difference relative to the pixel's radiance in the frame with every feature; pixels below a millionth of the brightest are ignored as rounding.
+pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    sweep_views(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);
         let brightest = all.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
         let part = |a: &[f32; 4], b: &[f32; 4]| {

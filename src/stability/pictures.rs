@@ -2,7 +2,7 @@
 
 use super::difference::worst_of;
 use super::views::{SATURN, looking, sunward};
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LightPicture, levels_apart};
 use crate::render::plan::SamplingQuality;
@@ -15,16 +15,16 @@ use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 use serde_json::json;
 
-/// Pixels across the disc.
+/// Diameter of the disc, pixels.
 const DISC_PX: f64 = 24.0;
-/// From where on a picture must look as from the next distance: perspective changes it by less than a level.
+/// Distance beyond which a picture must equal that from the next distance: the perspective then changes it by less than a level.
 const FLAT_RADII: f64 = 3e4;
 
 /// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and far away each distance against the one before.
-pub(super) fn depth(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
-    // A day without an eclipse; the light leaves the body at one instant whatever the distance.
+    // A day without an eclipse; the light leaves the body at one instant at every distance.
     let left = Instant::from_jd_tdb(2_460_469.762);
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
@@ -43,9 +43,9 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
                 layers: Layers { stars: false, ..Layers::default() },
                 ..looking(body, left.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S), towards * distance_km, 2.0 * half.to_degrees(), side)
             };
-            // The draws of the body alone: others pass behind it.
+            // Only the draws of the body, since others pass behind it.
             let drawn = |samples: u8, precision| -> Result<LightPicture, SessionError> {
-                let mut view = bench.planned(&request, SamplingQuality { samples, ..PLAIN })?;
+                let mut view = bench.plan_view(&request, SamplingQuality { samples, ..PLAIN })?;
                 let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
                 view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
                 bench.light(&view, precision)
@@ -68,19 +68,19 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     Ok(found)
 }
 
-/// Standard scenes against themselves with more pixels, reduced; without points, stars and glare, whose size is in pixels.
-pub(super) fn scale(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+/// Standard scenes against downsampled larger pictures of themselves; without points, stars and glare, whose size is in pixels.
+pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let (side, finer) = bench.pick((64, 8), (256, 8));
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
-        let request = bench.studio.exposed(request)?;
+        let request = bench.dual.exposed(request)?;
         let fine = ViewRequest { width: side * finer, height: side * finer, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
-        let coarse = bench.light(&bench.studio.planned_alone(&request, sampling)?, Precision::F32)?;
-        let fine = bench.light(&bench.studio.planned_alone(&fine, sampling)?, Precision::F32)?.reduced(finer);
+        let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;
+        let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.reduced(finer);
         let apart = levels_apart(&coarse, &fine);
         let mean = apart.iter().sum::<f64>() / apart.len() as f64;
         let (at, worst) = worst_of(&apart);

@@ -1,6 +1,6 @@
-//! Where the scene draws bodies, against a computation of its own.
+//! Positions of bodies in the scene, against an independent computation.
 
-use super::{Found, SweepBench};
+use super::{SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::scene::request::{Position, ViewRequest};
@@ -10,14 +10,14 @@ use crate::units::{RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 use serde_json::json;
 
-/// As the scene of a view from the Earth's centre has it.
+/// The apparent direction in the scene of a view from the Earth's centre.
 fn by_scene(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let request = ViewRequest { position: Position::Centre(NaifId::EARTH), width: 16, height: 16, ..ViewRequest::of(body, time) };
     let (scene, _) = session.plan(&request, super::PLAIN)?;
     Ok(scene.body(body).map_or(DVec3::ZERO, |b| b.placement.centre_km))
 }
 
-/// The light's way by bisection, then the aberration of special relativity.
+/// Light time by bisection, then the aberration of special relativity.
 fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let ephemeris = session.ephemeris();
     let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).map(|s| s.state);
@@ -30,15 +30,15 @@ fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3,
         if way_s > middle_s { near_s = middle_s } else { far_s = middle_s }
     }
     let seen = (state(body, time.plus_seconds(-near_s))?.pos_km - observer.pos_km).normalize();
-    // Lorentz' transformation of the photon's direction.
+    // Lorentz transformation of the photon's direction.
     let beta = observer.vel_km_s / SPEED_OF_LIGHT_KM_S;
     let gamma = 1.0 / (1.0 - beta.length_squared()).sqrt();
     Ok((seen / gamma + beta * (1.0 + gamma / (1.0 + gamma) * beta.dot(seen))) / (1.0 + beta.dot(seen)))
 }
 
 /// Sun, planets and moons from the Earth's centre, over the years of the kernel.
-pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     let session = bench.session();
     let place = bench.faults.place.unwrap_or(by_scene);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);

@@ -1,9 +1,9 @@
 //! Views at the extremes, f32 against f64.
 //!
-//! In: lists of views. Out: the worst pixel of each list. A view that cannot be (a camera inside its target) is no case.
+//! In: lists of views. Out: the worst pixel of each list. An impossible view (a camera inside its target) is skipped.
 
 use super::difference::{compare, worst_of};
-use super::{Found, PLAIN, SweepBench};
+use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::events;
 use crate::random::Random;
@@ -20,17 +20,17 @@ pub(super) const JUPITER: NaifId = NaifId(599);
 /// 2024-04-08, the day of a total eclipse of the Sun.
 const ECLIPSE_DAY_JD_TDB: f64 = 2_460_409.262_789_4;
 
-/// A place and the view from there.
+/// A location and a view.
 pub(super) struct ExtremeView {
     pub location: Value,
     pub request: ViewRequest,
 }
 
-fn compared(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<Found, SessionError> {
-    let mut found = Found::none();
+fn compared(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
+    let mut found = SweepResult::none();
     for ExtremeView { location, request } in views {
-        // A camera within a body, or before its catalog's years, has no view.
-        if let Ok(view) = bench.planned(&request, PLAIN) {
+        // A camera inside a body, or a time before its catalog's years, gives no view.
+        if let Ok(view) = bench.plan_view(&request, PLAIN) {
             compare(bench, &mut found, &view, &location)?;
         }
     }
@@ -45,13 +45,13 @@ fn named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
     names.iter().filter_map(|n| bench.session().catalog().named(n).ok().cloned()).collect()
 }
 
-/// From the body towards the Sun, ICRF.
+/// Direction from the body to the Sun, ICRF.
 pub(super) fn sunward(bench: &SweepBench<'_>, body: NaifId, time: Instant) -> DVec3 {
     let state = bench.session().ephemeris().state(NaifId::SUN, body, time, None);
     state.map_or(DVec3::X, |s| s.state.pos_km.try_normalize().unwrap_or(DVec3::X))
 }
 
-/// Towards the target from an offset, at the given field of view.
+/// A view of the target from an offset, with the given field of view.
 pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f64, side: u32) -> ViewRequest {
     ViewRequest {
         position: Position::Offset { body, offset_km, axes: Axes::Icrf },
@@ -63,7 +63,7 @@ pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f6
 }
 
 /// From a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
-pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let bodies = bench.pick(named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
     let (steps, side) = bench.pick((10, 16), (27, 32));
     let fovs = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
@@ -72,7 +72,7 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         let radius_km = body.radii_km.max_element();
         let towards = (sunward(bench, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
-            // Heights in even steps of their logarithm.
+            // Heights in logarithmic steps.
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
             fovs.into_iter().map(move |fov_deg| ExtremeView {
                 location: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
@@ -83,8 +83,8 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     compared(bench, views.collect::<Vec<_>>())
 }
 
-/// Each body from each other body's centre, fitted into the frame; a random part of the pairs where time is short.
-pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+/// Each body from the centre of each other body, fitted into the frame; a random sample of the pairs for a short effort.
+pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let bodies = bench.session().catalog().bodies();
     let mut random = Random::new(bench.seed);
     let part = bench.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
@@ -114,23 +114,23 @@ fn ground(body: &Body, [latitude_deg, longitude_deg, height_km]: [f64; 3], direc
     }
 }
 
-/// Unit vectors at a place of a sphere: east, north, up, body axes.
+/// Unit vectors at a place on a sphere: east, north, up, body axes.
 fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
     let ((slat, clat), (slon, clon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
     [DVec3::new(-slon, clon, 0.0), DVec3::new(-slat * clon, -slat * slon, clat), DVec3::new(clat * clon, clat * slon, slat)]
 }
 
 /// Along the horizon, from two metres to ten radii above the ground.
-pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    along_horizons(bench, &[0.3, 30.0, 120.0])
+pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    horizon_views(bench, &[0.3, 30.0, 120.0])
 }
 
-/// The same through a telescope: 10 arcseconds.
-pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    along_horizons(bench, &[0.003])
+/// The same with a field of view of 10 arcseconds.
+pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+    horizon_views(bench, &[0.003])
 }
 
-fn along_horizons(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<Found, SessionError> {
+fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult, SessionError> {
     let names: &[&str] =
         bench.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
     let azimuths = bench.pick(2, 12);
@@ -153,8 +153,8 @@ fn along_horizons(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<Found, Ses
     compared(bench, views)
 }
 
-/// Down and along the horizon at the poles, on the date line, under the Sun, opposite of it, and where it sets.
-pub(super) fn places(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+/// Down and along the horizon at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
+pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let names: &[&str] = bench
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
     let mut views = Vec::new();
@@ -190,8 +190,8 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     compared(bench, views)
 }
 
-/// The camera within and beside the plane of Saturn's rings, and the days on which the Earth and the Sun cross it.
-pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+/// The camera within and beside Saturn's ring plane, and the days on which the Earth and the Sun cross it.
+pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut views = Vec::new();
     let catalog = bench.session().catalog();
     let ringed = catalog.bodies().iter().filter(|b| !b.rings.is_empty());
@@ -219,7 +219,7 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<Found, SessionError> 
 }
 
 /// Pictures at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
-pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
     // Partial, annular, total and hybrid ones.
     let years = bench.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
@@ -263,7 +263,7 @@ pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Every body, from the smallest moon to the Sun, filling the frame.
-pub(super) fn radii(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn radii(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let side = bench.pick(24, 96);
     let view = |body: &Body| ExtremeView {
         location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
@@ -273,7 +273,7 @@ pub(super) fn radii(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Years -3000 to 3000.
-pub(super) fn years(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn years(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let step = bench.pick(500, 50);
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
@@ -287,7 +287,7 @@ pub(super) fn years(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 }
 
 /// Discs from a third of a pixel to four times the frame.
-pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (side, steps) = bench.pick((24, 12), (48, 60));
     let mut views = Vec::new();
     for body in named(bench, &["earth", "saturn", "moon", "sun", "jupiter"]) {
@@ -303,12 +303,12 @@ pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     compared(bench, views)
 }
 
-/// Lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map: finished bytes in both precisions.
-pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+/// Simple shaders: lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map, as display bytes in both precisions.
+pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let side = bench.pick(96, 256);
     let all = Layers::ALL;
     let of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
-    // In the shadow of the Earth, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
+    // From the Earth's umbra, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let night_sky = night_sky.unwrap_or_else(|| of(SATURN, instant()));
@@ -336,12 +336,11 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..of(NaifId::SUN, in_shadow) }),
         ("night sky", night_sky),
     ];
-    let mut found = Found::none();
+    let mut found = SweepResult::none();
     for (name, request) in views {
-        let view = bench.planned(&request, PLAIN)?;
-        let bytes = |precision| {
-            bench.studio.renderer(precision).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
-        };
+        let view = bench.plan_view(&request, PLAIN)?;
+        let bytes =
+            |precision| bench.dual.renderer(precision).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display);
         let (single, double) = (bytes(Precision::F32)?, bytes(Precision::F64)?);
         let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         let differences: Vec<f64> = single.iter().zip(&double).map(apart).collect();

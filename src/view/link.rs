@@ -1,8 +1,8 @@
 //! A view as text: a link, or a JSON file.
 //!
-//! In: a [`ViewState`], or text from anywhere. Out: the text, or the view that it describes. Always: text that is written restores the view to the
-//! last bit. Text may name bodies or give their codes, and may omit fields, which then have the defaults of a new window: the body of the eye, else
-//! the Earth; now; the lit side from 3.5 radii; on a surface, looking south. Text that describes no possible view is refused with all its errors.
+//! In: a [`ViewState`], or text from anywhere. Out: the text, or the view that it describes. Always: written text restores the view to the
+//! last bit. Text may name bodies or give their codes, and may omit fields, which then have the defaults of a new window: the camera's body, else
+//! the Earth; now; the lit side from 3.5 radii; on a surface, looking south. Text of an impossible view is refused with all its errors.
 //! It reads no file.
 
 use crate::catalog::{Catalog, NaifId};
@@ -10,7 +10,7 @@ use crate::session::{Session, SessionError};
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
-use crate::view::app::places::SessionPlaces;
+use crate::view::app::places::SessionPositions;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, standing};
 use crate::wording::did_you_mean;
 use glam::DVec3;
@@ -20,27 +20,27 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 use std::borrow::Cow;
 
-/// What links begin with.
+/// The beginning of every link.
 pub const SCHEME: &str = "orrery://view?";
 
-/// Fields of a view that its text may have and its defaults do not write.
-const UNWRITTEN: [&str; 3] = ["time", "paused", "composition"];
-/// A text of more bytes is no view: those that are written have some 600.
+/// Fields that a text may have although the default view does not write them.
+const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
+/// Largest text, bytes; written ones have some 600.
 pub const MAX_BYTES: u64 = 65_536;
-/// Faults that are listed; of each so many characters.
+/// Largest number of listed errors, and of characters of each.
 const MAX_FAULTS: usize = 20;
-const FAULT_CHARACTERS: usize = 200;
+const MAX_FAULT_CHARACTERS: usize = 200;
 
 /// Why a text is no view, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewTextError {
-    /// What is wrong with the text, fault by fault.
+    /// Each error of the text.
     #[error("{}", faults_text(.0))]
     Faults(Vec<String>),
     /// Each field is possible, but not all of them together.
     #[error(transparent)]
     View(#[from] ViewStateError),
-    /// The ephemeris or the catalog does not know what it asks for.
+    /// The ephemeris or the catalog lacks something that it names.
     #[error(transparent)]
     Scene(#[from] SessionError),
 }
@@ -55,31 +55,31 @@ fn faults_text(faults: &[String]) -> String {
     }
 }
 
-/// Whether this is meant as a link, whatever it is worth.
+/// Whether a text is meant as a link, valid or not.
 pub fn is_link(text: &str) -> bool {
     text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
 }
 
-/// What a link asks for: of one as it was written, and of one that a system has put into another form (`Orrery://view/?…`).
+/// The query of a link, as written or as normalised by a system (`Orrery://view/?…`).
 fn query_of(link: &str) -> Option<&str> {
     let (place, query) = link.trim().split_once('?').unwrap_or((link.trim(), ""));
     let place = place.trim_end_matches('/');
     SCHEME.trim_end_matches('?').eq_ignore_ascii_case(place).then_some(query)
 }
 
-/// The view that a link or a file's text keeps. `now`: the time of one that tells none.
+/// The view of a link or a file's text. `now`: the time if none is given.
 ///
 /// # Errors
-/// One line that names each field that cannot be read, or what no view can have.
-pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
+/// One line that names each unreadable field and each impossible value.
+pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
     let catalog = session.catalog();
-    let mut told = PartialView::of(text);
-    told.name_bodies(catalog);
-    let target = told.target();
-    let time = told.time().unwrap_or(now);
-    let usual = initial_view(catalog, &SessionPlaces(session), target, time)?;
-    let view = told.over(&usual, catalog)?;
-    // What fields say together, and what the ephemeris knows, is found now, not with each picture.
+    let mut given = PartialView::of(text);
+    given.name_bodies(catalog);
+    let target = given.target();
+    let time = given.time().unwrap_or(now);
+    let defaults = initial_view(catalog, &SessionPositions(session), target, time)?;
+    let view = given.with_defaults(&defaults, catalog)?;
+    // Combinations of fields and coverage by the ephemeris are checked now, not for each picture.
     let request = view.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request)?;
     Ok(view)
@@ -98,7 +98,7 @@ impl ViewState {
     }
 }
 
-/// The fields that a text tells, and what is wrong with it.
+/// The fields of a text, and its errors.
 struct PartialView {
     fields: Map<String, Value>,
     faults: Vec<String>,
@@ -107,7 +107,7 @@ struct PartialView {
 impl PartialView {
     fn of(text: &str) -> Self {
         if text.len() as u64 > MAX_BYTES {
-            Self::refused(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
+            Self::from_error(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
         } else if is_link(text) {
             Self::of_link(text)
         } else {
@@ -115,50 +115,50 @@ impl PartialView {
         }
     }
 
-    fn refused(why: String) -> Self {
-        let mut told = Self { fields: Map::new(), faults: Vec::new() };
-        told.fault(why);
-        told
+    fn from_error(why: String) -> Self {
+        let mut given = Self { fields: Map::new(), faults: Vec::new() };
+        given.fault(why);
+        given
     }
 
-    /// Texts come from anywhere: a fault is of one line and of no more than can be read.
+    /// Texts may come from anywhere: an error has one line of limited length.
     fn fault(&mut self, why: String) {
         let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-        let mut line: String = why.chars().take(FAULT_CHARACTERS).map(plain).collect();
-        if line.len() < why.len() && why.chars().count() > FAULT_CHARACTERS {
+        let mut line: String = why.chars().take(MAX_FAULT_CHARACTERS).map(plain).collect();
+        if line.len() < why.len() && why.chars().count() > MAX_FAULT_CHARACTERS {
             line.push('…');
         }
         self.faults.push(line);
     }
 
     fn of_link(link: &str) -> Self {
-        let Some(query) = query_of(link) else { return Self::refused(format!("a link starts with {SCHEME}")) };
-        let mut told = Self { fields: Map::new(), faults: Vec::new() };
+        let Some(query) = query_of(link) else { return Self::from_error(format!("a link starts with {SCHEME}")) };
+        let mut given = Self { fields: Map::new(), faults: Vec::new() };
         for pair in query.split('&').filter(|p| !p.is_empty()) {
-            if let Err(why) = told.take_pair(pair) {
-                told.fault(why);
+            if let Err(why) = given.take_pair(pair) {
+                given.fault(why);
             }
         }
-        told
+        given
     }
 
     fn take_pair(&mut self, pair: &str) -> Result<(), String> {
-        let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", brief(pair)))?;
-        let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", brief(pair)))?;
-        // A field that is text says so by not being a JSON scalar.
+        let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", shortened(pair)))?;
+        let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
+        // A text field is whatever is no JSON scalar.
         let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
         let Some((above, name)) = path.split_once('.') else {
             if self.fields.get(path).is_some_and(Value::is_object) {
-                return Err(format!("`{}` is both a value and a group of fields", brief(path)));
+                return Err(format!("`{}` is both a value and a group of fields", shortened(path)));
             }
             self.fields.insert(path.to_owned(), value);
             return Ok(());
         };
         if name.contains('.') {
-            return Err(format!("`{}`: fields are nested one level deep", brief(path)));
+            return Err(format!("`{}`: fields are nested one level deep", shortened(path)));
         }
         let below = self.fields.entry(above).or_insert_with(|| Value::Object(Map::new()));
-        let map = below.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", brief(path)))?;
+        let map = below.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", shortened(path)))?;
         map.insert(name.to_owned(), value);
         Ok(())
     }
@@ -166,11 +166,11 @@ impl PartialView {
     fn json_error_text(text: &str) -> Self {
         match serde_json::from_str(text) {
             Ok(fields) => Self { fields, faults: Vec::new() },
-            Err(e) => Self::refused(e.to_string()),
+            Err(e) => Self::from_error(e.to_string()),
         }
     }
 
-    /// Puts codes where bodies are named. One that the catalog does not have is a fault, and is left out.
+    /// Replaces names of bodies by their codes. An unknown name is an error, and is left out.
     fn name_bodies(&mut self, catalog: &Catalog) {
         let mut faults = Vec::new();
         let code = |field: &str, value: &Value| match value {
@@ -181,7 +181,7 @@ impl PartialView {
                 Err(_) => Err(format!("{field} {other}: write a body's name or its NAIF code")),
             },
         };
-        let mut put = |field: &str, map: &mut Map<String, Value>, name: &str| {
+        let mut set_field = |field: &str, map: &mut Map<String, Value>, name: &str| {
             let Some(value) = map.get(name) else { return };
             match code(field, value) {
                 Ok(id) => {
@@ -193,20 +193,20 @@ impl PartialView {
                 }
             }
         };
-        put("target", &mut self.fields, "target");
+        set_field("target", &mut self.fields, "target");
         if let Some(Value::Object(eye)) = self.fields.get_mut("eye") {
-            put("eye.body", eye, "body");
+            set_field("eye.body", eye, "body");
         }
         faults.into_iter().for_each(|why| self.fault(why));
     }
 
-    /// The body that the view is of, once bodies have codes.
+    /// The target, once names are codes.
     fn target(&self) -> NaifId {
         let of = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
         of(self.fields.get("target")).or(of(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
-    /// `tdb_s`, or `time` as people write it.
+    /// `tdb_s`, or `time` as a date.
     fn time(&mut self) -> Option<Instant> {
         let (seconds, written) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if seconds.is_some() && written.is_some() {
@@ -216,37 +216,37 @@ impl PartialView {
             let read = read::<String>("time", &written).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
             return read.map_err(|why| self.fault(why)).ok();
         }
-        // Whether it is a number is asked with the other fields.
+        // Its type is checked with the other fields.
         read("tdb_s", &seconds?).ok().map(Instant::from_tdb_seconds_past_j2000)
     }
 
-    /// The view; what is not told is as in `usual`, an orbit. The written time is in that already.
-    fn over(mut self, usual: &ViewState, catalog: &Catalog) -> Result<ViewState, ViewTextError> {
+    /// The view; omitted fields are those of `defaults`, an orbit. The given time is in `defaults` already.
+    fn with_defaults(mut self, defaults: &ViewState, catalog: &Catalog) -> Result<ViewState, ViewTextError> {
         let fields = std::mem::take(&mut self.fields);
-        let mut whole = object_of(usual);
+        let mut whole = object_of(defaults);
         for (name, value) in fields {
             match value {
-                Value::Object(told) if name == "eye" => {
-                    let eye = self.eye_over(told, usual);
+                Value::Object(given) if name == "eye" => {
+                    let eye = self.camera_with_defaults(given, defaults);
                     whole.extend(eye.map(|eye| (name, Value::Object(eye))));
                 }
-                Value::Object(told) if name == "composition" => {
-                    let mut composition = object_of(&usual.composition);
-                    for (name, value) in told {
-                        self.put::<CompositionState>("composition.", &mut composition, &name, value);
+                Value::Object(given) if name == "composition" => {
+                    let mut composition = object_of(&defaults.composition);
+                    for (name, value) in given {
+                        self.set_field::<CompositionState>("composition.", &mut composition, &name, value);
                     }
                     whole.insert(name, Value::Object(composition));
                 }
-                value => self.put::<ViewState>("", &mut whole, &name, value),
+                value => self.set_field::<ViewState>("", &mut whole, &name, value),
             }
         }
         let mut view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
         if let Some(view) = &mut view {
-            // The two layers that have fields, and switches in the window, of their own.
+            // These two layers also have fields, and switches in the window, of their own.
             view.orbits |= std::mem::take(&mut view.layers.orbits);
             view.bloom |= std::mem::take(&mut view.layers.bloom);
         }
-        // Where a field could not be read its usual value stands, which has no fault.
+        // An unreadable field has its default, which has no error.
         view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
         match view {
             Some(view) if self.faults.is_empty() => Ok(view),
@@ -254,8 +254,8 @@ impl PartialView {
         }
     }
 
-    /// Puts a field into the whole of a `T`, if that can be read with it.
-    fn put<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
+    /// Sets a field of a serialised `T`, if the result can be read.
+    fn set_field<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
         let before = whole.insert(name.to_owned(), value);
         if let Err(e) = serde_json::from_value::<T>(Value::Object(whole.clone())) {
             match before {
@@ -263,7 +263,7 @@ impl PartialView {
                 None => whole.remove(name),
             };
             let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
-                let known = whole.keys().map(String::as_str).chain(UNWRITTEN.into_iter().filter(|_| above.is_empty()));
+                let known = whole.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| above.is_empty()));
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")
             });
@@ -271,16 +271,16 @@ impl PartialView {
         }
     }
 
-    /// The eye that a text tells: an orbit unless it says otherwise.
-    fn eye_over(&mut self, mut told: Map<String, Value>, usual: &ViewState) -> Option<Map<String, Value>> {
-        let body = usual.target;
-        let kind = told.remove("kind").unwrap_or_else(|| "orbit".into());
+    /// The camera of a text: an orbit unless it says otherwise.
+    fn camera_with_defaults(&mut self, mut given: Map<String, Value>, defaults: &ViewState) -> Option<Map<String, Value>> {
+        let body = defaults.target;
+        let kind = given.remove("kind").unwrap_or_else(|| "orbit".into());
         let mut whole = match kind.as_str() {
-            Some("orbit") => object_of(&usual.eye),
+            Some("orbit") => object_of(&defaults.eye),
             Some("ground") => object_of(&standing(body, 0.0, 0.0)),
             Some("centre") => object_of(&CameraPose::Centre { body }),
             Some("free") => {
-                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !told.contains_key(*name)) {
+                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !given.contains_key(*name)) {
                     self.fault(format!("eye.{name} is missing: a free camera has no default"));
                 }
                 object_of(&CameraPose::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
@@ -290,22 +290,22 @@ impl PartialView {
                 return None;
             }
         };
-        for (name, value) in told {
-            self.put::<CameraPose>("eye.", &mut whole, &name, value);
+        for (name, value) in given {
+            self.set_field::<CameraPose>("eye.", &mut whole, &name, value);
         }
         Some(whole)
     }
 }
 
-/// The beginning of what someone wrote, for a message that has to say more.
-fn brief(text: &str) -> String {
-    const CHARACTERS: usize = 60;
+/// The beginning of a user's text, for a message.
+fn shortened(text: &str) -> String {
+    const MAX_CHARACTERS: usize = 60;
     let mut all = text.chars();
-    let begun: String = all.by_ref().take(CHARACTERS).collect();
+    let begun: String = all.by_ref().take(MAX_CHARACTERS).collect();
     if all.next().is_some() { begun + "…" } else { begun }
 }
 
-/// A value, or why it is none, with its field's name.
+/// A value, or why it is invalid, with its field's name.
 fn read<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, String> {
     serde_json::from_value(value.clone()).map_err(|e| format!("{field}: {e}"))
 }
@@ -330,7 +330,7 @@ fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// Bytes that a link's values keep as they are, besides letters and digits.
+/// Bytes that are not escaped in a link's values, besides letters and digits.
 const UNESCAPED: &AsciiSet =
     &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b'~').remove(b'+').remove(b',').remove(b':').remove(b'[').remove(b']');
 

@@ -111,7 +111,7 @@ fn no_line_shines_along_the_limb_of_a_giant() {
 
 /// However the air is summed.
 #[test]
-fn no_way_of_summing_draws_a_line() {
+fn no_quadrature_tier_draws_a_line() {
     for id in [599, 699, 799, 899] {
         for tier in TIERS {
             for phase in [0.0, 30.0] {

@@ -78,7 +78,7 @@ fn on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]
     let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::Refracted)).expect("a sky");
     let point = |(latitude, longitude): &(f64, f64)| ground_point_km(moon.radii_km, *latitude, *longitude, 0.0).0 / moon.radii_km.x;
     let points: Vec<DVec3> = places.iter().map(point).collect();
-    let left = sky.left(&sky.occluders, &points, None).expect("answers");
+    let left = sky.sunlight(&sky.occluders, &points, None).expect("answers");
     let full = |p: &DVec3| {
         let point_km = receiver.body_from_icrf.transpose() * (*p * moon.radii_km.x);
         (KM_PER_AU / (receiver.sun_from_body_km - point_km).length()).powi(2)
@@ -162,7 +162,7 @@ fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
 /// From the edge of the penumbra to the middle of the umbra and over the Moon's face, in small and large pictures: the Sun beside the Earth and the
 /// ring together bring what the eclipse says, and in the umbra what the integral over the limb says.
 #[test]
-fn the_ring_brings_the_light_that_arrives() {
+fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
     let single = renderer(Precision::F32);
     let sizes = [64, 150, 320];
     for (k, minutes) in [-172.0, -140.0, -118.0, -109.0, -104.0, -60.0, -30.0, 0.0, 30.0, 70.0].into_iter().enumerate() {
@@ -243,7 +243,7 @@ fn the_light_is_the_same_at_every_size() {
 
 /// The Sun sets behind the Earth as seen from an orbit: its light goes over from all to the last of the ring, without a step.
 #[test]
-fn the_light_falls_without_a_step_as_the_sun_sets() {
+fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     let single = renderer(Precision::F32);
     let radii: f64 = 42_164.0 / 6378.137;
     let limb = (1.0 / radii).asin();

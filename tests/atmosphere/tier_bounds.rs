@@ -37,7 +37,7 @@ fn air_of(question: &Value) -> (f64, Air) {
     let species = |s: &Value| {
         let profile = if s["profile"] == "tent" {
             let (centre, half) = (number(&s["centre_km"]), number(&s["half_width_km"]));
-            Profile::Tent { knots: [centre - half, centre, centre + half].map(|km| km / radius_km) }
+            Profile::Triangle { knots: [centre - half, centre, centre + half].map(|km| km / radius_km) }
         } else {
             Profile::Exponential { height: number(&s["scale_height_km"]) / radius_km }
         };
@@ -134,7 +134,7 @@ fn ray(random: &mut Random, family: usize, known: &Known) -> Ray {
         .air
         .species
         .iter()
-        .filter_map(|s| if let Profile::Tent { knots } = s.profile { Some(knots) } else { None })
+        .filter_map(|s| if let Profile::Triangle { knots } = s.profile { Some(knots) } else { None })
         .flatten()
         .collect();
     match family {

@@ -103,7 +103,7 @@ fn a_new_body_must_be_whole() {
 }
 
 #[test]
-fn broken_rings_air_and_words_are_named() {
+fn invalid_rings_and_body_names_are_reported() {
     let found = complaints(
         "[[ring]]\nbody = \"Saturn\"\nname = \"X\"\ninner_km = 9.0\nouter_km = 8.0\ntau_normal = nan\n\n[[atmosphere]]\nbody = \"Marz\"\ntop_km = 1.0\n",
     );
@@ -137,7 +137,7 @@ fn the_users_file_overrides_fields_only() {
 
 /// A value was read where its source says so, or is marked as an estimate with its error; none is both.
 #[test]
-fn what_was_not_read_is_an_estimate() {
+fn unsourced_values_are_estimates() {
     let catalog = Catalog::embedded();
     let (mut read, mut estimate_notes) = (0, 0);
     for b in catalog.bodies().iter().filter(|b| b.kind != BodyKind::Star) {
@@ -295,7 +295,7 @@ fn colours_follow_from_the_albedos_they_name() {
 
 /// What only the whole shows is said at the line of the user's file that made it so, whichever body comes first.
 #[test]
-fn circles_and_doubled_names_are_found_in_the_users_file() {
+fn cycles_and_duplicate_names_are_found_in_the_users_file() {
     let moon = |id: i32, name: &str, parent: &str| {
         let orbit: String =
             ["pole_ra_deg", "pole_dec_deg", "epoch_jd_tt", "eccentricity", "inclination_deg", "node_deg", "argument_of_periapsis_deg"]

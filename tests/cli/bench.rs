@@ -1,4 +1,4 @@
-//! The built program's `bench` verb: the shape of its JSON, and what it refuses.
+//! The built program's `bench` verb: the fields of its JSON, and its errors.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -54,7 +54,7 @@ fn wrong_words_are_refused_in_one_line_that_helps() {
 
 /// More triangles take no less time to read; ratios are measured against the ellipsoid in the same rounds.
 #[test]
-fn shape_models_have_a_table_of_their_own() {
+fn shape_models_have_their_own_table() {
     let out = bench(&["--meshes", "--size", "64x64", "--frames", "2"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
@@ -80,14 +80,14 @@ fn a_million_stars_are_a_scene() {
 }
 
 #[test]
-fn each_effect_that_is_on_has_its_cost_and_its_light() {
+fn each_active_effect_has_its_cost_and_light_change() {
     let out = bench(&["--effects", "--scene", "saturn", "--size", "64x64", "--frames", "2"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
     let effects = report["scenes"][0]["effects"].as_array().expect("a list");
     let light = |name: &str| {
         let row = effects.iter().find(|e| e["name"] == name).unwrap_or_else(|| panic!("{name} is not in {effects:?}"));
-        // On so small a picture the noise is larger than most costs: still none is below nothing, and the noise is told.
+        // On so small a picture the noise exceeds most costs: still none is negative, and the noise is reported.
         for (cost, noise) in [("wall_ms", "wall_noise_ms"), ("cpu_ms", "cpu_noise_ms")] {
             assert!(row[cost].is_null() == row[noise].is_null() && (cost == "cpu_ms" || row[cost].is_f64()), "{row}");
             assert!([cost, noise].iter().all(|c| row[*c].as_f64().is_none_or(|ms| ms >= 0.0)), "{row}");
@@ -95,7 +95,7 @@ fn each_effect_that_is_on_has_its_cost_and_its_light() {
         number(&row["light"], "light")
     };
     assert!(effects.iter().all(|e| e["wall_ms"].as_f64().is_some_and(|ms| ms >= 0.0)), "{effects:?}");
-    // The rings send more light to the viewer than their shadow takes; clouds are the Earth's.
+    // The rings send more light to the viewer than their shadow blocks; clouds are on the Earth only.
     assert!(light("rings") > 0.1 && light("rings") < 1.0 && light("ring-shadow") < light("rings"));
     assert!(effects.iter().all(|e| e["name"] != "clouds"), "{effects:?}");
     assert!(bench(&["--scene", "saturn", "--size", "9x9", "--frames", "1"]).stdout.windows(9).all(|w| w != b"\"effects\""));

@@ -1,6 +1,6 @@
-//! No input of at most 1 MB takes over 5 s of processor time or 1 GB of memory: for each way in, inputs made to be as costly as their kind allows.
+//! No input of at most 1 MB takes over 5 s of CPU time or 1 GB of memory: for each kind of input, the most expensive ones possible.
 //!
-//! The limits are the system's own (`ulimit -t`, `ulimit -v`): who passes them is killed, or aborts. A limit of address space is more than one of memory, so it is
+//! The limits are the system's own (`ulimit -t`, `ulimit -v`): a program that exceeds them is killed, or aborts. A limit of address space exceeds one of memory, so it is
 //! that of the program with a harmless input and 1 GB.
 
 use std::io::Write;
@@ -9,7 +9,7 @@ use std::process::{Command, Output, Stdio};
 
 const MEGABYTE: usize = 1_000_000;
 const SECONDS: u32 = 5;
-/// Kilobytes: the program maps some 0.6 GB as it starts, with one thread.
+/// Kilobytes: the program maps some 0.6 GB at its start, with one thread.
 const ADDRESS_SPACE_KB: u32 = 1_600_000;
 
 fn orrery(cache: &Path, words: &[&str], input: &[u8]) -> Output {
@@ -20,13 +20,13 @@ fn orrery(cache: &Path, words: &[&str], input: &[u8]) -> Output {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
     let mut stdin = child.stdin.take().expect("a pipe");
     std::thread::scope(|scope| {
-        // The program may end without having read it all.
+        // The program may end before it has read everything.
         scope.spawn(move || drop(stdin.write_all(input)));
         child.wait_with_output().expect("ends")
     })
 }
 
-/// That the program ended by itself: with an answer or a refusal.
+/// Asserts that the program ended by itself, with an answer or an error.
 fn ends(cache: &Path, case: &str, words: &[&str], input: &[u8]) {
     let out = orrery(cache, words, input);
     let said = String::from_utf8_lossy(&out.stderr);
@@ -34,7 +34,7 @@ fn ends(cache: &Path, case: &str, words: &[&str], input: &[u8]) {
     assert!(matches!(out.status.code(), Some(0..=2)) && !said.contains("panicked"), "{case}: {:?}: {start}", out.status);
 }
 
-/// As many of these as fit into a megabyte; each gets its number.
+/// As many of these as fit into a megabyte, each with its number.
 fn many(of: impl Fn(usize) -> String) -> String {
     let mut text = String::new();
     for k in 0.. {
@@ -52,7 +52,7 @@ fn nested(open: &str, close: &str) -> String {
     format!("{}{}", open.repeat(depth), close.repeat(depth))
 }
 
-/// A body that a catalog takes.
+/// A valid body for a catalog.
 fn body(id: usize, parent: &str) -> String {
     format!(
         "[[body]]\nid = {id}\nname = \"B{id}\"\nkind = \"moon\"\nparent = \"{parent}\"\nradii_km = [1, 1, 1]\ngeometric_albedo = 0.1\n\
@@ -251,7 +251,7 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
 }
 
 #[test]
-fn questions_views_and_names_of_a_megabyte() {
+fn queries_views_and_names_of_a_megabyte() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |text: &str| {
         std::fs::write(folder.path().join("a.json"), text).expect("a file");
@@ -276,7 +276,7 @@ fn questions_views_and_names_of_a_megabyte() {
             ends(folder.path(), case, &["view", "--settings", &path], &[]);
         }
     }
-    // The longest argument that the system passes on.
+    // The longest argument that the system allows.
     for part in ["+rings,", "moon:+rings,moon:-rings,", "m:+rings,", "+eclipse=limb-darkened,", ","] {
         let effects = part.repeat(120_000 / part.len());
         ends(folder.path(), part, &["explain", "--target", "moon", "--time", "2024-01-01", &format!("--effects={effects}")], &[]);

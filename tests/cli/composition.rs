@@ -1,4 +1,4 @@
-//! Stereo, domes and warps of the built program: sizes, f64 against f32, probe's pixel, and what is refused with which words.
+//! Stereo, domes and warps of the built program: sizes, f64 against f32, the probe's pixels, and error messages.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -23,7 +23,7 @@ fn render(words: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
     }
 }
 
-/// Each way of putting a picture together gives one of the size that was asked for, and the same in f64 as in f32, to two levels.
+/// Each composition gives a picture of the requested size, and the same in f64 as in f32, to two levels.
 #[test]
 fn every_composition_is_drawn_in_both_precisions() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -54,7 +54,7 @@ fn every_composition_is_drawn_in_both_precisions() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_in_one_line() {
+fn impossible_compositions_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("fold.data");
     std::fs::write(&mesh, "2\n3 2\n-1 -1 0 0 1\n0.5 -1 0.5 0 1\n0 -1 1 0 1\n-1 1 0 1 1\n0.5 1 0.5 1 1\n0 1 1 1 1\n").expect("written");
@@ -76,7 +76,7 @@ fn what_cannot_be_is_refused_in_one_line() {
     assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "nothing was written");
 }
 
-/// `probe project` says where a fisheye and an equirectangular picture have a direction: formulas of this test.
+/// `probe project` gives the pixels of directions in fisheye and equirectangular pictures: compared with formulas in this test.
 #[test]
 fn project_knows_the_projections() {
     let ask = |projection: &str, ra: f64, dec: f64| -> serde_json::Value {

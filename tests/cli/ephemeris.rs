@@ -1,4 +1,4 @@
-//! Tables of `orrery ephemeris`, and risings and settings over a place, against single answers, the horizon and a published almanac.
+//! Tables of `orrery ephemeris`, and rise and set at a place, against single queries, the horizon and a published almanac.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -21,7 +21,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
-/// Every row is what a single question answers, in all forms alike.
+/// Every row equals a single query, in all formats.
 #[test]
 fn rows_are_single_answers() {
     let span = ["--from", "2016-12-30", "--to", "2017-01-02", "--step", "1d"];
@@ -87,7 +87,7 @@ fn the_sun_is_where_rise_set_and_twilight_say() {
         december["rise"].is_null() && december["up_at_start"] == false && december["twilight"]["civil"]["dawn"].is_string(),
         "{december}"
     );
-    // What is no Sun has no twilight; the text has a line for each.
+    // Other bodies have no twilight; the text has a line for each event.
     assert!(json(&["--body", "moon", "--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"])["twilight"].is_null());
     let lines = text(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
     assert!(lines.lines().count() == 10 && lines.contains("astronomical dawn     none within the day"), "{lines}");

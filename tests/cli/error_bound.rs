@@ -19,7 +19,7 @@ fn done(folder: &Path, words: &[&str]) -> Output {
     out
 }
 
-/// Bodies with air, clouds, rings, an eclipse, craters.
+/// Bodies with atmospheres, clouds, rings, an eclipse, craters.
 const VIEWS: [(&str, &[&str]); 5] = [
     ("earth", &["--target", "earth", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "3"]),
     ("saturn", &["--target", "saturn", "--time", "2017-05-17T00:00:00Z"]),
@@ -28,7 +28,7 @@ const VIEWS: [(&str, &[&str]); 5] = [
     ("mars", &["--target", "mars", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "1.2"]),
 ];
 
-/// Mean bounds that still tell a good picture from a poor one, 255ths.
+/// Mean bounds that still distinguish a good picture from a poor one, 255ths.
 const MEAN_OF_STANDARD: f64 = 16.0;
 const MEAN_OF_DRAFT: f64 = 40.0;
 
@@ -67,7 +67,7 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
         }
     }
     assert!(broken <= 1e-4 * pixels, "the bound is broken in {broken} of {pixels} pixels");
-    // It can fail: the draft's picture against the standard quality's bound.
+    // Negative control: the draft's picture against the standard quality's bound.
     let out = done(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
     let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
     assert!(compared["bound_held"].as_f64().expect("a part") < 0.99, "{compared}");
@@ -81,7 +81,7 @@ fn the_linear_bound_is_written_beside_and_other_files_are_refused() {
     done(path, &[&words[..], &["--error", "bound.exr", "--error", "bound.png"]].concat());
     let linear = image::open(path.join("bound.exr")).expect("a bound").to_rgb32f();
     assert!(linear.pixels().all(|p| p.0.iter().all(|v| v.is_finite() && *v >= 0.0)) && linear.pixels().any(|p| p.0[1] > 0.0));
-    // The same once more is the same; another view's file is not replaced.
+    // Repeated, it is the same; another view's file is not replaced.
     done(path, &[&words[..], &["--error", "bound.png"]].concat());
     let other =
         ["render", "--target", "mars", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "mars.png", "--error", "bound.png"];

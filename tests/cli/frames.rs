@@ -1,10 +1,10 @@
-//! Files of the built program's `render`: whose they are, which are kept, which are refused, and that the same request always writes the same bytes.
+//! Files written by the built program's `render`: their provenance, which are kept, which are refused, and that the same request always writes the same bytes.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// A cache for all, so that modules are made once.
+/// A shared cache, so that modules are compiled once.
 static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-frames-{}", std::process::id())));
 
 fn render(words: &[&str]) -> Output {
@@ -35,7 +35,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 const TIME: &str = "2024-04-08T18:17:16Z";
 const BASE: [&str; 6] = ["--target", "phobos", "--time", TIME, "--size", "12x10"];
 
-/// One word of the request changed at a time: each change alone makes it another request.
+/// One option of the request changed at a time: each change alone makes it another request.
 #[test]
 fn a_file_of_another_request_is_refused_whatever_differs() {
     let folder = tempfile::Builder::new().prefix("frames").tempdir().expect("a folder");
@@ -44,7 +44,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     let shaders = folder.path().join("shaders");
     [&catalogs, &maps, &shaders].iter().for_each(|f| std::fs::create_dir_all(f).expect("made"));
     std::fs::write(catalogs.join("a.toml"), "[[body]]\nid = 401\ngeometric_albedo = 0.2\n").expect("written");
-    // A folder that holds no file of the catalog's changes nothing.
+    // A folder without any file of the catalog changes nothing.
     let of = |name: &str| orrery::shader::fragments::FRAGMENTS.iter().find(|(n, _)| *n == name).expect("a fragment").1;
     std::fs::create_dir_all(shaders.join("entry")).expect("made");
     std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", of("entry/blur.wesl"))).expect("written");
@@ -53,7 +53,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     assert!(first.status.success() && first.stderr.is_empty(), "{}", said(&first));
     let bytes = std::fs::read(&path).expect("written");
 
-    // The same request in other words, and what changes no picture.
+    // The same request in other words, and options that change no picture.
     for same in [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
     {
         let out = render(&[&BASE[..], same, &["-o", text(&path)]].concat());
@@ -80,7 +80,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--renderer", "auto"], "auto"),
     ];
     for (words, about) in changed {
-        // The last of two options counts in no parser of ours: what is changed is left out of the base.
+        // clap does not allow repeated options, so the changed one is left out of the base.
         let base: Vec<&str> = BASE.chunks(2).filter(|pair| pair[0] != words[0]).flatten().copied().collect();
         let out = match *words {
             ["--renderer", _] => {
@@ -95,7 +95,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         assert!(line.chars().count() < 600 && !line.contains(".tmp"), "{line}");
         assert_eq!(std::fs::read(&path).expect("there"), bytes, "{words:?}: a refused file is left as it is");
     }
-    // Allowed to, it replaces: the bytes are those of a fresh file.
+    // With --overwrite it is replaced: the bytes are those of a fresh file.
     let fresh = folder.path().join("fresh.png");
     for words in [&["--overwrite"][..], &[]] {
         let at = if words.is_empty() { &fresh } else { &path };
@@ -107,7 +107,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
 }
 
 #[test]
-fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
+fn a_sequence_resumes_with_its_own_frames_only() {
     for kind in ["png", "exr"] {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
@@ -116,7 +116,7 @@ fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
             let words = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", text(&pattern)];
             render(&[&words[..], more].concat())
         };
-        // Two machines share the run; a third finds it done.
+        // Two machines share the sequence; a third finds it done.
         for shard in ["0/2", "1/2"] {
             let out = run("mars", &["--shard", shard]);
             assert!(out.status.success() && out.stderr.is_empty(), "{}", said(&out));
@@ -125,14 +125,14 @@ fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
         assert_eq!(whole.len(), 4);
         let again = run("mars", &[]);
         assert!(again.status.success() && said(&again).contains("kept 4 of 4"), "{}", said(&again));
-        // Another request meets them before it draws anything.
+        // Another request is refused before it draws anything.
         let other = run("venus", &[]);
         assert_eq!(other.status.code(), Some(1));
         assert!(said(&other).contains("target Mars, not Venus") && said(&other).trim().lines().count() == 1, "{}", said(&other));
         let other = run("venus", &["--shard", "1/2"]);
         assert!(other.status.code() == Some(1) && said(&other).contains("m-001"), "{}", said(&other));
         assert_eq!(files(folder.path()), whole, "a refused run changes no file");
-        // What is missing, cut or turned is drawn anew, or refused: it is nobody's.
+        // Missing, truncated or altered files are drawn again, or refused if they have no provenance.
         std::fs::remove_file(at(&format!("m-002.{kind}"))).expect("removed");
         let out = run("mars", &[]);
         assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{}", said(&out));
@@ -151,11 +151,11 @@ fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
             assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", said(&out));
             assert_eq!(files(folder.path()), whole, "{kind}, {what}");
         }
-        // A longer run of the same request begins with the shorter one's frames.
+        // A longer sequence of the same request begins with the frames of the shorter one.
         let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", text(&pattern)];
         let out = render(&words);
         assert!(out.status.success() && said(&out).contains("kept 4 of 5"), "{}", said(&out));
-        // Another step: the first frame alone is the same picture.
+        // Another step: only the first frame is the same picture.
         let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", text(&pattern)];
         let out = render(&words);
         assert!(out.status.code() == Some(1) && said(&out).contains("m-001") && said(&out).contains("time"), "{}", said(&out));
@@ -163,7 +163,7 @@ fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
 }
 
 #[test]
-fn a_file_that_cannot_be_written_is_told_without_a_temporary_name() {
+fn write_errors_do_not_name_the_temporary_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("file");
     std::fs::write(&file, "here").expect("written");
@@ -186,7 +186,7 @@ fn a_file_that_cannot_be_written_is_told_without_a_temporary_name() {
     assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");
 }
 
-/// A tour's frames go on where they stopped, end with it, and say what they are of; a fault names file, stop and field, and words of a view beside it are refused.
+/// A tour's frames resume where they stopped, end with it, and have their provenance; an error names file, stop and field, and view options beside a tour are refused.
 #[cfg(feature = "view")]
 #[test]
 fn a_tour_is_drawn_frame_by_frame() {
@@ -200,7 +200,7 @@ fn a_tour_is_drawn_frame_by_frame() {
     let written = files(folder.path());
     let names: Vec<&str> = written.iter().map(|(name, _)| name.as_str()).filter(|n| n.ends_with(".png")).collect();
     assert_eq!(names, ["out-00.png", "out-01.png", "out-02.png", "out-03.png", "out-04.png", "out-05.png"]);
-    // Two held, two on the way, two held: those that are held are alike, those on the way are not.
+    // Two frames held, two moving, two held: held frames are equal, moving ones are not.
     let pixels = |k: usize| image::open(folder.path().join(names[k])).expect("a picture").to_rgb8().into_raw();
     assert!(pixels(0) == pixels(1) && pixels(4) == pixels(5) && pixels(1) != pixels(3) && pixels(3) != pixels(4));
     let again = render(&words);
@@ -213,7 +213,7 @@ fn a_tour_is_drawn_frame_by_frame() {
     assert!(wrong.status.code() == Some(1) && said(&wrong).contains("tour.json: stop 1, view: target: "), "{}", said(&wrong));
 }
 
-/// The frames of a moving picture are those of a sequence; a file that is there stays, and what a form cannot hold is said before anything is drawn.
+/// The frames of an animation are those of a sequence; an existing file is kept, and unsupported settings are reported before anything is drawn.
 #[test]
 fn a_moving_picture_has_the_frames_of_a_sequence() {
     use image::AnimationDecoder;
@@ -250,7 +250,7 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
         assert!(again.status.code() == Some(1) && said(&again).contains("--overwrite"), "{}", said(&again));
         assert!(draw(&at(name), &["--overwrite"]).status.success());
     }
-    // The same bytes once more.
+    // They would be the same bytes.
     assert_eq!(files(folder.path()), before);
     for (more, about) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
         let mut words = words(&at("other.gif"));

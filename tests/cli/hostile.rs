@@ -1,13 +1,13 @@
-//! What the built program makes of files and words that mean harm: an answer in bounded time and memory, on one line that names the file or field.
+//! Hostile files and arguments for the built program: an answer in bounded time and memory, on one line that names the file or field.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Longest that a refusal may take; most take a tenth of a second.
+/// Longest time of an error; most take a tenth of a second.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The program's answer, without a screen. One that does not come is a failure, not a wait.
+/// The program's output, without a display. A timeout is a failure.
 fn orrery(cache: &Path, words: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
@@ -51,7 +51,7 @@ fn said(out: &Output) -> String {
     String::from_utf8_lossy(&out.stderr).into_owned()
 }
 
-/// The only line that a failed command says.
+/// The single line of a failed command.
 fn refusal(out: &Output, case: &str) -> String {
     let line = said(out);
     assert!(matches!(out.status.code(), Some(1 | 2)), "{case}: {:?}: {line}", out.status);
@@ -66,7 +66,7 @@ fn pipe(path: PathBuf) -> PathBuf {
     path
 }
 
-/// A link comes from a stranger's page: 30,000 dotted parts, and as many brackets, overflowed the stack.
+/// A link may come from a web page: 30,000 dotted parts, and as many brackets, once overflowed the stack.
 #[cfg(feature = "view")]
 #[test]
 fn a_link_of_any_depth_and_length_is_answered() {
@@ -76,7 +76,7 @@ fn a_link_of_any_depth_and_length_is_answered() {
     let long = format!("orrery://view?target={}", "x".repeat(100_000));
     for (link, word) in [(&dotted, "nested one level deep"), (&brackets, "eye"), (&long, "too long for a view")] {
         let out = orrery(folder.path(), &["view", link]);
-        // The second line says that there is no screen.
+        // The second line says that there is no display.
         let line = said(&out);
         assert!(out.status.code() == Some(1) && line.contains(word) && line.lines().count() <= 2, "{word}: {line}");
         assert!(line.lines().all(|l| l.chars().count() < 600), "{line}");
@@ -86,7 +86,7 @@ fn a_link_of_any_depth_and_length_is_answered() {
     assert!(said(&orrery(folder.path(), &["view", text(&nested)])).contains("recursion limit exceeded"));
 }
 
-/// Every option that names a file: a pipe that nobody writes, and a device without an end.
+/// Every option that names a file: a pipe without a writer, and an endless device.
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_in_the_place_of_files_are_refused() {
@@ -122,10 +122,10 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
     }
 }
 
-/// The library and the tables of air read entries that someone else may have laid there.
+/// The shader library and the scattering tables read entries that another user may have written.
 #[cfg(unix)]
 #[test]
-fn odd_kinds_of_files_in_the_cache_stop_nothing() {
+fn unusual_file_types_in_the_cache_are_tolerated() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
     let render = || {
@@ -155,10 +155,10 @@ fn odd_kinds_of_files_in_the_cache_stop_nothing() {
     assert!(line.lines().count() <= 2 && line.contains("not a regular file"), "{line}");
 }
 
-/// In a shared cache another user's link made us overwrite our own file.
+/// In a shared cache, another user's link once made the program overwrite the user's own file.
 #[cfg(unix)]
 #[test]
-fn a_cache_that_others_may_write_is_not_used() {
+fn a_cache_folder_writable_by_others_is_not_used() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().expect("a folder");
     let cache = folder.path().join("cache");
@@ -176,7 +176,7 @@ fn a_cache_that_others_may_write_is_not_used() {
         assert_eq!(std::fs::read_dir(&shared).expect("a folder").count(), 0, "{part}: something was written");
         std::fs::remove_dir_all(&cache).expect("removed");
     }
-    // What the program makes itself is nobody else's to read.
+    // Only the user can read the files of the cache.
     let status = orrery(
         &cache,
         &["render", "--target", "pluto", "--time", "2024-01-01", "--size", "8x8", "--overwrite", "-o", text(&folder.path().join("a.png"))],
@@ -186,9 +186,9 @@ fn a_cache_that_others_may_write_is_not_used() {
     assert_eq!(mode & 0o777, 0o700);
 }
 
-/// What a small argument or file may claim: 100,000 threads, 400 megapixels in a file of 100 bytes, 20,000 wrong fields.
+/// Claims of small arguments or files: 100,000 threads, 400 megapixels in a file of 100 bytes, 20,000 wrong fields.
 #[test]
-fn claims_beyond_all_measure_are_refused_with_their_limit() {
+fn oversized_counts_in_files_are_refused_with_their_limit() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let (maps, picture) = (at("maps"), at("a.png"));
@@ -206,7 +206,7 @@ fn claims_beyond_all_measure_are_refused_with_their_limit() {
     drop(head);
     let line = refusal(&orrery(&at("cache"), &["compare", text(&huge), text(&huge)]), "compare");
     assert!(line.contains("20000 x 20000 pixels are 400 megapixels, more than 64; --max-megapixels 400 allows them"), "{line}");
-    // With the limit raised it is the file's own damage that is said.
+    // With a higher limit the file's own damage is reported.
     let line = refusal(&orrery(&at("cache"), &["compare", text(&huge), text(&huge), "--max-megapixels", "400"]), "raised");
     assert!(line.contains("not a picture that can be read"), "{line}");
     let words = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "--textures", text(&maps), "-o", text(&picture)];
@@ -223,9 +223,9 @@ fn claims_beyond_all_measure_are_refused_with_their_limit() {
     }
 }
 
-/// Every text of a file or a question that a message repeats, made to steer a terminal and to forge lines.
+/// Every text of a file or a query that a message quotes, made to control the terminal and to forge lines.
 #[test]
-fn what_a_message_repeats_of_a_file_stays_on_its_line() {
+fn quotations_of_files_in_messages_stay_on_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let evil = "\\u001b[2J\\u001b]0;x\\u0007\\r\\norrery: all is well\\u202e";
@@ -261,7 +261,7 @@ fn what_a_message_repeats_of_a_file_stays_on_its_line() {
     let camera = at("camera.json");
     std::fs::write(&camera, format!("{{\"{evil}\":1}}")).expect("a file");
     assert!(!steers(&refusal(&orrery(&at("cache"), &["explain", "--camera-json", text(&camera)]), "camera")));
-    // A shape model's line, raw bytes and all.
+    // A line of a shape model, with raw bytes.
     let (mesh, picture) = (at("mesh"), at("a.png"));
     std::fs::create_dir(&mesh).expect("a folder");
     std::fs::write(mesh.join("a.toml"), "[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n").expect("a file");
@@ -271,9 +271,9 @@ fn what_a_message_repeats_of_a_file_stays_on_its_line() {
     assert!(said(&out).lines().count() == 1 && said(&out).contains("a.obj:1") && !steers(&said(&out)), "{:?}", said(&out));
 }
 
-/// What was taken and gave a wrong answer or none.
+/// Values that were once accepted and gave a wrong answer or none.
 #[test]
-fn values_that_mean_nothing_are_refused_by_their_option() {
+fn meaningless_values_are_refused_by_option_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
     let none = folder.path().join("none");
@@ -307,7 +307,7 @@ fn values_that_mean_nothing_are_refused_by_their_option() {
     }
     let out = orrery(&cache, &["probe", &air("\"scale_height_km\":8")]);
     assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", said(&out));
-    // A cache that is there and cannot be looked into is not an empty one.
+    // An existing but unreadable cache is not an empty one.
     std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
     let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
     std::fs::write(cache.join("orrery/shaders"), "a file").expect("a file");
@@ -317,11 +317,11 @@ fn values_that_mean_nothing_are_refused_by_their_option() {
     }
 }
 
-/// What killed runs left is gone after a day; what a full disk cuts short is not left at all.
+/// Temporary files of killed processes are removed after a day; a full disk leaves no partial file.
 #[cfg(unix)]
 #[test]
 #[expect(clippy::disallowed_methods, reason = "ages of files on disk")]
-fn no_half_file_is_left_behind() {
+fn no_partial_or_stale_file_is_left_behind() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, picture, difference) = (folder.path().join("cache"), folder.path().join("a.png"), folder.path().join("d.png"));
     let litter = |folder: &Path, name: &str, age_s: u64| {

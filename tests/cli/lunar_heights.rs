@@ -1,4 +1,4 @@
-//! `--lunar-heights`: what `eclipse find` answers with it, and what is said of files that are none.
+//! `--lunar-heights`: results of `eclipse find` with it, and errors for invalid files.
 
 use serde_json::Value;
 use std::path::Path;
@@ -26,9 +26,9 @@ fn grey(depth: png::BitDepth, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Even ground at 0 by three kinds of file: the mean limb's contacts, with the map's fineness and reach beside them.
+/// Zero heights in three file formats: the mean limb's contacts, with the map's resolution and range beside them.
 #[test]
-fn contacts_by_heights_stand_beside_those_of_the_mean_limb() {
+fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     let folder = tempfile::tempdir().expect("a folder");
     let zero: Vec<u8> = 20_000_u16.to_be_bytes().repeat(72 * 36);
     let sixteen = put(folder.path(), "sixteen.png", &grey(png::BitDepth::Sixteen, 72, 36, &zero));
@@ -60,7 +60,7 @@ fn contacts_by_heights_stand_beside_those_of_the_mean_limb() {
 }
 
 #[test]
-fn files_that_are_no_heights_are_refused_in_one_line() {
+fn invalid_height_maps_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let eight = put(folder.path(), "eight.png", &grey(png::BitDepth::Eight, 8, 4, &[0; 32]));
     let square = put(folder.path(), "square.png", &grey(png::BitDepth::Eight, 4, 4, &[0; 16]));

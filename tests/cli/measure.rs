@@ -1,4 +1,4 @@
-//! `measure` and `stability` as a user meets them: fields, statuses, plots; and the defaults of the qualities by their rule.
+//! `measure` and `stability` for a user: fields, exit statuses, plots; and the defaults of the qualities by their rule.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -24,7 +24,7 @@ fn json(words: &[&str]) -> Value {
     serde_json::from_str(&text(words)).unwrap_or_else(|e| panic!("{words:?}: {e}"))
 }
 
-/// All choices in one run, which also draws the plot: times of a process of its own, for other tests share this one's.
+/// All choices in one run, which also draws the plot: in a process of its own, since other tests share the CPU time of this one.
 #[test]
 fn the_defaults_of_every_quality_follow_from_the_rule() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -35,7 +35,7 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     for choice in ["ephemeris", "eclipse", "air", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
         assert!(table.lines().any(|l| l.starts_with(choice)), "{choice}: {table}");
     }
-    // The kernel is nearer than the series and quicker: the table says so.
+    // The kernel is more accurate and faster than the series, and the table says so.
     let series = table.lines().find(|l| l.trim_start().starts_with("series")).expect("the series");
     assert!(series.contains("dominated"), "{series}");
     let plot = image::open(&png).expect("a picture").to_rgb8();
@@ -65,7 +65,7 @@ fn measure_prints_the_fields_of_the_contract() {
 }
 
 #[test]
-fn one_view_is_answered_with_the_quality_that_is_enough() {
+fn one_view_gets_its_sufficient_quality() {
     let view = ["measure", "--short", "--body", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "48x48"];
     let answer = json(&[&view[..], &["--json"]].concat());
     let enough = answer["enough"].as_str().expect("a quality");

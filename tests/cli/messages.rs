@@ -1,4 +1,4 @@
-//! What the built program says: one bounded line that names the value and what may have been meant, whatever it is given; help in groups; the words of every verb.
+//! Messages of the built program: one bounded line that names the value and suggestions, whatever the input; help in groups; descriptions of every verb.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-messages-{}", std::process::id())));
 
-/// No screen: a window cannot open, which is said and ends the program.
+/// No display: the window cannot open, which is reported and ends the program.
 fn orrery(words: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
@@ -22,7 +22,7 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("a plain name")
 }
 
-/// The program's verbs, as its help lists them.
+/// The program's verbs, as listed by its help.
 fn verbs() -> Vec<String> {
     let out = orrery(&["--help"]);
     let help = String::from_utf8_lossy(&out.stdout).into_owned();
@@ -40,7 +40,7 @@ fn every_verb_has_an_example_and_its_options_in_groups() {
         let help = String::from_utf8_lossy(&out.stdout).into_owned();
         assert!(out.status.success() && help.contains("Example") && help.contains(&format!("orrery {verb}")), "{verb}: {help}");
         assert!(help.contains("\nCommon options:\n"), "{verb}: {help}");
-        // What stands in no group is help itself.
+        // Only help itself is outside the groups.
         let ungrouped = help.split("\nOptions:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).unwrap_or_default();
         let options: Vec<_> = ungrouped.lines().filter(|l| l.trim_start().starts_with('-')).collect();
         let allowed = ["--help", "--version", "--json"];
@@ -48,13 +48,13 @@ fn every_verb_has_an_example_and_its_options_in_groups() {
     }
 }
 
-/// Values that no option takes, too long, or made to steer a terminal.
+/// Values that no option accepts, too long, or made to control the terminal.
 fn hostile() -> [String; 3] {
     ["☃".repeat(5000), "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{202e}☃".into(), format!("-{}", "☃".repeat(300))]
 }
 
 #[test]
-fn whatever_is_given_the_answer_is_short_and_steers_nothing() {
+fn errors_are_short_and_have_no_control_characters() {
     let view = ["target", "from", "distance-radii", "at", "camera-json", "time", "fov", "up", "size", "exposure", "tone-map", "effects"];
     let mut cases: Vec<Vec<String>> = Vec::new();
     let owned = |words: &[&str]| words.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>();
@@ -97,7 +97,7 @@ fn whatever_is_given_the_answer_is_short_and_steers_nothing() {
         let line = said(&out);
         let code = out.status.code();
         assert!(code == Some(1) || code == Some(2), "{short:?}: {code:?}, {line}");
-        // The window tells of a link that it cannot read, and then that there is no screen.
+        // The error of the link, and then that there is no display.
         let lines = if words[0] == "view" { 2 } else { 1 };
         assert!(code == Some(2) || line.trim().lines().count() <= lines, "{short:?}: {line}");
         assert!(line.matches('☃').count() <= 200, "{short:?} is echoed {} times", line.matches('☃').count());
@@ -106,9 +106,9 @@ fn whatever_is_given_the_answer_is_short_and_steers_nothing() {
     }
 }
 
-/// JSON lines are from outside too: each bad one gets one bounded line, and the run goes on.
+/// JSON lines are untrusted too: each invalid one gets one bounded line, and processing continues.
 #[test]
-fn bad_lines_are_answered_shortly_and_in_order() {
+fn invalid_json_lines_get_short_errors_in_order() {
     use std::io::Write;
     let long = "☃".repeat(5000);
     let lines = [
@@ -170,7 +170,7 @@ fn near_names_are_suggested_everywhere() {
         (&["render", "--targte", "mars"], "'--target'"),
         (&["--targte", "mars"], "'--target'"),
     ] {
-        // Without a window the words of a view are not read.
+        // Without a window the arguments of a view are not read.
         if words == ["--target", "marz"] && !cfg!(feature = "view") {
             continue;
         }
@@ -179,7 +179,7 @@ fn near_names_are_suggested_everywhere() {
     }
 }
 
-/// The days that a message names are the first and last on which it works.
+/// The dates in a message are the first and last ones that work.
 #[test]
 fn the_range_that_a_message_names_is_the_range_that_works() {
     let at = |body: &str, time: &str, source: &[&str]| {
@@ -211,7 +211,7 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
         }
         let (first, last) = spans.first().cloned().expect("a span");
         assert_eq!(spans.len(), 1, "{body}: one range");
-        // A message names days; the ends lie within them. What a chain of places needs lies within too.
+        // A message names whole days within the range. The range of a chain of bodies is its intersection.
         for (day, outward) in [(&first, -1.0), (&last, 1.0)] {
             let jd = |days: f64| format!("jd_tdb:{}", julian_day(day) + days);
             let (inside, outside) = (at(body, &jd(-3.0 * outward), source), at(body, &jd(3.0 * outward), source));
@@ -242,7 +242,7 @@ fn a_distance_beyond_all_sources_names_its_limit() {
 }
 
 #[test]
-fn a_wrong_camera_file_is_told_by_line_in_plain_words() {
+fn camera_file_errors_have_a_line_and_plain_words() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("camera.json");
     for (camera, line_of, about) in [
@@ -268,9 +268,9 @@ fn a_wrong_camera_file_is_told_by_line_in_plain_words() {
 }
 
 #[test]
-fn without_a_verb_the_words_are_those_of_the_window() {
+fn arguments_without_a_verb_belong_to_view() {
     for (words, code, about) in [
-        // No screen is there: the words were right.
+        // There is no display, so the arguments were valid.
         (&["--target", "saturn", "--time", "2024-04-08"][..], 1, ""),
         (&["--time", "2024-04-08"], 1, ""),
         (&["orrery://view?target=599&time=2015-01-24T06:45:00Z"], 1, ""),
@@ -288,7 +288,7 @@ fn without_a_verb_the_words_are_those_of_the_window() {
 }
 
 #[test]
-fn shells_and_manuals_know_every_verb_and_option() {
+fn completions_and_manual_pages_cover_every_verb_and_option() {
     let verbs = verbs();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let out = orrery(&["completions", shell]);
@@ -311,7 +311,7 @@ fn shells_and_manuals_know_every_verb_and_option() {
 }
 
 #[test]
-fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
+fn exported_fragments_override_the_built_in_ones() {
     let folder = tempfile::tempdir().expect("a folder");
     let shaders = folder.path().join("shaders");
     let at = |name: &str| shaders.join(name);
@@ -327,11 +327,11 @@ fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
     let edited = std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there") + "\n// a line of my own\n";
     std::fs::write(at("lib/photometry/lambert.wesl"), &edited).expect("written");
     assert!(String::from_utf8_lossy(&emit(&[]).stdout).contains("a line of my own"));
-    // An edited file is not lost by another export.
+    // Another export does not overwrite an edited file.
     let out = orrery(&["shader", "export", text(&shaders)]);
     assert!(out.status.code() == Some(1) && said(&out).contains("lambert.wesl"), "{}", said(&out));
     assert_eq!(std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there"), edited);
-    // A new file counts where a fragment imports it, and is named where none does, by every verb.
+    // A new file is used if a fragment imports it, and reported otherwise, by every verb.
     std::fs::write(at("lib/mine.wesl"), "const MINE = 1.0;\n").expect("written");
     let strange = emit(&[]);
     assert!(strange.status.code() == Some(1) && said(&strange).contains("lib/mine.wesl"), "{}", said(&strange));
@@ -369,7 +369,7 @@ fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
 
 /// A fragment that darkens everything darkens the picture of every verb that draws.
 #[test]
-fn edited_fragments_are_drawn_with() {
+fn edited_fragments_change_the_picture() {
     let folder = tempfile::tempdir().expect("a folder");
     let shaders = folder.path().join("shaders");
     assert!(orrery(&["shader", "export", text(&shaders)]).status.success());
@@ -388,7 +388,7 @@ fn edited_fragments_are_drawn_with() {
     assert!(plain > 150 && darker < 140, "{plain} of 255 and {darker}");
 }
 
-/// Bodies that load must be able to be flown to: what no source has at any time is told with file, line and field.
+/// Bodies that load must have a position: one without any source at any time is reported with file, line and field.
 #[test]
 fn a_body_that_no_source_can_follow_is_refused_at_load() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -420,7 +420,7 @@ fn a_body_that_no_source_can_follow_is_refused_at_load() {
             ),
             Some((5, "Testa.parent")),
         ),
-        // A known body loses its rotation.
+        // A known body without its rotation.
         ("[[body]]\nid = 399\nrotation = { model = \"pck\" }\n".into(), None),
         (
             "\n[[body]]\nid = 808\nrotation = { model = \"pck\" }\n[[body]]\nid = 802\nrotation = { model = \"pck\" }\n".into(),
@@ -453,7 +453,7 @@ fn a_body_that_no_source_can_follow_is_refused_at_load() {
     }
 }
 
-/// The shipped catalog has no such fault.
+/// The shipped catalog has no such error.
 #[test]
 fn every_shipped_body_can_be_followed() {
     let catalog = orrery::catalog::Catalog::embedded();
@@ -461,7 +461,7 @@ fn every_shipped_body_can_be_followed() {
     assert_eq!(ephemeris.faults(&catalog), Vec::new());
 }
 
-/// Where no variable names the folder of running programs, the libraries of graphics drivers print a line of their own; the program's user sees none.
+/// Without XDG_RUNTIME_DIR, graphics drivers print a line of their own; the program's user must not see it.
 #[test]
 fn no_line_of_a_driver_library_reaches_the_user() {
     for folder in [None, Some(""), Some("relative"), Some("/nonexistent")] {

@@ -1,9 +1,9 @@
-//! The command line as a user meets it: statuses, JSON fields, one clear line for each wrong word, the same bytes twice.
+//! The command line for a user: exit statuses, JSON fields, one clear line for each invalid argument, reproducible output.
 
 use serde_json::Value;
 use std::process::{Command, Output};
 
-/// Nothing names a folder for running programs, as in a container: the libraries of drivers must stay silent all the same.
+/// Without XDG_RUNTIME_DIR, as in a container, drivers must stay silent as well.
 fn orrery(words: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
     Command::new(env!("CARGO_BIN_EXE_orrery"))
@@ -35,9 +35,9 @@ fn every_verb_has_help_and_an_example() {
     }
 }
 
-/// What nobody has measured is said where it is shown: by `explain` in words and as a field, and in the picture's own metadata; of a measured map nothing is.
+/// Invented data are reported where they are shown: by `explain` in words and as a field, and in the picture's metadata; measured maps have no such note.
 #[test]
-fn invented_maps_are_told() {
+fn invented_maps_are_reported() {
     let near = ["--distance-radii", "4", "--time", ECLIPSE];
     let folder = tempfile::tempdir().expect("a folder");
     for (body, invented) in [("callisto", true), ("iapetus", true), ("triton", true), ("phobos", true), ("moon", false), ("europa", false)]
@@ -58,14 +58,14 @@ fn invented_maps_are_told() {
         let words = format!("invented: {body}.jpg");
         assert_eq!(bytes.windows(words.len()).any(|w| w == words.as_bytes()), invented, "{body}");
     }
-    // Too small to show a map: nothing invented is shown.
+    // Too small to show a map: nothing invented is visible.
     let far = json(&["explain", "--target", "callisto", "--from", "earth", "--fov", "20", "--time", ECLIPSE, "--json"]);
     let callisto = far["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == "Callisto").expect("Callisto");
     assert_eq!(callisto["invented"].as_array().map(Vec::len), Some(0));
 }
 
 #[test]
-fn wrong_words_end_with_2_and_what_cannot_be_done_with_1_and_one_line() {
+fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
     for words in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {
         assert_eq!(orrery(words).status.code(), Some(2), "{words:?}");
     }
@@ -98,13 +98,13 @@ fn the_same_command_writes_the_same_bytes() {
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
         std::fs::read(path).expect("written")
     };
-    // The Earth has everything; the other format needs a picture only.
+    // The Earth has all features; the other format only needs a picture.
     for (target, kind) in [("earth", "png"), ("io", "exr")] {
         assert_eq!(draw(target, &format!("a.{kind}")), draw(target, &format!("b.{kind}")), "{kind}");
     }
 }
 
-/// Evaluation in f64 moves no pixel by more than the rounding of maps' coordinates at an edge allows, and most by nothing.
+/// Evaluation in f64 changes a pixel at most by the rounding of texture coordinates at an edge, and most pixels not at all.
 #[test]
 fn the_reference_quality_draws_the_standard_picture() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -131,7 +131,7 @@ fn json_answers_have_their_fields() {
     assert!(earth["features"].as_array().is_some_and(|f| f.len() > 5) && earth["key"].is_string(), "{earth}");
     let estimate = "albedo 0.434: an estimate, +-50 %: changes brightness by up to 0.75 mag";
     assert!(earth["estimates"].as_array().is_some_and(|e| e.iter().any(|line| line == estimate)), "{earth}");
-    // Each effect with tiers names the one that was taken, and its error.
+    // Each effect with tiers names the chosen one and its error.
     for (feature, tier) in [("atmosphere", "table"), ("eclipse", "limb-darkened")] {
         let found = earth["features"].as_array().and_then(|f| f.iter().find(|f| f["feature"] == feature)).expect(feature);
         assert!(found["tier"]["name"] == tier && found["tier"]["at_most"].as_f64().is_some_and(|e| e > 0.0), "{found}");
@@ -160,7 +160,7 @@ fn a_mesh_is_not_timed_and_says_so() {
 }
 
 #[test]
-fn compare_measures_tells_and_refuses() {
+fn compare_reports_differences_and_refuses_other_sizes() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
     let save = |name: &str, width: u32, level: u8| {
@@ -208,7 +208,7 @@ fn a_renderer_that_is_not_there_is_refused_with_one_line() {
         assert!(said.contains("--renderer software"), "{words:?}: {said}");
         assert!(!std::path::Path::new(png).exists(), "nothing is written");
     }
-    // Left to itself the program draws in software and says so once.
+    // By default the program draws in software and reports it once.
     let out = bare(&render);
     let said = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success() && std::path::Path::new(png).exists(), "{said}");
@@ -236,9 +236,9 @@ fn a_time_report_adds_up() {
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
-/// A comparison writes its picture once, again where nothing would change, and over another file only where told to.
+/// A comparison writes its picture once, again if the bytes are equal, and over another file only with --overwrite.
 #[test]
-fn compare_replaces_another_file_only_when_told() {
+fn compare_overwrites_only_with_overwrite() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
     for (name, level) in [("a.png", 40), ("b.png", 60)] {
@@ -257,14 +257,14 @@ fn compare_replaces_another_file_only_when_told() {
     assert_eq!(std::fs::read(path("d.png")).expect("a picture"), difference);
 }
 
-/// Each verb that prints, its output (or its messages) read by nobody: it ends without a panic, a result's closed pipe is no failure.
+/// Each verb that prints, with its output or messages closed: it ends without a panic, and a closed pipe is no failure.
 #[test]
 fn closed_streams_end_every_verb_quietly() {
     use std::process::Stdio;
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
     image::RgbImage::new(4, 4).save(path("a.png")).expect("saved");
-    // A pipe of which the other end is closed before anything is written.
+    // A pipe whose other end is closed before anything is written.
     let closed = || {
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
@@ -299,14 +299,14 @@ fn closed_streams_end_every_verb_quietly() {
         let done = run(words, closed(), Stdio::piped());
         let said = String::from_utf8_lossy(&done.stderr);
         assert!(done.status.success() && said.is_empty(), "{words:?}: {:?}, {said}", done.status);
-        // Messages that nobody reads change no result.
+        // Closed standard error does not change the result.
         assert!(run(words, Stdio::null(), closed()).status.success(), "{words:?}");
     }
     for words in bad {
         let code = run(words, closed(), closed()).status.code();
         assert!(matches!(code, Some(1 | 2)), "{words:?}: {code:?}");
     }
-    // A full device is a failure, and said.
+    // A full device is a failure, and reported.
     for words in [&["man"][..], &["--help"], &["--version"], &["render", "--help"], &["help", "render"]] {
         let Ok(full) = std::fs::File::options().write(true).open("/dev/full") else { continue };
         let done = run(words, full.into(), Stdio::piped());

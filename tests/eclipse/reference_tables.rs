@@ -6,7 +6,7 @@ use orrery::catalog::{NaifId, Photometry};
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::image::{MapDecoding, SharedTexture};
 use orrery::probe::Prober;
-use orrery::probe::sunlight::{EclipsedSky, left_by};
+use orrery::probe::sunlight::{EclipsedSky, sunlight_from_uniforms};
 use orrery::render::plan::{PlanError, ResourceProvider, SamplingQuality, plan};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
@@ -62,7 +62,7 @@ fn instant(text: &str) -> Instant {
 }
 
 #[test]
-fn discs_and_ellipses_hide_what_integrals_of_forty_digits_say() {
+fn discs_and_ellipses_block_the_fraction_of_forty_digit_integrals() {
     let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
     // The worst of circles and ellipses in f32 and f64; measured 3e-7, 1.3e-4, 1.8e-7, 1.3e-4 with the limb darkened.
     let stated = tiers::of_eclipse(EclipseModel::LimbDarkened).expect("a tier").at_most;
@@ -149,7 +149,7 @@ fn at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, law: &Photome
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
     let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
-    sky.left(&sky.occluders, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
+    sky.sunlight(&sky.occluders, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
 }
 
 const EVEN: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 3] };
@@ -222,7 +222,7 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
     let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
     let ground = square(earth.radii_km, 3.49, -11.67, 60.0, 30);
     let points: Vec<_> = ground.iter().map(|p| p.2).collect();
-    let light = sky.left(&sky.occluders, &points, None).expect("answers");
+    let light = sky.sunlight(&sky.occluders, &points, None).expect("answers");
     let dark: Vec<_> = ground.iter().zip(&light).filter(|(_, rgb)| rgb[1] < 1e-6).map(|(p, _)| (p.0, p.1)).collect();
     let width_km = (0..36)
         .map(|k| {
@@ -248,7 +248,7 @@ fn shadows_move_on_from_one_second_to_the_next() {
         let light = |second: f64| {
             let receiver = Receiver::at(SESSION.ephemeris(), body, instant(time).plus_seconds(second)).expect("placed");
             let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Best).expect("a sky");
-            sky.left(&sky.occluders, &points, None).expect("answers")
+            sky.sunlight(&sky.occluders, &points, None).expect("answers")
         };
         let seconds: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
         for (before, after) in seconds.iter().zip(&seconds[1..]) {
@@ -271,7 +271,7 @@ fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
             DVec3::new((1.0 - r * r).sqrt(), r * cos, r * sin)
         })
         .collect();
-    let light = sky.left(&sky.occluders, &points, None).expect("answers");
+    let light = sky.sunlight(&sky.occluders, &points, None).expect("answers");
     [0, 1, 2].map(|c| light.iter().map(|rgb| rgb[c]).sum::<f64>() / light.len() as f64)
 }
 
@@ -293,7 +293,7 @@ fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
     let prober = single();
     let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
-    assert!(sky.left(&sky.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
+    assert!(sky.sunlight(&sky.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 
 /// A Sun of the given angular radius far away on +z and round occluders given by (x, y, z, radius), the receiver's radii.
@@ -333,7 +333,7 @@ fn grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
 }
 
 #[test]
-fn overlapping_casters_hide_the_union_of_their_discs() {
+fn overlapping_occluders_block_the_union_of_their_discs() {
     // Occluders at one distance of 100 radii before a Sun whose angular radius there is one radius: lengths are solar radii.
     let sky = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
     let cases: [&[[f64; 3]]; 6] = [
@@ -351,12 +351,12 @@ fn overlapping_casters_hide_the_union_of_their_discs() {
         }
         let exact = grid(discs, 0.4, 0.26);
         let (eclipse, a) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::LimbDarkened);
-        let left = left_by(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
+        let left = sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((left - exact).abs() < 1e-3, "{discs:?}: {left}, the grid says {exact}");
         assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass, too");
         // The ramp is a rough model, but it is no product either: two like discs hide no more than one.
         let (eclipse, a) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::Linear);
-        let ramp = left_by(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
+        let ramp = sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((ramp - exact).abs() < 0.15, "{discs:?}: ramp {ramp}, the grid says {exact}");
     }
 }
@@ -366,12 +366,12 @@ fn nothing_behind_the_lit_point_darkens_it() {
     for model in [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
         let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
         let ground = [DVec3::Z, DVec3::X, DVec3::ZERO, -DVec3::Z];
-        for rgb in left_by(&single(), eclipse, a, &ground).expect("answers") {
+        for rgb in sunlight_from_uniforms(&single(), eclipse, a, &ground).expect("answers") {
             assert_eq!(rgb, [1.0; 3], "{model:?}");
         }
         // The same occluder before the point takes all of its light.
         let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
-        assert!(left_by(&single(), eclipse, a, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
+        assert!(sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
     }
 }
 
@@ -396,7 +396,7 @@ fn single_precision_holds_out_to_neptune() {
             let miss = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * along);
             let (eclipse, a) = uniforms(sun_distance, tan_sun, &[[miss, 0.1 * miss, along, radius]], EclipseModel::LimbDarkened);
             let points = [DVec3::new(0.6, -0.3, 0.7), DVec3::new(-0.2, 0.1, 0.97)];
-            let [a, b] = [single(), double()].map(|p| left_by(&p, eclipse, a.clone(), &points).expect("answers"));
+            let [a, b] = [single(), double()].map(|p| sunlight_from_uniforms(&p, eclipse, a.clone(), &points).expect("answers"));
             for (x, y) in a.iter().zip(&b) {
                 let error = (x[1] - y[1]).abs();
                 if error > worst.0 {
@@ -471,7 +471,7 @@ impl ResourceProvider for Layouts {
 }
 
 #[test]
-fn what_takes_nothing_changes_no_bit() {
+fn an_occluder_beside_the_sun_changes_no_bit() {
     let draw = |effects: &str| {
         let request = view(NaifId::EARTH, "2024-04-08T18:17:00Z", effects, Quality::Draft);
         let mut plain = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");

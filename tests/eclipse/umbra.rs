@@ -4,7 +4,7 @@
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec4};
 use orrery::probe::Prober;
-use orrery::probe::sunlight::left_by;
+use orrery::probe::sunlight::sunlight_from_uniforms;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::draw::{Eclipse, EclipseModel, EclipseUniforms};
 use serde_json::{Value, json};
@@ -79,7 +79,7 @@ fn numbers(seed: f64) -> impl FnMut() -> f64 {
 
 /// The receiver moves straight across the shadow: from far outside to the middle, so that of one occluder ever more is hidden until the Sun's centre is passed.
 #[test]
-fn ends_are_exact_and_between_them_light_falls() {
+fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
     let mut next = numbers(3.0);
     // (dark, full, between) receivers that were asked for.
     let mut counted = [0; 3];
@@ -105,7 +105,7 @@ fn ends_are_exact_and_between_them_light_falls() {
                 let occluders: Vec<_> = std::iter::once(shape).chain(others).collect();
                 let (eclipse, a) = uniforms(&occluders, model);
                 for (prober, precision) in probers() {
-                    let light = left_by(&prober, eclipse, a.clone(), &points).expect("answers");
+                    let light = sunlight_from_uniforms(&prober, eclipse, a.clone(), &points).expect("answers");
                     let said = |k: usize| format!("{model:?} {precision} {count} occluders {shape:?} at {}: {:?}", along[k], light[k]);
                     for (k, rgb) in light.iter().enumerate() {
                         let seen = shape.moved(direction * along[k] + aside);
@@ -141,7 +141,7 @@ fn ends_are_exact_and_between_them_light_falls() {
 
 /// Occluders that hide all of the Sun together, none of them alone, and those of which one hides all.
 #[test]
-fn casters_that_hide_all_together_leave_nothing() {
+fn occluders_that_cover_the_sun_together_leave_no_light() {
     let disc = |x: f64, y: f64, radius: f64| Outline { centre: DVec2::new(x, y), axis: DVec2::X, semi: DVec2::splat(radius) };
     let cases: [(&[Outline], bool); 6] = [
         (&[disc(5.0, 0.0, 5.1), disc(-5.0, 0.0, 5.1)], true),
@@ -155,7 +155,7 @@ fn casters_that_hide_all_together_leave_nothing() {
         for model in [EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
             let (eclipse, a) = uniforms(occluders, model);
             for (prober, precision) in probers() {
-                let rgb = left_by(&prober, eclipse, a.clone(), &[DVec3::ZERO]).expect("answers")[0];
+                let rgb = sunlight_from_uniforms(&prober, eclipse, a.clone(), &[DVec3::ZERO]).expect("answers")[0];
                 assert_eq!(rgb == [0.0; 3], all, "{model:?} {precision} {occluders:?}: {rgb:?}");
                 assert!(all || rgb.iter().all(|v| *v > 0.01), "{model:?} {precision} {occluders:?}: {rgb:?}");
             }
@@ -197,7 +197,7 @@ fn moons_go_dark_in_every_channel() {
 
 /// Along a ring through its planet's shadow, and on the globe past the ring's.
 #[test]
-fn rings_and_globes_shade_each_other_with_exact_ends() {
+fn ring_and_globe_shadows_have_exact_limits() {
     let mut counted = [0; 2];
     for (prober, precision) in probers() {
         for (height_deg, radius) in [(0.5_f64, 1.3), (4.0, 1.9), (20.0, 1.5), (26.0, 2.2)] {

@@ -115,7 +115,7 @@ fn sub_points_are_cspices() {
 }
 
 #[test]
-fn nobody_is_seen_from_its_own_centre() {
+fn a_body_has_no_direction_from_its_own_centre() {
     let (catalog, ephemeris) = (Catalog::embedded(), ephemeris());
     let t = Instant::from_jd_tdb(2_451_545.0);
     assert!(apparent_place(&ephemeris, NaifId::EARTH, t).is_err());

@@ -126,7 +126,7 @@ fn sub_points_are_those_seen_with_light_time() {
 }
 
 #[test]
-fn the_measures_see_a_small_turn() {
+fn a_small_rotation_is_detected() {
     let turned = DMat3::from_rotation_y(1e-6_f64.to_radians());
     assert!((turn_deg(&turned, &DMat3::IDENTITY) - 1e-6).abs() < 1e-12);
     assert!((arc_deg((359.9995, 0.0), (0.0005, 0.0)) - 0.001).abs() < 1e-9);

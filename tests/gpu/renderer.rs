@@ -1,6 +1,6 @@
-//! The GPU renderer against the software renderer, plan by plan, on whatever adapter there is: a driver on the processor will do.
+//! The GPU renderer against the software renderer, plan by plan, on any adapter, including software drivers.
 //!
-//! Where no driver is installed each test says that it was skipped, or fails (tests/support/gpu.rs). Bounds, in levels of 255, and why they are not 0:
+//! Without a driver each test is skipped with a message, or fails (tests/support/gpu.rs). Bounds, in levels of 255, and why they are not 0:
 //!
 //! | what | mean | 99.9 % | greatest | why |
 //! |---|---|---|---|---|
@@ -50,7 +50,7 @@ fn far(d: &Difference) -> bool {
     d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS || d.max > GREATEST_LEVELS
 }
 
-/// The golden views, and two with everything that can be drawn: a planet with its moons, and the system, farther off than depth reaches on GL.
+/// The golden views, and two with every kind of draw: a planet with its moons, and the solar system, beyond the depth range of GL.
 fn compared_views() -> Vec<(&'static str, ViewRequest)> {
     let layers = Layers::ALL;
     let moons = views().into_iter().find(|(name, _)| *name == "jupiter-moons").expect("in the table").1;
@@ -80,7 +80,7 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
     for (name, request) in compared_views() {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         let drawn = match gpu.render(&plan, session.library(), false) {
-            // GL has no 32-bit blending here; the session then draws in software.
+            // GL cannot blend 32-bit floats here; the session then draws in software.
             Err(GpuError::NotDrawn(why))
                 if ["night-sky", "halley", "milky-way", "dome-dusk"].contains(&name) && gpu.facts().backend == "gl" =>
             {
@@ -96,7 +96,7 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
         if far(&d) {
             failures.push(format!("{name}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
         }
-        // The comparison must be able to fail: half a stop more light is another picture.
+        // Negative control: half a stop more light is another picture.
         if name == "moon" {
             let mut brighter = plan.clone();
             let tone_map = brighter.passes.last_mut().and_then(|p| p.draws.last_mut()).expect("a tone map");
@@ -114,7 +114,7 @@ fn every_pair_of_key_values_is_the_software_renderers() {
     let Some(gpu) = gpu() else { return };
     let library = ShaderLibrary::in_memory(lowering());
     let software = SoftwareRenderer::new(Options::default()).expect("starts");
-    // Every fifth key of the set in which all pairs occur, in .ci/run; every twentieth else: a driver compiles each for a second or more.
+    // Every fifth key of the covering set of pairs in .ci/run; every twentieth otherwise, since a driver compiles each for a second or more.
     let step = if std::env::var_os("ORRERY_PROVE_ANEW").is_some() { 5 } else { 20 };
     let keys: Vec<_> = covering(2).into_iter().filter(|k| k.features().view != PixelView::Cost).step_by(step).collect();
     assert!(keys.len() * step > 50);
@@ -122,7 +122,7 @@ fn every_pair_of_key_values_is_the_software_renderers() {
     for key in &keys {
         let plan = sample_plan(&library, key, 40, HALF_SIDE_WITH_LIMB).expect("a plan");
         let (drawn, _) = match gpu.render(&plan, &library, true) {
-            // The adapter lacks what every linear picture needs.
+            // The adapter lacks a capability that every linear picture needs.
             Err(GpuError::NotDrawn(why)) => {
                 not_drawn = Some(why);
                 break;
@@ -143,36 +143,36 @@ fn every_pair_of_key_values_is_the_software_renderers() {
 }
 
 #[test]
-fn a_lost_device_ends_in_software_with_the_same_view() {
+fn a_lost_device_falls_back_to_software_with_the_same_view() {
     if gpu().is_none() {
         return;
     }
     let (session, said, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw(&request, SAMPLING, false).expect("drawn");
-    assert_eq!(session.shown_by(None, DisplayPreference::Device), PresenterChoice::AsBefore, "nothing is open yet");
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "nothing is open yet");
     let before = draw();
     assert_eq!(before.by.renderer, "gpu");
     assert_eq!(
-        session.shown_by(None, DisplayPreference::Device),
-        PresenterChoice::AsBefore,
+        session.presenter_choice(None, DisplayPreference::Device),
+        PresenterChoice::Unchanged,
         "a window would wait for what its frames need"
     );
-    // That is made beside a window's picture. Shown by llvmpipe a window waits for each picture, so that it is only if wished.
+    // These are compiled beside a window's picture. Presented by llvmpipe, a window would wait for each picture, so that is only done on request.
     session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
     let mut looks = 0;
-    while session.shown_by(None, DisplayPreference::Device) == PresenterChoice::AsBefore {
+    while session.presenter_choice(None, DisplayPreference::Device) == PresenterChoice::Unchanged {
         std::thread::sleep(std::time::Duration::from_millis(5));
         looks += 1;
         assert!(looks < 10_000, "the device never became ready for windows");
     }
-    assert_eq!(session.shown_by(None, DisplayPreference::Device), PresenterChoice::AnotherDevice);
-    assert_eq!(session.shown_by(None, DisplayPreference::Auto), PresenterChoice::AsBefore);
-    assert_eq!(session.shown_by(None, DisplayPreference::Processor), PresenterChoice::AsBefore);
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::OtherGpu);
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Auto), PresenterChoice::Unchanged);
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Processor), PresenterChoice::Unchanged);
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.by.renderer, "software");
-    assert_eq!(session.shown_by(None, DisplayPreference::Device), PresenterChoice::AsBefore, "no device draws");
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device draws");
     let d = picture(before.frame).difference(&picture(after.frame)).expect("one size");
     assert!(!far(&d), "another view: mean {}, 99.9 % {}", d.mean, d.p999);
     draw();
@@ -181,7 +181,7 @@ fn a_lost_device_ends_in_software_with_the_same_view() {
 }
 
 #[test]
-fn a_window_waits_for_no_compiler() {
+fn a_window_never_blocks_on_shader_compilation() {
     if gpu().is_none() {
         return;
     }
@@ -204,7 +204,7 @@ fn a_window_waits_for_no_compiler() {
 }
 
 #[test]
-fn a_window_waits_for_no_picture_drawn_aside() {
+fn a_window_never_waits_for_background_pictures() {
     if gpu().is_none() {
         return;
     }
@@ -216,7 +216,7 @@ fn a_window_waits_for_no_picture_drawn_aside() {
         frames += 1;
         assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
     }
-    // Several bodies of which the device knows no pipeline: its driver compiles as long as it takes.
+    // Several bodies without compiled pipelines: the driver takes its time to compile.
     let aside = ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
     session.plan(&aside, SAMPLING).expect("planned");
     let (by, meanwhile) = std::thread::scope(|scope| {
@@ -229,13 +229,13 @@ fn a_window_waits_for_no_picture_drawn_aside() {
         (drawing.join().expect("no panic"), meanwhile)
     });
     assert_eq!(by, "gpu");
-    // Who waits gets one or two: before the other began and after its end.
+    // A waiting window gets one or two: before the other began and after its end.
     assert!(meanwhile > 2, "{meanwhile} pictures while another was drawn aside");
     assert!(said.lock().expect("not poisoned").is_empty());
 }
 
 #[test]
-fn a_picture_at_rest_is_told_when_the_gpu_is_ready_and_another_renderer_is_taken_at_once() {
+fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     if gpu().is_none() {
         return;
     }
@@ -243,24 +243,24 @@ fn a_picture_at_rest_is_told_when_the_gpu_is_ready_and_another_renderer_is_taken
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
     let by = |s: &Session| s.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
     assert_eq!((by(&session), session.readiness()), ("software", Readiness::Settled));
-    session.choose_renderer(RendererPreference::Gpu);
+    session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(by(&session), "software", "nobody waits for a compiler");
     while session.readiness() == Readiness::Preparing {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     assert_eq!((session.readiness(), by(&session)), (Readiness::JustReady, "gpu"));
     assert_eq!(session.readiness(), Readiness::Settled);
-    session.choose_renderer(RendererPreference::Software);
+    session.set_renderer_preference(RendererPreference::Software);
     assert_eq!(by(&session), "software");
-    // A session that is dropped while a driver compiles for it waits for the driver.
-    session.choose_renderer(RendererPreference::Gpu);
+    // A session that is dropped while a driver compiles waits for the driver.
+    session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(by(&session), "software");
     drop(session);
     assert!(said.lock().expect("not poisoned").is_empty());
 }
 
 #[test]
-fn nothing_is_sent_twice_and_nothing_grows() {
+fn nothing_is_uploaded_twice_and_memory_does_not_grow() {
     let Some(gpu) = gpu() else { return };
     let session = &*SESSION;
     let (_, request) = views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table");
@@ -279,7 +279,7 @@ fn nothing_is_sent_twice_and_nothing_grows() {
     let held = gpu.resource_use();
     assert!(first[0] > 0, "the first frame sends its maps");
     assert!(plans[0].passes[0].draws.iter().any(|d| d.textures.iter().any(|t| matches!(t.source, TextureSource::Image(_)))));
-    // The scenes differ in time and effects, and nothing of them is new any more.
+    // The scenes differ in time and effects, and need nothing new any more.
     for turn in 0..4 {
         let again = round();
         assert_eq!(again.iter().sum::<u64>(), 0, "turn {turn} sends again: {again:?}");
@@ -288,7 +288,7 @@ fn nothing_is_sent_twice_and_nothing_grows() {
 }
 
 #[test]
-fn what_the_gpu_cannot_draw_is_refused_and_the_next_frame_is_drawn() {
+fn the_gpu_refuses_an_unsupported_plan_and_draws_the_next() {
     let Some(gpu) = gpu() else { return };
     let session = &*SESSION;
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
@@ -304,7 +304,7 @@ fn what_the_gpu_cannot_draw_is_refused_and_the_next_frame_is_drawn() {
     gpu.render(&plan, session.library(), false).expect("the device is none the worse");
 }
 
-/// Resident memory of this process, bytes; `None` where the system does not tell.
+/// Resident memory of this process, bytes; `None` if the system does not report it.
 fn resident_bytes() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;
     Some(4096 * text.split_whitespace().nth(1)?.parse::<u64>().ok()?)

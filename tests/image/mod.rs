@@ -1,4 +1,4 @@
-//! The maps that ship.
+//! The shipped maps.
 
 mod poles;
 mod shipped_maps;

@@ -1,7 +1,7 @@
-//! Maps at the poles: every map of the catalog, as it is drawn, has no star of streaks, no cone and no dot there.
+//! Maps at the poles: no map of the catalog, after the pole filter, has a star of streaks, a cone or a dot there.
 //!
-//! The measure of streaks: over a band of latitude, the energy of differences along the rows over that across them, both in equal angles. Where a function is
-//! smooth at a pole, terms r^p cos(m phi) with p >= m make it 1 at most; a map whose grain is even in texels has 1/cos² of the latitude.
+//! Measure of streaks: in a band of latitude, the ratio of the energy of differences along the rows to that across them, per angle. For a function that is
+//! smooth at a pole, terms r^p cos(m phi) with p >= m make it at most 1; a map with white noise in texels has 1/cos² of the latitude.
 
 use crate::support::session::SESSION;
 use orrery::catalog::{Body, Catalog, Map, NaifId};
@@ -13,7 +13,7 @@ use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
 
-/// The maps of a body with what they are to it.
+/// The maps of a body with their roles.
 fn maps(b: &Body) -> Vec<(MapRole, &Map)> {
     let of = [
         (MapRole::Albedo, &b.maps.albedo),
@@ -46,7 +46,7 @@ fn rows(map: &Texture, north: bool, slopes: bool) -> Vec<Vec<[f64; 3]>> {
     (0..h / 4).map(row).collect()
 }
 
-/// Energy along over energy across, of the rows between two latitudes; differences of a level, which are rounding, count as none.
+/// Ratio of the energy along rows to that across rows between two latitudes; differences of one level are rounding and ignored.
 fn along_over_across(rows: &[Vec<[f64; 3]>], from_deg: f64, to_deg: f64) -> f64 {
     let height = rows.len() * 4;
     let lat = |k: usize| (0.5 - (k as f64 + 0.5) / height as f64) * PI;
@@ -59,16 +59,16 @@ fn along_over_across(rows: &[Vec<[f64; 3]>], from_deg: f64, to_deg: f64) -> f64 
         along += cos * (0..w).map(|x| seen(&row[x], &row[(x + 1) % w])).sum::<f64>() / w as f64 / (step * step);
         across += cos * (0..w).map(|x| seen(&row[x], &next[x])).sum::<f64>() / w as f64;
     }
-    // A level of difference everywhere is not seen.
+    // A difference of one level is invisible.
     along / (across + 0.5)
 }
 
-/// Grain of the maps here comes to 2 at the most; Janus, painted with rays that are long on the sphere, to 3.4.
+/// The ratio is at most 2 for the maps here; for Janus, painted with rays that are long on the sphere, 3.4.
 const MOST: f64 = 3.6;
 const BANDS: [(f64, f64); 4] = [(60.0, 72.0), (72.0, 80.0), (80.0, 85.0), (85.0, 90.0)];
 
 #[test]
-fn no_map_has_streaks_about_its_poles() {
+fn no_map_has_streaks_around_its_poles() {
     let raw = MapStore::new(None);
     let mut streaked = 0;
     for body in Catalog::embedded().bodies() {
@@ -92,16 +92,16 @@ fn no_map_has_streaks_about_its_poles() {
     assert!(streaked > 20, "the files themselves have streaks that this measure sees: {streaked}");
 }
 
-/// No cone: slopes towards or away from the pole have no mean on small circles, beyond what slopes there spread and rows at 80 degrees have.
+/// No cone: slopes towards or away from the pole have no mean on small circles beyond their spread and the mean of rows at 80 degrees.
 #[test]
-fn no_relief_leans_to_its_pole_from_all_sides() {
+fn no_relief_slopes_towards_its_pole_from_all_sides() {
     for body in Catalog::embedded().bodies() {
         let Some(map) = &body.maps.normal else { continue };
         for poles in [PoleFilter::Slopes, PoleFilter::None] {
             let texture = SESSION.map(&map.file, MapDecoding { format: TexelFormat::Rgba8Unorm, poles }).expect("a map");
             let level = &texture.levels[0];
             let (w, h) = (level.width as usize, level.height as usize);
-            // Mean and spread of the slope to the north of the rows between two latitudes, levels.
+            // Mean and standard deviation of the northward slope between two latitudes, levels.
             let slope = |from_deg: f64, to_deg: f64, north: bool| {
                 let row = |deg: f64| ((if north { 90.0 - deg } else { 90.0 + deg }) / 180.0 * h as f64) as usize;
                 let (a, b) = (row(from_deg).min(row(to_deg)), row(from_deg).max(row(to_deg)).min(h));
@@ -118,14 +118,14 @@ fn no_relief_leans_to_its_pole_from_all_sides() {
     }
 }
 
-/// A pixel on the pole itself is as its neighbours are: it is read from no coarser level.
+/// A pixel on the pole itself matches its neighbours: it is not read from a coarser mip level.
 #[test]
-fn no_dot_marks_a_pole() {
+fn no_map_has_a_dot_at_its_pole() {
     let time = Instant::parse("2025-01-10T00:00:00Z").expect("a time");
     let mut told = 0;
     for body in Catalog::embedded().bodies().iter().filter(|b| b.maps.albedo.is_some() && b.id != NaifId::SUN) {
         for north in [1.0, -1.0] {
-            // So near that a texel spans several pixels: between them ground is smooth.
+            // So near that a texel spans several pixels, between which the ground is smooth.
             let height_km = 0.05 * body.radii_km.z;
             let request = ViewRequest {
                 width: 41,
@@ -149,7 +149,7 @@ fn no_dot_marks_a_pole() {
             let spread = |v: &[f32]| v.iter().map(|x| (x - mean(v)).abs()).fold(0.0, f32::max);
             let (near, far) = (ring(2), ring(6));
             let off = (at(20, 20) - mean(&near)).abs();
-            // As smooth ground goes on: a part of what it changes over the next pixels, or a hundredth.
+            // Continuous with the ground around it: within a fraction of the change over the next pixels, or a hundredth.
             let allowed = 0.02 * mean(&near) + spread(&near) + (mean(&far) - mean(&near)).abs();
             assert!(off <= allowed, "{} at {}: {off} beside {}, allowed {allowed}", body.name, 90.0 * north, mean(&near));
             told += i32::from(spread(&far) > 0.0);

@@ -1,9 +1,9 @@
-//! The maps that ship: within the budget, each where the catalog says, oriented by known places, coloured as published.
+//! The shipped maps: total size within the budget, resolution as stated, orientation checked by known places, colours as published.
 
 use orrery::catalog::{Catalog, NaifId};
 use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, PoleFilter, TexelFormat, Texture};
 
-/// Mean of a square of `half` degrees around a place, longitude 0 at the map's centre and east to the right; bytes by `decode`.
+/// Mean over a square of `half` degrees around a place, longitude 0 at the map's centre and east to the right; bytes by `decode`.
 fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
     let level = &map.levels[0];
     let (w, h) = (f64::from(level.width), f64::from(level.height));
@@ -36,7 +36,7 @@ fn brightness(map: &Texture, lat: f64, lon: f64, half: f64) -> f64 {
     mean_colour(map, lat, lon, half).iter().sum::<f64>() / 3.0
 }
 
-/// Mean lean of a normal map: east and north.
+/// Mean slope of a normal map: east and north.
 fn slope(map: &Texture, lat: f64, lon: f64, half: f64) -> [f64; 2] {
     let [east, north, _] = mean_of(map, lat, lon, half, |b| f64::from(b) / 127.5 - 1.0);
     [east, north]
@@ -58,7 +58,7 @@ fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
             assert_eq!(store.origin(&m.file), MapOrigin::Embedded, "{}: {}", b.name, m.file);
         }
     }
-    // Widths that the catalog states are those of the files; the ground of airless bodies is drawn finer than its map by them.
+    // The widths in the catalog are those of the files; they decide where procedural detail begins on airless bodies.
     let mut stated = 0;
     for b in Catalog::embedded().bodies() {
         for m in [&b.maps.albedo, &b.maps.normal].into_iter().flatten() {
@@ -74,7 +74,7 @@ fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
     assert!(total <= 12_000_000, "{total} bytes");
 }
 
-/// The catalog's gain brings each map's mean over the sphere to colour times albedo.
+/// The catalog's gain scales each map's mean over the sphere to colour times albedo.
 #[test]
 fn gains_bring_each_map_to_its_published_colour() {
     let store = MapStore::new(None);
@@ -92,19 +92,19 @@ fn gains_bring_each_map_to_its_published_colour() {
     assert!((raw[0] / mercury.target_mean_colour()[0] - 1.0).abs() > 0.1, "the raw map is stylised: without its gain this test must fail");
 }
 
-/// Mean of eight squares on a circle of `r` degrees about a place.
+/// Mean of eight squares on a circle of `r` degrees around a place.
 fn around(m: &Texture, lat: f64, lon: f64, r: f64, value: impl Fn(&Texture, f64, f64) -> f64) -> f64 {
     let ring = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
     ring.map(|a| value(m, lat + r * a.sin(), lon + r * a.cos() / lat.to_radians().cos())).sum::<f64>() / 8.0
 }
 
-/// Red over green, or blue over red, of a square of three degrees.
+/// Ratio of red to green, or blue to red, in a square of three degrees.
 fn ratio(m: &Texture, lat: f64, lon: f64, over: [usize; 2]) -> f64 {
     let c = mean_colour(m, lat, lon, 1.5);
     c[over[0]] / c[over[1]]
 }
 
-/// `holds` at the place, and nowhere that a mirrored or half-turned map would show the same.
+/// `holds` is true at the place, and nowhere that a mirrored or rotated map would show it.
 fn only_here(lat: f64, lon: f64, what: &str, holds: impl Fn(f64, f64) -> bool) {
     assert!(holds(lat, lon), "{what} is missing at {lat} N, {lon} E");
     for (y, x) in [(lat, -lon), (-lat, lon), (lat, lon + 180.0)] {
@@ -126,7 +126,7 @@ fn mars_shows_olympus_mons_valles_marineris_and_syrtis_major() {
     let bright = |m: &Texture, y, x| brightness(m, y, x, 1.0);
     // Dust on the summit, a darker ring of lava and aureole at 350 to 550 km.
     only_here(18.65, 226.2, "Olympus Mons", |y, x| brightness(&mars, y, x, 1.2) > 1.25 * around(&mars, y, x, 7.0, bright));
-    // A trough 1000 km long from west to east: the north wall leans south, the south wall north.
+    // A trough 1000 km long from west to east: the north wall slopes to the south, the south wall to the north.
     let normal = linear_map("mars_normal.jpg");
     only_here(-13.0, 300.0, "Valles Marineris", |y, x| {
         let wall = |side: f64| (-4..=4).map(|k| slope(&normal, y + 1.5 * side, x + f64::from(k), 0.4)[1]).sum::<f64>() / 9.0;
@@ -143,7 +143,7 @@ fn mars_shows_olympus_mons_valles_marineris_and_syrtis_major() {
     assert!(bright[0] > 2.0 * dark[0] && bright[0] > 2.0 * bright[2], "Arabia {bright:?}");
 }
 
-/// The spot drifts; this map holds it at 48 W of System III.
+/// The spot drifts; in this map it is at 48 W of System III.
 #[test]
 fn jupiter_shows_the_great_red_spot_white_zones_and_brown_belts() {
     let jupiter = map("jupiter.jpg");
@@ -225,7 +225,7 @@ fn no_lake_or_shallow_sea_glows() {
     for lat in -60..=60 {
         for lon in (-180..180).filter(|lon| brightness(&water, f64::from(lat), f64::from(*lon), 0.3) > 0.9) {
             let c = mean_colour(&earth, f64::from(lat), f64::from(lon), 0.1);
-            // Ice on the sea is white: as red as it is blue.
+            // Sea ice is white: as red as it is blue.
             if c[2] > 1.3 * c[0] {
                 most = most.max(c[1] * gain[1]);
             }
@@ -234,7 +234,7 @@ fn no_lake_or_shallow_sea_glows() {
     assert!(most < 0.1, "{most}");
 }
 
-/// Each map has a row in the list of sources; those that are made here say in the catalog that they are invented, and so do those that a source partly invents.
+/// Each map has a row in the list of sources; maps made here are declared as invented in the catalog, and so are those that a source partly invents.
 #[test]
 fn every_map_has_its_source_and_invented_ones_say_so() {
     let readme = include_str!("../../textures/README.md");
@@ -259,13 +259,13 @@ fn every_map_has_its_source_and_invented_ones_say_so() {
     assert!(row_of("vulcan.jpg").is_none());
 }
 
-/// Craters are bowls inside raised rims, whichever way their walls face: both channels of the normal map have the right sign and place.
+/// Craters are bowls inside raised rims, for walls of every orientation: both channels of the normal map have the right sign and place.
 #[test]
 fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
     let normal = linear_map("moon_normal.jpg");
     // Copernicus, Tycho, Langrenus, Plato: places and half diameters in degrees by the IAU gazetteer.
     let craters = [(9.62, 339.92, 1.58), (-43.3, 348.6, 1.4), (-8.9, 61.1, 2.1), (51.6, 350.7, 1.65)];
-    // Outward lean beyond the rim less that within, by the east-west or the north-south part alone.
+    // Outward slope beyond the rim less that within, by the east-west or the north-south part alone.
     let relief = |axis: usize, flip_lat: f64, flip_lon: f64| {
         let lean = |lat: f64, lon: f64, d: f64| {
             let ring = (0..32).map(|k| f64::from(k) * std::f64::consts::PI / 16.0);
@@ -287,7 +287,7 @@ fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
 }
 
 #[test]
-fn a_folder_comes_first_and_a_missing_map_is_named() {
+fn the_users_folder_takes_precedence_and_a_missing_map_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = Vec::new();
     orrery::image::write_png(&mut bytes, 2, 1, &[[9, 8, 7, 255]; 2], &[]).unwrap();

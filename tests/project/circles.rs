@@ -1,4 +1,4 @@
-//! No circles of imports between the files of a room, and no file that is too long to read at once.
+//! No circular imports between the files of a layer, no overlong files, and narrowing to f32 only in the camera.
 
 use super::source_tree::{SourceTree, code_of};
 use super::{files_below, only_tolerated};
@@ -8,7 +8,7 @@ use std::path::Path;
 /// Where scene narrows by design: the camera subtracts in f64, then narrows.
 const MAY_NARROW: &[&str] = &["scene/camera"];
 
-/// The files that lead back to themselves.
+/// The files of circular imports.
 fn in_circles(imports: &BTreeMap<&str, Vec<&str>>) -> Vec<String> {
     let reaches_itself = |start: &str| {
         let mut seen = BTreeSet::new();
@@ -27,12 +27,12 @@ fn in_circles(imports: &BTreeMap<&str, Vec<&str>>) -> Vec<String> {
 }
 
 #[test]
-fn no_files_of_a_room_import_each_other_in_a_circle() {
+fn files_of_a_module_have_no_circular_imports() {
     let tree = SourceTree::of_project();
-    let rooms: BTreeSet<String> = tree.files.iter().map(|f| f.room()).collect();
+    let layers: BTreeSet<String> = tree.files.iter().map(|f| f.layer()).collect();
     let mut found = Vec::new();
-    for room in &rooms {
-        let imports = tree.imports_within(room);
+    for layer in &layers {
+        let imports = tree.imports_within(layer);
         let circle = in_circles(&imports);
         for file in &circle {
             let tied: Vec<_> = imports[file.as_str()].iter().filter(|to| circle.iter().any(|c| c == *to)).collect();
@@ -44,7 +44,7 @@ fn no_files_of_a_room_import_each_other_in_a_circle() {
 }
 
 #[test]
-fn a_circle_is_found() {
+fn a_circular_import_is_found() {
     let circle = SourceTree::new(&[
         ("a/b.rs", "use super::c::C;"),
         ("a/c.rs", "use crate::a::d::D;"),
@@ -89,7 +89,7 @@ fn narrows(code: &str) -> bool {
 #[test]
 fn only_the_camera_of_scene_narrows_to_f32() {
     let tree = SourceTree::of_project();
-    let scene = tree.files.iter().filter(|f| f.room() == "scene" && !MAY_NARROW.iter().any(|m| f.module().starts_with(m)));
+    let scene = tree.files.iter().filter(|f| f.layer() == "scene" && !MAY_NARROW.iter().any(|m| f.module().starts_with(m)));
     let found: Vec<String> = scene.filter(|f| narrows(&code_of(&f.text))).map(|f| f.path.clone()).collect();
     only_tolerated("narrows", &found);
     assert!(narrows("let x = y as f32;") && narrows("p.as_vec3()"));

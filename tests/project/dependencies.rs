@@ -1,4 +1,4 @@
-//! docs/dependencies.md says of each direct dependency why it is there, and of nothing else.
+//! docs/dependencies.md gives a reason for each direct dependency, and lists no others.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(root.join(path)).expect(path)
 }
 
-/// Names in Cargo.toml's tables of dependencies.
+/// Names in the dependency tables of Cargo.toml.
 fn direct(manifest: &str) -> BTreeSet<String> {
     let manifest: toml::Table = manifest.parse().expect("TOML");
     let names = |table: Option<&toml::Value>| -> Vec<String> {

@@ -1,4 +1,4 @@
-//! The module table of ARCHITECTURE.md, held by reading every path of modules in src/: `crate::`, `orrery::`, `super::super::`, children.
+//! The layer table of ARCHITECTURE.md, checked by reading every module path in src/: `crate::`, `orrery::`, `super::super::`, children.
 
 use super::only_tolerated;
 use super::source_tree::{NamedPath, SourceFile, SourceTree, code_of};
@@ -129,7 +129,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("main", &["cli"], &["naga", "wgpu", "winit", "egui", "softbuffer"]),
 ];
 
-/// The longest prefix of the table that holds this file, if any.
+/// The longest prefix of the table that matches this file, if any.
 fn row_of(module: &str) -> Option<&'static (&'static str, &'static [&'static str], &'static [&'static str])> {
     TABLE
         .iter()
@@ -143,7 +143,7 @@ fn breaches(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
     let mut found = Vec::new();
     for path in &file.paths {
         let path = path.segments.join("::");
-        // Macros and items of the crate's root have no module of their own.
+        // Macros and items of the crate root belong to no module.
         if tree.is_module(path.split("::").next().unwrap_or(""))
             && !allowed.iter().any(|a| path == *a || path.starts_with(&format!("{a}::")))
         {
@@ -157,9 +157,9 @@ fn breaches(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
     found
 }
 
-/// What a file gives out that another room defines: whoever takes it from here passes by the table. lib.rs is the crate's face and may.
+/// Re-exports of items that another layer defines, which would bypass the table. lib.rs is the facade and exempt.
 fn re_exports(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
-    let foreign = |path: &&NamedPath| tree.file_of(&path.segments).is_some_and(|n| tree.files[n].room() != file.room());
+    let foreign = |path: &&NamedPath| tree.file_of(&path.segments).is_some_and(|n| tree.files[n].layer() != file.layer());
     let public = file.paths.iter().filter(|p| p.is_public_use && file.module() != "lib").filter(foreign);
     public.map(|p| format!("{}: {}", file.path, p.segments.join("::"))).collect()
 }
@@ -172,15 +172,15 @@ fn every_module_keeps_to_the_table() {
 }
 
 #[test]
-fn no_room_gives_out_what_another_defines() {
+fn no_module_re_exports_items_of_another() {
     let tree = SourceTree::of_project();
     let found: Vec<String> = tree.files.iter().flat_map(|file| re_exports(&tree, file)).collect();
     only_tolerated("re-export", &found);
 }
 
 #[test]
-fn a_breach_is_found() {
-    let rooms = [
+fn a_layering_violation_is_found() {
+    let layers = [
         "catalog/mod.rs",
         "ephemeris/mod.rs",
         "render/plan/mod.rs",
@@ -191,9 +191,9 @@ fn a_breach_is_found() {
         "view/mod.rs",
     ];
     let count = |path: &str, text: &str| {
-        let sources: Vec<_> = rooms.into_iter().map(|room| (room, "")).chain([(path, text)]).collect();
+        let sources: Vec<_> = layers.into_iter().map(|layer| (layer, "")).chain([(path, text)]).collect();
         let tree = SourceTree::new(&sources);
-        breaches(&tree, &tree.files[rooms.len()]).len()
+        breaches(&tree, &tree.files[layers.len()]).len()
     };
     assert_eq!(count("catalog/body.rs", "use crate::scene::Scene;"), 1);
     assert_eq!(count("catalog/body.rs", "use super::super::scene::Scene;"), 1);
@@ -209,7 +209,7 @@ fn a_breach_is_found() {
 }
 
 #[test]
-fn a_re_export_of_another_room_is_found() {
+fn a_re_export_of_another_module_is_found() {
     let found = |text: &str| {
         let tree = SourceTree::new(&[("render/software/mod.rs", ""), ("session/sample.rs", ""), ("session/mod.rs", text)]);
         re_exports(&tree, &tree.files[2])

@@ -1,4 +1,4 @@
-//! The source tree itself: which module may use which, no circles, no long files, packages that a registry takes.
+//! The source tree itself: module layers, circular imports, file lengths, package sizes.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ mod layering;
 mod packages;
 mod source_tree;
 
-/// The files of a folder and its folders with one of these endings, in order.
+/// The files below a folder with one of these extensions, in order.
 fn files_below(dir: &Path, extensions: &[&str], out: &mut Vec<PathBuf>) {
     let mut entries: Vec<_> = std::fs::read_dir(dir).expect("readable").map(|e| e.expect("entry").path()).collect();
     entries.sort();
@@ -21,7 +21,7 @@ fn files_below(dir: &Path, extensions: &[&str], out: &mut Vec<PathBuf>) {
     }
 }
 
-/// What a rule finds against the lines `RULE: BREACH` of tolerated.txt: new breaches, and lines that are breaches no more. Both must be empty,
+/// Compares violations with the lines `RULE: VIOLATION` of tolerated.txt: new violations, and lines that no longer apply. Both must be empty,
 /// so that the list only shrinks.
 fn beyond(rule: &str, found: &[String], tolerated: &str) -> Vec<String> {
     let tolerated: Vec<&str> = tolerated.lines().filter_map(|l| l.strip_prefix(rule)?.strip_prefix(": ")).collect();
@@ -31,7 +31,7 @@ fn beyond(rule: &str, found: &[String], tolerated: &str) -> Vec<String> {
     new.chain(gone).collect()
 }
 
-/// Fails unless a rule finds exactly what tests/project/tolerated.txt still tolerates.
+/// Fails unless a rule finds exactly the violations that tests/project/tolerated.txt lists for it.
 fn only_tolerated(rule: &str, found: &[String]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/project/tolerated.txt");
     let beyond = beyond(rule, found, &std::fs::read_to_string(path).expect("the list"));
@@ -39,21 +39,21 @@ fn only_tolerated(rule: &str, found: &[String]) {
 }
 
 #[test]
-fn the_list_of_the_tolerated_only_shrinks() {
+fn the_list_of_tolerated_violations_only_shrinks() {
     let found = ["a".to_owned(), "b".to_owned()];
     assert!(beyond("long", &found, "# head\nlong: b\nlong: a\nwide: c\n").is_empty());
     assert_eq!(beyond("long", &found, "long: a\nwide: b"), ["new breach: long: b"]);
     assert_eq!(beyond("long", &found[..1], "long: a\nlong: b"), ["mended, strike it from tolerated.txt: long: b"]);
 }
 
-/// Files that a table of tests/README.md names: `room/file`, `room/{a,b}` and `room/*`.
+/// Files that a table of tests/README.md names: `folder/file`, `folder/{a,b}` and `folder/*`.
 fn named_in_table(readme: &str, all: &[String]) -> Vec<String> {
     let mut named = Vec::new();
     for pattern in readme.lines().filter(|l| l.starts_with('|')).flat_map(|l| l.split('`').skip(1).step_by(2)) {
-        let Some((room, files)) = pattern.split_once('/') else { continue };
+        let Some((folder, files)) = pattern.split_once('/') else { continue };
         match files.trim_matches(['{', '}']) {
-            "*" => named.extend(all.iter().filter(|f| f.starts_with(&format!("{room}/"))).cloned()),
-            files => named.extend(files.split(',').filter(|f| !f.is_empty()).map(|f| format!("{room}/{f}"))),
+            "*" => named.extend(all.iter().filter(|f| f.starts_with(&format!("{folder}/"))).cloned()),
+            files => named.extend(files.split(',').filter(|f| !f.is_empty()).map(|f| format!("{folder}/{f}"))),
         }
     }
     named

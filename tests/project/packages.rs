@@ -1,13 +1,13 @@
-//! Packages that a registry takes: the data are whole, and each package is under the registry's limit.
+//! Packages for the registry: the data are complete, and each package is below the registry's size limit.
 
 use super::files_below;
 use std::path::Path;
 use std::process::Command;
 
-/// What a registry takes, bytes of the compressed package.
+/// Size limit of the registry, bytes of the compressed package.
 const MAX_BYTES: u64 = 10 * 1024 * 1024;
 
-/// Files of a folder with one of these endings, without `Cargo.toml`.
+/// Files of a folder with one of these extensions, without `Cargo.toml`.
 fn names(folder: &str, extensions: &[&str]) -> Vec<String> {
     let mut files = Vec::new();
     files_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), extensions, &mut files);
@@ -24,7 +24,7 @@ fn every_map_and_every_table_is_in_the_program() {
     assert_eq!(tables, names("catalogs", &["toml"]));
 }
 
-/// Each file counts whole: maps and kernels hardly shrink, and no package comes near the limit by its text.
+/// Uncompressed sizes are counted: maps and kernels hardly compress, and text is negligible.
 #[test]
 fn each_package_is_under_the_registrys_limit() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

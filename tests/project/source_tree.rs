@@ -1,7 +1,7 @@
-//! The Rust files of src/ and the paths that each names, read from the text: no compiler is asked.
+//! The Rust files of src/ and the paths that each names, parsed from the text without a compiler.
 //!
-//! In: a folder of Rust sources. Out: a file's code without comments, literals and unit tests; every path in it as an absolute path of modules;
-//! and the file in which the item of a path is defined, through re-exports. Not seen: items that a macro writes, and what `use a::*` brings in.
+//! In: a folder of Rust sources. Out: a file's code without comments, literals and unit tests; every path in it as an absolute module path;
+//! and the file that defines the item of a path, through re-exports. Not handled: items from macros, and from `use a::*`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,22 +13,22 @@ pub struct SourceFile {
     pub text: String,
     /// The file's module: `["scene", "draw"]`; empty for lib.rs.
     module: Vec<String>,
-    /// The paths that the code names.
+    /// The paths in its code.
     pub paths: Vec<NamedPath>,
 }
 
-/// A path in code, from the crate's root.
+/// A path in code, from the crate root.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedPath {
     pub segments: Vec<String>,
-    /// The name that a `use` gives to it; `None` outside of `use`.
+    /// The alias in a `use`; `None` outside of `use`.
     used_as: Option<String>,
-    /// Stands in a `pub use`.
+    /// Part of a `pub use`.
     pub is_public_use: bool,
 }
 
 impl SourceFile {
-    /// A file of that path and text; `modules` decides which names are its children.
+    /// A file with this path and text; `modules` lists the possible children.
     fn new(path: &str, text: &str) -> Self {
         let module = path.trim_end_matches(".rs").split('/').filter(|s| !matches!(*s, "mod" | "lib")).map(str::to_owned).collect();
         Self { path: path.into(), text: text.into(), module, paths: Vec::new() }
@@ -39,8 +39,8 @@ impl SourceFile {
         if self.module.is_empty() { "lib".into() } else { self.module.join("/") }
     }
 
-    /// The top-level module, or `render/plan` and its like.
-    pub fn room(&self) -> String {
+    /// The top-level module, or one of `render/plan` and its siblings.
+    pub fn layer(&self) -> String {
         let depth = if self.module.first().is_some_and(|m| m == "render") { 2 } else { 1 };
         self.module.iter().take(depth).cloned().collect::<Vec<_>>().join("/")
     }
@@ -86,10 +86,10 @@ impl SourceTree {
         (0..=path.len()).rev().find_map(|n| self.by_module.get(&path[..n]).copied())
     }
 
-    /// The file that defines what a path names; a re-export leads on to its source.
+    /// The file that defines the item of a path, following re-exports.
     pub fn definition(&self, path: &[String]) -> Option<usize> {
         let mut path = path.to_vec();
-        // A chain of re-exports ends; a circle of them does not compile.
+        // A chain of re-exports ends, since a circular one does not compile.
         for _ in 0..8 {
             let file = self.file_of(&path)?;
             let depth = self.files[file].module.len();
@@ -100,10 +100,10 @@ impl SourceTree {
         None
     }
 
-    /// For each file of a room, the other files of the room that it uses, but for the mod.rs of the folders in which it lies: a child names what its
+    /// For each file of a layer, the other files of the layer that it uses, except the mod.rs of its parent folders: a child names items that its
     /// parent declares for all of them.
-    pub fn imports_within(&self, room: &str) -> BTreeMap<&str, Vec<&str>> {
-        let inside = |n: &usize| self.files[*n].room() == room;
+    pub fn imports_within(&self, layer: &str) -> BTreeMap<&str, Vec<&str>> {
+        let inside = |n: &usize| self.files[*n].layer() == layer;
         let uses = |n: usize| {
             let mut used: Vec<usize> = self.files[n].paths.iter().filter_map(|p| self.definition(&p.segments)).collect();
             used.retain(|m| !self.files[n].module.starts_with(&self.files[*m].module));
@@ -235,7 +235,7 @@ impl<'a> Reader<'a> {
 
     fn paths(&self) -> Vec<NamedPath> {
         let mut paths = Vec::new();
-        // Modules that are written inside this file, each with the depth of its braces.
+        // Inline modules, each with the depth of its braces.
         let mut inline: Vec<(String, i32)> = Vec::new();
         let (mut depth, mut at) = (0, 0);
         while at < self.tokens.len() {
@@ -252,7 +252,7 @@ impl<'a> Reader<'a> {
             match self.word(at) {
                 Some("mod") if self.is(at + 2, '{') => inline.push((self.word(at + 1).unwrap_or_default().into(), depth)),
                 Some("use") => {
-                    // `use` or `pub use` or `pub(crate) use`: the last two words are no privacy.
+                    // `use`, `pub use` or `pub(crate) use`.
                     let is_public =
                         before == Some(&Token::Word("pub".into())) || (before == Some(&Token::Other(')')) && self.is_after_pub(at));
                     let mut leaves = Vec::new();
@@ -293,7 +293,7 @@ impl<'a> Reader<'a> {
         (at.saturating_sub(6)..at).rev().find(|k| self.is(*k, '(')).is_some_and(|k| k > 0 && self.word(k - 1) == Some("pub"))
     }
 
-    /// The paths of a `use` tree from `at`, with their aliases; where it ends.
+    /// The paths of a `use` tree starting at `at`, with their aliases, and its end.
     fn leaves(&self, mut at: usize, prefix: &mut Vec<String>, out: &mut Vec<(Vec<String>, Option<String>)>) -> usize {
         let kept = prefix.len();
         loop {
@@ -332,7 +332,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The path from the crate's root; `None` where it leads out of the crate or names no module.
+    /// The path from the crate root; `None` if it leads out of the crate or names no module.
     fn absolute(&self, path: &[String], module: &[String]) -> Option<Vec<String>> {
         let (first, rest) = path.split_first()?;
         match first.as_str() {

@@ -65,7 +65,7 @@ fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
 
 /// The test above can fail: a body lit ten times as bright differs from itself by more than the bound.
 #[test]
-fn another_picture_is_told_apart() {
+fn a_different_picture_is_detected() {
     let renderer = renderer(Precision::F32);
     let key = |lights: u8| ShaderKey::for_draw(&DrawFeatures { lights, view: PixelView::Final, ..DrawFeatures::MINIMAL });
     let (one, two) = (picture(&renderer, &key(1)).expect("draws"), picture(&renderer, &key(2)).expect("draws"));

@@ -86,7 +86,7 @@ fn number(bytes: &[u8], offset: u32) -> f32 {
 }
 
 #[test]
-fn every_possible_structure_is_filled_by_name() {
+fn the_uniforms_of_every_key_are_filled_by_name() {
     let all = possible_features(&Catalog::embedded());
     // One structure of each key: what the canonical form leaves out must not be missed.
     let keys = keys_of(all.iter().copied());

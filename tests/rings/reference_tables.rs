@@ -206,7 +206,7 @@ fn a_pixel_that_takes_one_piece_more_looks_the_same() {
 }
 
 #[test]
-fn wrong_questions_get_one_line() {
+fn invalid_queries_get_one_line() {
     let prober_error = |q: Value| {
         let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
         Prober { session: &SESSION, renderer: &renderer }.answer(&q.to_string()).expect_err("wrong").to_string()
@@ -315,7 +315,7 @@ fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
 }
 
 #[test]
-fn shadows_are_decided_by_what_they_take() {
+fn ring_shadows_are_decided_by_the_light_they_block() {
     let features = |target, time: &str, size| {
         let scene = SESSION.scene(&request(target, time, 70.0, size, "")).expect("a scene");
         let of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.features);

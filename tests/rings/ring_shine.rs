@@ -217,7 +217,7 @@ fn no_more_light_than_falls_on_the_rings() {
 }
 
 #[test]
-fn it_is_drawn_where_it_counts_and_the_reason_is_told() {
+fn ring_shine_is_drawn_where_visible_and_its_reason_is_given() {
     let decision = |body: i32, effects: &str| {
         let request = ViewRequest {
             effects: EffectOverrides::parse(effects).expect("effects"),

@@ -66,7 +66,7 @@ fn leaving(points: &[[f64; 4]], lobe: &[f64]) -> f64 {
 }
 
 #[test]
-fn waves_turn_back_nearly_all_that_arrives_and_never_more() {
+fn waves_reflect_nearly_all_light_and_never_more() {
     let fragment = lobe();
     // Winds of 1 and 5 m/s, and beyond Cox and Munk's 14 m/s. Light mirrored twice is left out: a tenth at most up to 75 degrees of
     // incidence, a fifth at 85.
@@ -100,7 +100,7 @@ fn the_glint_is_as_wide_as_the_slopes() {
 }
 
 #[test]
-fn fresnels_part_follows_his_formulas() {
+fn fresnel_reflectance_follows_the_formulas() {
     let fragment = Fragment::new("fresnel_water(p.x)");
     let exact = |cos: f64| {
         let n = 1.333;

@@ -87,7 +87,7 @@ fn the_middle_of_the_moon_has_its_known_numbers() {
 }
 
 #[test]
-fn eclipse_ring_and_air_show_what_they_take() {
+fn pixel_views_of_eclipse_ring_and_air_show_transmittance() {
     let eclipse = drawn(399, 3.0, DAY, PixelView::Eclipse);
     let on_ground = |p: &&[f32; 4]| p[3] > 0.999 && p[..3].iter().any(|v| *v > 0.0);
     let least = eclipse.hdr.iter().filter(on_ground).map(|p| p[1]).fold(1.0, f32::min);

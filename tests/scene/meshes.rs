@@ -240,7 +240,7 @@ fn colours_of_vertices_multiply_the_albedo() {
 }
 
 #[test]
-fn a_file_that_is_missing_or_wrong_is_said_once_and_the_ellipsoid_is_drawn() {
+fn a_bad_mesh_file_is_reported_once_and_the_ellipsoid_is_drawn() {
     let from = vantages()[0];
     for (files, says) in [
         (vec![], "mesh shape.obj is not in"),
@@ -262,7 +262,7 @@ fn a_file_that_is_missing_or_wrong_is_said_once_and_the_ellipsoid_is_drawn() {
 }
 
 #[test]
-fn what_is_decided_is_said_and_far_away_it_is_a_point() {
+fn a_mesh_decision_is_explained_and_a_far_mesh_is_a_point() {
     let mine = Mine::phobos("", &ellipsoid(24));
     let (scene, _) = mine.draw("", PixelView::Final, vantages()[0]);
     let (on, reason) = decision(&scene, "mesh");

@@ -2,7 +2,7 @@
 //!
 //! The reference is `ephemeris::conic` in f64, whose own tests hold it against the classical formulas. The acceptance is 1e-6 of the semi-major axis up to e = 0.97.
 
-use crate::support::emitted::{Emitted, Question};
+use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit, SmallBodies, SmallBody};
@@ -32,13 +32,13 @@ fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
 }
 
 /// What the shader is asked for an orbit of perihelion distance 1 at a time in its units.
-fn question(e: f64, time: f64) -> Question {
+fn question(e: f64, time: f64) -> EvalInput {
     [1.0, 1.0 - e, (1.0 + e).sqrt(), time, 0.0, 0.0, 0.0, 0.0]
 }
 
 /// Greatest distance from f64 over times, in units of `scale` of each.
 fn worst<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl Fn(DVec3) -> f64) -> f64 {
-    let questions: Vec<Question> = times.iter().map(|t| question(e, *t)).collect();
+    let questions: Vec<EvalInput> = times.iter().map(|t| question(e, *t)).collect();
     let places = shader.ask_in::<R>(&DrawUniforms::default(), None, &questions);
     let off = |(t, p): (&f64, &[f64; 4])| {
         let expected = heliocentric_state(&in_plane(1.0, e), t / GAUSS_CONSTANT).position;
@@ -91,7 +91,7 @@ fn the_shape_of_a_sprite_is_that_of_other_points() {
     let value = format!("vec4f(point_shape(p.x, {law}, {CORE_SIGMA_PX:?}, {GLARE_WIDTH_PX:?}), 0.0)");
     let shader = Emitted::new("minor_planets", &value);
     let peaks: Vec<f64> = (-20..=80).map(|k| 10_f64.powf(f64::from(k) / 10.0)).collect();
-    let questions: Vec<Question> = peaks.iter().map(|p| [*p, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+    let questions: Vec<EvalInput> = peaks.iter().map(|p| [*p, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
     for (peak, found) in peaks.iter().zip(shader.ask_in::<f32>(&DrawUniforms::default(), None, &questions)) {
         let radius = (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX);
         let [core, glare] = point_spread(radius);
@@ -207,7 +207,7 @@ fn body_direction_at_rest(ephemeris: &Ephemeris, body: &SmallBody, time: Instant
 
 /// Asked for they are there, with a reason; else they are not, and `explain` says why. What is behind a body is hidden.
 #[test]
-fn they_are_drawn_where_they_are_asked_for() {
+fn minor_planets_are_drawn_only_with_their_layer() {
     let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
     let view = |layers: &str| ViewRequest {
         position: Position::Offset { body: NaifId::SUN, offset_km: DVec3::new(0.0, -0.4, 0.9) * 6.5 * KM_PER_AU, axes: Axes::Icrf },

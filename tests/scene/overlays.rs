@@ -208,7 +208,7 @@ fn wrong_overlays_are_named_by_line_and_field() {
 }
 
 #[test]
-fn an_image_that_is_missing_or_too_small_is_left_out_and_said() {
+fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
     let small = REGION.replace("25.0", "-19.9");
     let catalog = overlay("Moon", "lost", "lost.png", REGION) + &overlay("Moon", "small", "red.png", &small);
     let mine = Mine::new(&catalog, &[("red.png", [255, 0, 0, 255])]);

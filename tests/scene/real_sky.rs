@@ -173,7 +173,7 @@ fn a_small_body_is_a_point_and_a_near_one_a_disc() {
 }
 
 #[test]
-fn every_reason_is_given_and_lamps_wait_for_a_long_exposure() {
+fn every_decision_has_a_reason_and_city_lights_need_a_long_exposure() {
     let (catalog, ephemeris) = sky();
     let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
     let night = |request: &ViewRequest| {
@@ -191,7 +191,7 @@ fn every_reason_is_given_and_lamps_wait_for_a_long_exposure() {
 }
 
 #[test]
-fn what_no_camera_can_do_is_refused_by_name() {
+fn impossible_camera_values_are_refused_by_name() {
     let (catalog, ephemeris) = sky();
     let refused = |change: &dyn Fn(&mut ViewRequest)| {
         let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));

@@ -149,7 +149,7 @@ fn a_difference_of_squares_would_be_seen_to_fail() {
 }
 
 #[test]
-fn the_box_is_the_outlines_own() {
+fn the_bounding_rectangle_touches_the_outline() {
     for (name, radii, distance, off, fov) in cases() {
         let (camera, place) = set_up(radii, distance, off * 0.5, fov, 800, 600);
         let Outline::Ellipse { bounds, area_px } = Outline::of(&camera, &place) else { continue };
@@ -177,7 +177,7 @@ fn the_box_is_the_outlines_own() {
 }
 
 #[test]
-fn what_is_outside_has_no_box_and_what_surrounds_takes_the_frame() {
+fn bodies_outside_have_no_rectangle_and_surrounding_ones_fill_the_frame() {
     let behind = set_up(EARTH, 1e5, std::f64::consts::PI, 60.0, 64, 64);
     assert_eq!(Outline::of(&behind.0, &behind.1), Outline::Behind);
     let beside = set_up(EARTH, 1e6, 1.0, 20.0, 64, 64);

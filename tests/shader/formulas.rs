@@ -2,7 +2,7 @@
 //!
 //! Each test states its tolerance and shows an edit of the shader that it finds.
 
-use crate::support::emitted::{Emitted, Question};
+use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId, Photometry, Ring};
@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// A question of few numbers.
-fn question<const N: usize>(numbers: [f64; N]) -> Question {
+fn question<const N: usize>(numbers: [f64; N]) -> EvalInput {
     std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0))
 }
 
@@ -60,14 +60,14 @@ fn phases() -> Vec<f64> {
 /// Within 2e-5 of the value: the uniforms are f32, and 1 - g of the narrowest lobe is 0.005.
 #[test]
 fn the_phase_functions_of_rings_are_those_of_the_shader() {
-    const HALF_SIDE_INSIDE: f64 = 2e-5;
+    const TOLERANCE: f64 = 2e-5;
     let uniforms = saturns_ring();
-    let questions: Vec<Question> = phases().into_iter().map(|c| question([c])).collect();
+    let questions: Vec<EvalInput> = phases().into_iter().map(|c| question([c])).collect();
     for (function, of) in [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))] {
         let value = format!("vec4f({function}(p.x))");
         let expected = || phases().into_iter().map(of);
         let found = worst(&Emitted::new(RING, &value).ask(&uniforms, None, &questions), expected());
-        assert!(found < HALF_SIDE_INSIDE, "{function}: {found}");
+        assert!(found < TOLERANCE, "{function}: {found}");
         for (right, wrong) in [
             ("2.0 * atan2(back, front)", "2.01 * atan2(back, front)"),
             ("g * (2.0 * max(1.0 + cos_phase", "g * (2.01 * max(1.0 + cos_phase"),
@@ -75,7 +75,7 @@ fn the_phase_functions_of_rings_are_those_of_the_shader() {
             let edited = Emitted::edited(RING, &value, |text| once(text, right, wrong));
             let found = worst(&edited.ask(&uniforms, None, &questions), expected());
             let concerned = right.contains("atan2") == (function == "ring_particle_phase");
-            assert_eq!(found > 10.0 * HALF_SIDE_INSIDE, concerned, "{function}, {wrong}: {found}");
+            assert_eq!(found > 10.0 * TOLERANCE, concerned, "{function}, {wrong}: {found}");
         }
     }
 }
@@ -97,7 +97,7 @@ fn light_scattered_by_a_ring_is_that_of_the_shader() {
     const TANGENT: f64 = 0.02;
     let from_saturn = saturns_ring();
     let cosines: Vec<f64> = (0..200).map(|k| 0.02_f64.powf(f64::from(k) / 199.0)).collect();
-    let questions: Vec<Question> = cosines.iter().map(|c| question([*c])).collect();
+    let questions: Vec<EvalInput> = cosines.iter().map(|c| question([*c])).collect();
     // Between 1.6 and 1.7 radii; the phase function is held by the test above.
     let value = "vec4f(4.0 * ring_mean(radial_interval(1.6, 1.7), 1.0 / p.x).bodies.rgb, 0.0)";
     let emitted = Emitted::new(RING, value);
@@ -165,7 +165,7 @@ fn any_stretch_of_radius_has_the_mean_of_its_ringlets() {
         random ^= random << 17;
         (random >> 11) as f64 / (1u64 << 53) as f64
     };
-    let questions: Vec<Question> = (0..100_000)
+    let questions: Vec<EvalInput> = (0..100_000)
         .map(|_| {
             let width = 1.1e-4 * 1.0e4_f64.powf(next());
             let from = f64::from((inner - 0.2 + next() * (if next() < 0.8 { 1.5 } else { outer - inner + 0.4 })) as f32);
@@ -230,7 +230,7 @@ fn disc(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
 /// The light of a whole sphere decides how bright a point is; the law at each place, how bright a disc is. Within 1e-3 of full.
 #[test]
 fn spheres_of_each_law_are_as_bright_as_their_points() {
-    const HALF_SIDE_INSIDE: f64 = 1e-3;
+    const TOLERANCE: f64 = 1e-3;
     let off = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
         let full = model_geometric_albedo(model)[0];
         let at = |deg: f64| (disc(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
@@ -238,7 +238,7 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
     };
     for (module, model, parameter) in &LAWS {
         let found = off(&Emitted::new(module, &call(module)), model, *parameter);
-        assert!(found < HALF_SIDE_INSIDE, "{module}: {found}");
+        assert!(found < TOLERANCE, "{module}: {found}");
         let (right, wrong) = match model {
             Photometry::Lambert => ("return cos_incidence;", "return 1.01 * cos_incidence;"),
             Photometry::LommelSeeliger | Photometry::LunarLambert { .. } => {
@@ -247,7 +247,7 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
             _ => ("0.45 * sigma_sq", "0.48 * sigma_sq"),
         };
         let found = off(&Emitted::edited(module, &call(module), |text| once(text, right, wrong)), model, *parameter);
-        assert!(found > 2.0 * HALF_SIDE_INSIDE, "{module}, {wrong}: {found}");
+        assert!(found > 2.0 * TOLERANCE, "{module}, {wrong}: {found}");
     }
 }
 
@@ -266,7 +266,7 @@ fn reflectance_is_that_of_the_shader_at_every_angle() {
         }
     }
     for (module, model, parameter) in &LAWS {
-        let questions: Vec<Question> = angles.iter().map(|[i, e, p]| question([*i, *e, *p, *parameter])).collect();
+        let questions: Vec<EvalInput> = angles.iter().map(|[i, e, p]| question([*i, *e, *p, *parameter])).collect();
         let answers = Emitted::new(module, &call(module)).ask(&plain(), None, &questions);
         let found = worst(&answers, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
         assert!(found < 1e-6, "{module}: {found}");
@@ -302,7 +302,7 @@ fn the_catalogs_parameters_are_those_that_the_laws_take() {
 #[test]
 fn the_display_curve_is_that_of_the_shader() {
     let levels: Vec<f64> = (0..=4000).map(|k| f64::from(k) / 4000.0).collect();
-    let questions: Vec<Question> = levels.iter().map(|v| question([*v])).collect();
+    let questions: Vec<EvalInput> = levels.iter().map(|v| question([*v])).collect();
     let value = "vec4f(srgb_encoded(p.xxx), 1.0)";
     let off = |module: &Emitted| worst(&module.ask(&plain(), None, &questions), levels.iter().map(|v| linear_to_srgb(*v)));
     let found = off(&Emitted::new("tone_map", value));

@@ -26,7 +26,7 @@ fn session(renderer: RendererPreference) -> Session {
 
 /// The picture's bytes, or why there is none.
 fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String> {
-    session.make_shaders_of(fragments);
+    session.set_fragments(fragments);
     let time = Instant::parse("2024-01-01T00:00:00Z").expect("a time");
     let request = ViewRequest { width: 48, height: 48, quality: Quality::Draft, ..ViewRequest::of(NaifId::MOON, time) };
     let begun = Clock::now();
@@ -68,7 +68,7 @@ fn refused() -> Vec<(String, String, &'static str)> {
 }
 
 #[test]
-fn fragments_that_mean_harm_are_refused_and_sound_ones_draw_again() {
+fn hostile_fragments_are_refused_and_valid_ones_draw_again() {
     let session = session(RendererPreference::Software);
     let sound = drawn(&session, Fragments::default()).expect("a picture");
     for (declarations, statements, word) in refused() {
@@ -96,7 +96,7 @@ fn indices_out_of_range_stay_inside_and_long_loops_that_end_are_drawn() {
 /// What software stops a device never gets; it draws on with sound fragments.
 #[cfg(feature = "gpu")]
 #[test]
-fn a_device_gets_no_loop_that_does_not_end() {
+fn an_endless_loop_never_reaches_the_gpu() {
     if crate::support::gpu::gpu().is_none() {
         return;
     }

@@ -86,7 +86,7 @@ fn heals(dir: &Path, id: &ModuleId, path: &Path, whole: &[u8], damaged: &[u8], w
 }
 
 #[test]
-fn damage_anywhere_is_found_and_healed() {
+fn damaged_entries_are_detected_and_repaired() {
     let dir = tempfile::tempdir().expect("temp");
     let id: ModuleId = "tone_map".parse().expect("name");
     let (library, _) = open(dir.path());
@@ -366,7 +366,7 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
 
 /// A library that cannot be looked into is not an empty one.
 #[test]
-fn what_cannot_be_looked_into_is_said() {
+fn unreadable_library_folders_are_reported() {
     let dir = tempfile::tempdir().expect("temp");
     std::fs::create_dir_all(dir.path().join("orrery")).expect("a folder");
     std::fs::write(dir.path().join("orrery/shaders"), "a file").expect("a file");

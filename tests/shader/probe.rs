@@ -1,8 +1,8 @@
-//! Questions that emitted modules answer: the lanes carry every digit, and a wrong question gets one line.
+//! Queries that emitted modules answer: lanes keep every digit, and an invalid query gets one line.
 
 use crate::support::session::SESSION;
 use orrery::probe::lanes::ProbeBatch;
-use orrery::probe::{Prober, QUESTIONS, Requirement};
+use orrery::probe::{Prober, QUERIES, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::shader::id::probe_samples;
 
@@ -11,10 +11,10 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 }
 
 #[test]
-fn each_column_answers_its_own_question() {
+fn each_lane_answers_its_own_query() {
     let module = probe_samples().into_iter().next().expect("a probe");
     let lanes = ProbeBatch::plain(module, 1);
-    // A ramp over the distance, so that a swapped or blended lane shows.
+    // A ramp over the distance, so that a swapped or blended lane is visible.
     let questions: Vec<_> = (0..1000)
         .map(|k| {
             let mut q = [0.0; 12];
@@ -33,7 +33,7 @@ fn each_column_answers_its_own_question() {
 }
 
 #[test]
-fn a_wrong_question_is_named_in_one_line() {
+fn an_invalid_query_field_is_named_in_one_line() {
     let renderer = renderer(Precision::F32);
     let prober = Prober { session: &SESSION, renderer: &renderer };
     for (question, about) in [
@@ -54,17 +54,17 @@ fn a_wrong_question_is_named_in_one_line() {
     }
 }
 
-/// The table that `probe --questions` prints is what is read: every field of it and no other, each that may be left out may be.
+/// The list that `probe --questions` prints matches the parser: every field and no other, and each optional field is optional.
 #[test]
-fn the_table_of_questions_is_what_they_take() {
+fn the_list_of_queries_matches_their_fields() {
     let renderer = renderer(Precision::F32);
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    for kind in QUESTIONS {
+    for kind in QUERIES {
         let whole: serde_json::Map<String, serde_json::Value> = serde_json::from_str(kind.example).expect("an object");
         let ask = |fields: &serde_json::Map<String, serde_json::Value>| prober.answer(&serde_json::json!(fields).to_string());
         assert_eq!(whole["q"], kind.name);
         ask(&whole).unwrap_or_else(|e| panic!("{}: {e}", kind.example));
-        // What the reader itself takes, asked past the table: it lists its fields where it meets one that it does not know.
+        // The parser's own fields, bypassing the list: it names them when it meets an unknown one.
         let mut strange = whole.clone();
         strange.remove("q");
         strange.insert("zzz".into(), 1.into());
@@ -90,7 +90,7 @@ fn the_table_of_questions_is_what_they_take() {
     }
 }
 
-/// Without a model the Sun's disc is darkened to its limb, and by the Sun's own law where none is given.
+/// Without a model the Sun's disc is limb-darkened, by the Sun's own law if none is given.
 #[test]
 fn the_default_model_is_limb_darkened() {
     let renderer = renderer(Precision::F64);
@@ -120,7 +120,7 @@ fn pixel(precision: Precision, x: u32, y: u32) -> serde_json::Value {
 }
 
 #[test]
-fn a_pixel_tells_how_it_came_about() {
+fn a_pixel_reports_the_values_of_its_draws() {
     use orrery::render::plan::SamplingQuality;
     use orrery::scene::request::{CameraFile, Purpose, ViewRequest};
     use orrery::time::Instant;
@@ -141,7 +141,7 @@ fn a_pixel_tells_how_it_came_about() {
         assert_eq!((single["body"].as_str(), single["part"].as_str()), (Some("Mars"), Some("globe")));
         let globe = single["draws"].as_array().expect("draws").iter().find(|d| d["part"] == "globe").expect("the globe");
         let values = globe["values"].as_object().expect("values");
-        // The last of them makes the colour, and each name is there.
+        // The last of them sets the colour, and each name is there.
         for k in 0..3 {
             let number = |v: &serde_json::Value| v.as_f64().expect("a number");
             let (radiance, coverage) = (number(&values["radiance"][k]), number(&values["coverage"]));
@@ -151,13 +151,13 @@ fn a_pixel_tells_how_it_came_about() {
             assert!(values.get(name).is_some_and(|v| !v.is_null()), "{name} is not among {:?}", values.keys().collect::<Vec<_>>());
         }
     }
-    // In the middle lies the sub-viewer point, whose latitude the scene counts from the centre and the pixel by the ground's normal: Mars' axes
+    // The centre is the sub-observer point, whose latitude the scene gives as planetocentric and the pixel as planetographic: Mars' axes
     // are 3396.19 and 3376.20 km.
     let middle = pixel(Precision::F64, 32, 32);
     let graphic = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
     assert!((middle["lat"].as_f64().expect("lat") - graphic).abs() < 0.05, "{} {graphic}", middle["lat"]);
     assert!((middle["lon"].as_f64().expect("lon") - mars.sub_viewer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
-    // Beside the disc nothing is drawn but stars.
+    // Beside the disc only stars are drawn.
     let beside = pixel(Precision::F32, 0, 0);
     let light = beside["radiance"][0].as_f64().expect("a number");
     assert!(beside["body"].is_null() && beside["lat"].is_null() && light < 1e-6, "{beside}");
@@ -182,7 +182,7 @@ fn a_star_and_a_body_have_their_pixel() {
     // The same place by right ascension and declination, J2000, without proper motion.
     let place = ask(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
     assert!(near(&place, 354.653, 486.187), "{place}");
-    // The Earth hides what lies behind it, towards -x; itself it does not.
+    // The Earth hides objects behind it, towards -x, but not itself.
     let behind = ask(r#""ra_deg":180.0,"dec_deg":0.0"#).expect("a direction");
     assert!(behind["hidden"] == true && behind["in_frame"] == false, "{behind}");
     assert_eq!(ask(r#""body":"earth""#).expect("a body")["hidden"], false);

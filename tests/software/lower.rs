@@ -274,7 +274,7 @@ impl<R: Real> TextureUnit<R> for Echo {
 }
 
 #[test]
-fn the_dead_are_left_out_unless_their_neighbours_need_them() {
+fn dead_lanes_are_skipped_unless_derivatives_need_them() {
     let program = |rest: &str| {
         compile(&format!(
             "@group(0) @binding(1) var t: texture_2d<f32>; @group(0) @binding(8) var s: sampler;
@@ -380,7 +380,7 @@ fn a_program_with_an_index_out_of_range_is_refused() {
 }
 
 #[test]
-fn joined_operations_change_no_bit() {
+fn fused_operations_change_no_bit() {
     let (module, info) = parse(include_str!("../../benches/heavy/heavy.wgsl"));
     let joined = lower(&module, &info, "fragment_main").expect("lowers");
     let apart = lower_with(&module, &info, "fragment_main", false).expect("lowers");

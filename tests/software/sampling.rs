@@ -118,7 +118,7 @@ fn bilinear_and_trilinear_match_the_definition() {
 }
 
 #[test]
-fn another_level_is_told_apart() {
+fn a_different_mip_level_is_detected() {
     let texture = noise(64, 32);
     let uv = [[0.3, 0.4]];
     let one = sample::<f64>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 1.0 / 32.0]);
@@ -149,7 +149,7 @@ fn stripe_contrast(taps: f64) -> (f64, f64) {
 }
 
 #[test]
-fn many_taps_keep_a_grazing_grid_and_its_mean() {
+fn anisotropic_taps_keep_a_grid_at_grazing_angles_and_its_mean() {
     let (mean_1, contrast_1) = stripe_contrast(1.0);
     let (mean_16, contrast_16) = stripe_contrast(16.0);
     assert!((mean_1 - 0.5).abs() < 1e-6 && (mean_16 - 0.5).abs() < 1e-6, "{mean_1} {mean_16}");

@@ -1,4 +1,4 @@
-//! The sweeps of `stability` find what they are there for: each fault of the past, put in by hand, breaks the bound of a sweep that is kept without it.
+//! The sweeps of `stability` detect their faults: each past fault, injected, exceeds the bound of a sweep that passes without it.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -22,7 +22,7 @@ fn swept(session: &Session, name: &str, faults: Faults) -> SweepReport {
     report
 }
 
-/// A session whose fragments have other texts: file, what it says, what it says instead.
+/// A session with edited fragments: file, old text, new text.
 fn edited(changes: &[(&str, &str, &str)]) -> Session {
     let cache = std::env::temp_dir().join(format!("orrery-stability-{}", std::process::id()));
     let session = Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens");
@@ -33,11 +33,11 @@ fn edited(changes: &[(&str, &str, &str)]) -> Session {
         assert!(text.contains(from), "{path} has no longer `{from}`");
         *text = text.replace(from, to);
     }
-    session.make_shaders_of(Fragments::with_files(files));
+    session.set_fragments(Fragments::with_files(files));
     session
 }
 
-/// The limbs' closed form reaches the whole Sun to its last digit but one: without the early return and the clamps an umbra is not 0.
+/// The closed form at the limb covers the whole Sun to the last digit but one: without the early return and the clamps an umbra is not 0.
 #[test]
 fn shadows_are_stable_and_a_dropped_clamp_in_an_umbra_is_found() {
     assert!(!swept(&SESSION, "shadows", Faults::default()).has_failed());
@@ -99,12 +99,12 @@ fn clouds_that_fight_with_the_ground_are_found() {
 #[test]
 fn a_feature_that_is_chosen_too_late_is_found() {
     assert!(!swept(&SESSION, "needs-linear", Faults::default()).has_failed());
-    // Half of the light in place of a thousandth.
+    // Half of the light instead of a thousandth.
     let late = Purpose::Linear { floor: 0.5 };
     assert!(swept(&SESSION, "needs-linear", Faults { purpose: Some(late), ..Faults::default() }).has_failed());
 }
 
-/// Those that no other test runs, without their faults: the same cases as `orrery stability --short`.
+/// The sweeps without a fault injection of their own: the same cases as `orrery stability --short`.
 #[test]
 fn every_other_sweep_keeps_its_bound() {
     let elsewhere = ["shadows", "umbra-exposure", "light-time", "depth", "needs-linear"];

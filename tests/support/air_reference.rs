@@ -1,9 +1,9 @@
-//! Sunlight scattered once into a ray through spherical shells of air: what tests/atmosphere/single_scattering.rs holds the shaders against.
+//! Reference for single scattering along a ray through spherical shells: tests/atmosphere/single_scattering.rs compares the shaders with it.
 //!
-//! In: an air, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
-//! pieces cut where the integrand or a derivative of it jumps: the tent's knots on the ray and on the tangent points of the Sun's light, the ray's perigee, the
-//! edges of the planet's shadow. Columns: 12 points of Gauss-Legendre on shells of 2.5 scale heights, the tent in closed form. Nothing is shared with the
-//! program. Held against the table of tests/data/rayleigh_reference_public.json by tests/atmosphere/tier_bounds.rs. Lengths: planet radii.
+//! In: an atmosphere, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
+//! intervals cut where the integrand or its derivative jumps: the knots of the triangular profile on the ray and on the tangent points of sunlight, the ray's perigee, the
+//! edges of the planet's shadow. Column densities: 12-point Gauss-Legendre on shells of 2.5 scale heights, the triangular profile in closed form. No code is shared with the
+//! program. Verified against tests/data/rayleigh_reference_public.json by tests/atmosphere/tier_bounds.rs. Lengths: planet radii.
 
 use glam::DVec3;
 
@@ -11,8 +11,8 @@ pub enum Profile {
     Exponential {
         height: f64,
     },
-    /// Heights of foot, middle and top; linear between.
-    Tent {
+    /// Heights of the lower end, the centre and the upper end; linear in between.
+    Triangle {
         knots: [f64; 3],
     },
 }
@@ -22,7 +22,7 @@ pub enum Phase {
     HenyeyGreenstein(f64),
 }
 
-/// Per radius, at the ground or in the middle of the tent.
+/// Coefficients per planet radius, at the ground or at the centre of the triangle.
 pub struct Species {
     pub profile: Profile,
     pub scattering: DVec3,
@@ -47,11 +47,11 @@ pub struct Seen {
     pub radiance: DVec3,
     pub transmittance: DVec3,
     pub hits_ground: bool,
-    /// Whether any of the ray lies in the air.
+    /// Whether the ray meets the atmosphere.
     pub in_air: bool,
 }
 
-/// Gauss-Legendre of 12 points: positive nodes and weights, as published (Abramowitz & Stegun 25.4).
+/// 12-point Gauss-Legendre: positive nodes and weights (Abramowitz & Stegun 25.4).
 const GAUSS: [(f64, f64); 6] = [
     (0.125_233_408_511_468_92, 0.249_147_045_813_402_78),
     (0.367_831_498_998_180_2, 0.233_492_536_538_354_82),
@@ -72,9 +72,9 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_83, 0.417_959_183_673_469_4),
 ];
 
-/// Of the whole integral, by the difference of the two rules, which is far above the error.
-const HALF_SIDE_INSIDE: f64 = 1e-9;
-const MAX_PIECES: usize = 600;
+/// Relative tolerance of the whole integral, by the difference of the two rules, which is far above the error.
+const RELATIVE_TOLERANCE: f64 = 1e-9;
+const MAX_INTERVALS: usize = 600;
 
 fn radius_sq_minus_1(height: f64) -> f64 {
     height * (2.0 + height)
@@ -92,11 +92,13 @@ impl Profile {
     fn density(&self, height: f64) -> f64 {
         match self {
             Self::Exponential { height: scale } => (-height / scale).exp(),
-            Self::Tent { knots: [foot, middle, top] } => ((height - foot) / (middle - foot)).min((top - height) / (top - middle)).max(0.0),
+            Self::Triangle { knots: [foot, middle, top] } => {
+                ((height - foot) / (middle - foot)).min((top - height) / (top - middle)).max(0.0)
+            }
         }
     }
 
-    /// Along a line whose point nearest the centre has the excess `low` (|p|^2 - 1), from the distance `from` to `to` of that point, both at least 0.
+    /// Column density along a line whose perigee has |p|^2 - 1 = `low`, between two distances from the perigee, both at least 0.
     fn column(&self, low: f64, from: f64, to: f64) -> f64 {
         if to <= from {
             return 0.0;
@@ -105,7 +107,7 @@ impl Profile {
             Self::Exponential { height: scale } => {
                 let (first, last) = (height_of(low + from * from), height_of(low + to * to));
                 let (mut sum, mut start, mut height) = (0.0, from, first);
-                // Beyond forty scale heights nothing is left in f64.
+                // Beyond forty scale heights the density vanishes in f64.
                 while start < to && height < first + 40.0 * scale {
                     height += 2.5 * scale;
                     let end = if height < last { (radius_sq_minus_1(height) - low).max(0.0).sqrt().min(to) } else { to };
@@ -116,21 +118,21 @@ impl Profile {
                 }
                 sum
             }
-            Self::Tent { knots } => {
+            Self::Triangle { knots } => {
                 let reach = knots.map(|h| (radius_sq_minus_1(h) - low).max(0.0).sqrt());
-                // Of r - 1 over s, r^2 = 1 + low + s^2.
+                // Derivative of r - 1 with respect to s, r^2 = 1 + low + s^2.
                 let heights = |s: f64| {
                     let r = (1.0 + low + s * s).sqrt();
-                    // Through the centre the second part is 0.
+                    // For a line through the centre the second term is 0.
                     let near_sq = (1.0 + low).max(1e-200);
                     0.5 * (s * r + near_sq * ((s + r).ln() - 0.5 * near_sq.ln())) - s
                 };
-                let piece = |a: f64, b: f64, foot: f64, width: f64| {
+                let integrate_interval = |a: f64, b: f64, foot: f64, width: f64| {
                     let (a, b) = (a.max(from), b.min(to));
                     if b > a { (heights(b) - heights(a) - foot * (b - a)) / width } else { 0.0 }
                 };
                 let [foot, middle, top] = *knots;
-                piece(reach[0], reach[1], foot, middle - foot) + piece(reach[1], reach[2], top, middle - top)
+                integrate_interval(reach[0], reach[1], foot, middle - foot) + integrate_interval(reach[1], reach[2], top, middle - top)
             }
         }
     }
@@ -148,7 +150,7 @@ impl Air {
         }
     }
 
-    /// Towards the Sun from a place of this excess; `rise`: dot(p, sun).
+    /// Optical depth towards the Sun from a point with this |p|^2 - 1; `rise`: dot(p, sun).
     fn depth_to_sun(&self, excess: f64, rise: f64) -> DVec3 {
         let low = excess - rise * rise;
         self.depth(low, rise, (radius_sq_minus_1(self.top) - low).max(0.0).sqrt())
@@ -181,13 +183,13 @@ impl Air {
         let mut cuts = vec![from, to, 0.0, -a / b];
         for species in &self.species {
             match species.profile {
-                Profile::Tent { knots } => {
+                Profile::Triangle { knots } => {
                     for knot in knots.map(radius_sq_minus_1) {
                         cuts.extend([(knot - low).sqrt(), -(knot - low).sqrt()]);
                         cuts.extend(tangents(low - knot, a, b));
                     }
                 }
-                // Not for jumps, but so that a narrow peak is met.
+                // The integrand does not jump here, but a narrow peak must not be missed.
                 Profile::Exponential { height } => {
                     for k in [1.0, 3.0, 6.0, 12.0, 20.0] {
                         let at = (radius_sq_minus_1(k * height) - low).sqrt();
@@ -212,21 +214,21 @@ impl Air {
     }
 }
 
-/// Where low + s^2 - (a + b s)^2 is 0.
+/// Roots of low + s^2 - (a + b s)^2.
 fn tangents(low: f64, a: f64, b: f64) -> [f64; 2] {
     let (square, half) = (1.0 - b * b, -a * b);
     let root = (half * half - square * (low - a * a)).sqrt();
     [(-half - root) / square, (-half + root) / square]
 }
 
-struct UiPrimitive {
+struct Interval {
     from: f64,
     to: f64,
     sum: DVec3,
     error: DVec3,
 }
 
-fn piece(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> UiPrimitive {
+fn integrate_interval(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> Interval {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let (mut kronrod, mut gauss) = (DVec3::ZERO, DVec3::ZERO);
     for (x, w, g) in KRONROD {
@@ -234,25 +236,25 @@ fn piece(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> UiPrimitive {
         kronrod += value * w;
         gauss += value * g;
     }
-    UiPrimitive { from, to, sum: kronrod * half, error: ((kronrod - gauss) * half).abs() }
+    Interval { from, to, sum: kronrod * half, error: ((kronrod - gauss) * half).abs() }
 }
 
-/// The worst piece is halved until the sum of the differences is small in each channel.
+/// Bisects the interval with the largest difference until the sum of the differences is small in each channel.
 fn adaptive(cuts: &[f64], f: impl Fn(f64) -> DVec3) -> DVec3 {
-    let mut pieces: Vec<UiPrimitive> = cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| piece(w[0], w[1], &f)).collect();
-    while pieces.len() < MAX_PIECES {
-        let sum: DVec3 = pieces.iter().map(|p| p.sum).sum();
-        let error: DVec3 = pieces.iter().map(|p| p.error).sum();
-        // A channel that has next to nothing of the others' light need not have its last digits.
-        let allowed = sum.max(DVec3::splat(1e-7 * sum.max_element())) * HALF_SIDE_INSIDE;
+    let mut intervals: Vec<Interval> = cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| integrate_interval(w[0], w[1], &f)).collect();
+    while intervals.len() < MAX_INTERVALS {
+        let sum: DVec3 = intervals.iter().map(|p| p.sum).sum();
+        let error: DVec3 = intervals.iter().map(|p| p.error).sum();
+        // The last digits of a channel that is nearly black relative to the others do not matter.
+        let allowed = sum.max(DVec3::splat(1e-7 * sum.max_element())) * RELATIVE_TOLERANCE;
         if error.cmple(allowed).all() {
             break;
         }
-        let part = |p: &UiPrimitive| (p.error / allowed.max(DVec3::splat(1e-300))).max_element();
-        let Some(worst) = (0..pieces.len()).max_by(|i, j| part(&pieces[*i]).total_cmp(&part(&pieces[*j]))) else { break };
-        let UiPrimitive { from, to, .. } = pieces.swap_remove(worst);
+        let part = |p: &Interval| (p.error / allowed.max(DVec3::splat(1e-300))).max_element();
+        let Some(worst) = (0..intervals.len()).max_by(|i, j| part(&intervals[*i]).total_cmp(&part(&intervals[*j]))) else { break };
+        let Interval { from, to, .. } = intervals.swap_remove(worst);
         let middle = 0.5 * (from + to);
-        pieces.extend([piece(from, middle, &f), piece(middle, to, &f)]);
+        intervals.extend([integrate_interval(from, middle, &f), integrate_interval(middle, to, &f)]);
     }
-    pieces.iter().map(|p| p.sum).sum()
+    intervals.iter().map(|p| p.sum).sum()
 }

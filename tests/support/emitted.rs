@@ -1,7 +1,7 @@
-//! A function of an emitted module, evaluated in f64: what tests hold the same formula in Rust against.
+//! Evaluates a function of an emitted module in f64: tests compare the same formula in Rust with it.
 //!
-//! In: a module, and a WGSL expression over the numbers of a question. Out: four numbers for each question. The expression becomes a fragment entry
-//! point behind the module's own text, which is parsed, validated and lowered as the software renderer does.
+//! In: a module, and a WGSL expression over the inputs of a query. Out: four numbers per query. The expression becomes a fragment entry
+//! point appended to the module's own text, which is parsed, validated and lowered as in the software renderer.
 
 use orrery::image::SharedTexture;
 use orrery::render::plan::{AddressMode, SamplerState, uniforms_of};
@@ -17,13 +17,13 @@ use orrery::shader::emit::emit_module;
 use orrery::shader::{Layout, ModuleId};
 use std::sync::Arc;
 
-/// The numbers of a question: `p` and `q` of the expression.
-pub type Question = [f64; 8];
+/// The inputs of a query: `p` and `q` of the expression.
+pub type EvalInput = [f64; 8];
 
 pub struct Emitted {
     program: Program,
     layout: Layout,
-    /// A module that is not has uniforms of its own, which are zero here.
+    /// Whether the module draws a body; other modules have uniforms of their own, which are zero here.
     of_a_body: bool,
 }
 
@@ -45,13 +45,13 @@ impl Emitted {
         Self { of_a_body, program: lower(&parsed, &info, "formula_main").expect("lowers"), layout: Layout::of(&parsed).expect("a layout") }
     }
 
-    /// Answers with the uniforms that the scene's amounts make. `texture`: what stands at every texture binding, read by texel.
-    pub fn ask(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
+    /// Results with the given uniforms. `texture`: bound at every texture binding, read by texel.
+    pub fn ask(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[EvalInput]) -> Vec<[f64; 4]> {
         self.ask_in::<f64>(uniforms, texture, questions)
     }
 
-    /// The same in the arithmetic of frames, f32, or of the reference, f64.
-    pub fn ask_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
+    /// The same in f32, as for frames, or in f64, as for references.
+    pub fn ask_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[EvalInput]) -> Vec<[f64; 4]> {
         let uniform_bytes = match self.of_a_body {
             true => uniforms_of(&self.layout, uniforms, 1).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],

@@ -1,6 +1,6 @@
-//! The GPU renderer for tests, or one printed line that says why there is none.
+//! The GPU renderer for tests, or one printed line with the reason why there is none.
 //!
-//! `ORRERY_REQUIRE_GPU=1` makes a missing GPU a failure; .ci/run sets it where it finds a driver.
+//! `ORRERY_REQUIRE_GPU=1` makes a missing GPU a failure; .ci/run sets it if it finds a driver.
 
 use orrery::render::gpu::GpuRenderer;
 
@@ -8,7 +8,7 @@ fn is_required(value: Option<&str>) -> bool {
     !matches!(value, None | Some("" | "0"))
 }
 
-/// What was opened; `None`, after saying so, where it could not be and no GPU is required.
+/// The opened value; `None`, with a printed reason, if it failed and no GPU is required.
 pub fn or_skipped<T>(opened: Result<T, impl std::fmt::Display>) -> Option<T> {
     let required = std::env::var("ORRERY_REQUIRE_GPU").ok();
     match opened {
@@ -21,7 +21,7 @@ pub fn or_skipped<T>(opened: Result<T, impl std::fmt::Display>) -> Option<T> {
     }
 }
 
-/// The renderer on whatever adapter there is, drivers on the processor included.
+/// The renderer on any adapter, including software drivers.
 pub fn gpu() -> Option<GpuRenderer> {
     let renderer = or_skipped(GpuRenderer::open(true))?;
     println!("on {}", renderer.facts());

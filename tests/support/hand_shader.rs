@@ -1,4 +1,4 @@
-//! Shader stages written by hand as closures over one lane, so that the rasteriser is tested without any shader compiler.
+//! Shader stages written as closures over one lane, to test the rasteriser without the shader compiler.
 
 use orrery::render::plan::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, PlanDraw, Vertices};
 use orrery::render::software::math::Real;
@@ -8,10 +8,10 @@ use orrery::render::software::stage::{LANES, LaneProgram, LaneRun};
 use orrery::shader::ModuleId;
 use std::sync::Arc;
 
-/// Inputs of one lane in order to outputs in order; None discards.
+/// From the inputs of one lane, in order, to its outputs; `None` discards.
 pub type PerLane<R> = dyn Fn(&[R]) -> Option<Vec<R>> + Sync;
 
-/// The same over a 2x2 quad, for what needs neighbours.
+/// The same over a 2x2 quad, for derivatives.
 pub type PerQuad<R> = dyn Fn(&[Vec<R>; 4]) -> [Vec<R>; 4] + Sync;
 
 pub enum Body<'a, R> {
@@ -87,7 +87,7 @@ pub fn colour_outputs() -> Vec<LaneOutput> {
     (0..4).map(|component| LaneOutput::Location { index: 0, component, flat: false }).collect()
 }
 
-/// A vertex shader that hands on attribute 0 (four components) as the position and `scalars` components of attribute 1 as location 0.
+/// A vertex shader that passes attribute 0 (four components) as the position and `scalars` components of attribute 1 as location 0.
 pub fn pass_through<R: Real>(scalars: u32) -> HandShader<'static, R> {
     let mut inputs: Vec<_> = (0..4).map(|c| location(0, c)).collect();
     inputs.extend((0..scalars).map(|c| location(1, c)));
@@ -96,12 +96,12 @@ pub fn pass_through<R: Real>(scalars: u32) -> HandShader<'static, R> {
     HandShader { inputs, outputs, discards: false, body: Body::Lane(&|v| Some(v.to_vec())) }
 }
 
-/// A fragment shader of the given inputs.
+/// A fragment shader with the given inputs.
 pub fn fragment<'a, R: Real>(inputs: Vec<LaneInput>, f: &'a PerLane<R>) -> HandShader<'a, R> {
     HandShader { inputs, outputs: colour_outputs(), discards: false, body: Body::Lane(f) }
 }
 
-/// Triangles by clip positions, each vertex with its varyings.
+/// Triangles from clip space positions, each vertex with its varyings.
 pub fn mesh(vertices: &[[f32; 4]], varyings: &[Vec<f32>]) -> Vertices {
     let attribute = |components: usize, values: Vec<f32>| Attribute { components: components as u32, values: Arc::new(values) };
     let mut attributes = vec![attribute(4, vertices.concat())];
@@ -131,7 +131,7 @@ pub fn pass(width: u32, height: u32, samples: u8, draws: Vec<PlanDraw>) -> Pass 
     Pass { name: "test", width, height, format: ColourFormat::Rgba32Float, samples, clear: [0.0; 4], depth: true, draws }
 }
 
-/// Runs a pass whose draws' stages are given in order.
+/// Renders a pass with the stages of its draws in order.
 pub fn render<R: Real>(pass: &Pass, stages: &[(&HandShader<'_, R>, &HandShader<'_, R>)]) -> Vec<[f32; 4]> {
     let stages: Vec<_> = stages.iter().map(|(vertex, fragment)| DrawStages { vertex: *vertex, fragment: *fragment }).collect();
     match execute(pass, &stages).expect("the pass renders").0 {

@@ -1,7 +1,7 @@
-//! One session for every test that looks at pictures: maps are decoded, modules lowered and tables of air summed once for all of them.
+//! One session for all tests of pictures: maps are decoded, modules lowered and scattering tables computed once.
 //!
-//! It draws in software, keeps its files in a folder of its own that goes with the process, and warns of nothing. A test that changes catalogs, or asks
-//! what a session says, opens its own.
+//! It draws in software, keeps its cache in a temporary folder, and panics on any message. A test that changes catalogs, or checks
+//! messages, opens its own.
 
 use orrery::session::{Session, Sources};
 use std::path::Path;
@@ -9,13 +9,13 @@ use std::sync::{Arc, LazyLock, Mutex};
 
 pub static SESSION: LazyLock<Session> = LazyLock::new(|| Session::open(&sources(), |line| panic!("{line}")).expect("opens"));
 
-/// Of that session: what is built in, and files in a folder of the process.
+/// Sources of that session: the built-in ones, and a temporary cache folder.
 pub fn sources() -> Sources {
     let cache = std::env::temp_dir().join(format!("orrery-tests-{}", std::process::id()));
     Sources { cache: Some(cache), ..Sources::default() }
 }
 
-/// A session over the catalogs and images of a folder, and what it says.
+/// A session with the catalogs and images of a folder, and its messages.
 pub fn session_over(folder: &Path) -> (Session, Arc<Mutex<Vec<String>>>) {
     let said: Arc<Mutex<Vec<String>>> = Arc::default();
     let heard = said.clone();

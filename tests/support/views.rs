@@ -1,4 +1,4 @@
-//! The views that are recorded as images, and compared between the renderers.
+//! The views that are recorded as golden images and compared between the renderers.
 
 use glam::DVec3;
 use orrery::catalog::NaifId;
@@ -19,11 +19,11 @@ struct View {
     time: &'static str,
 }
 
-/// Where the camera is.
+/// Position of the camera.
 enum At {
-    /// Before the lit side, at the distance that fills most of the picture.
-    Usual,
-    /// The same, at this distance.
+    /// On the lit side, at the distance at which the body fills most of the picture.
+    Fitted,
+    /// On the lit side, at this distance.
     Radii(f64),
     /// At the Earth's centre, with this field of view.
     EarthDeg(f64),
@@ -34,17 +34,17 @@ const fn view(name: &'static str, target: i32, at: At, time: &'static str) -> Vi
 }
 
 const VIEWS: [View; 11] = [
-    view("earth", 399, At::Usual, ECLIPSE_DAY),
+    view("earth", 399, At::Fitted, ECLIPSE_DAY),
     view("moon", 301, At::EarthDeg(0.7), "2024-04-16T01:00:00Z"),
     view("mars", 499, At::Radii(3.0), ECLIPSE_DAY),
-    view("jupiter", 599, At::Usual, ECLIPSE_DAY),
+    view("jupiter", 599, At::Fitted, ECLIPSE_DAY),
     view("jupiter-moons", 599, At::Radii(60.0), "2024-12-07T20:00:00Z"),
-    view("saturn", 699, At::Usual, "2017-05-17T00:00:00Z"),
-    view("neptune", 899, At::Usual, ECLIPSE_DAY),
-    view("io", 501, At::Usual, ECLIPSE_DAY),
-    view("sun", 10, At::Usual, ECLIPSE_DAY),
-    view("pluto", 999, At::Usual, ECLIPSE_DAY),
-    // Jupiter is half a pixel wide: a point, and its moons' light beside it.
+    view("saturn", 699, At::Fitted, "2017-05-17T00:00:00Z"),
+    view("neptune", 899, At::Fitted, ECLIPSE_DAY),
+    view("io", 501, At::Fitted, ECLIPSE_DAY),
+    view("sun", 10, At::Fitted, ECLIPSE_DAY),
+    view("pluto", 999, At::Fitted, ECLIPSE_DAY),
+    // Jupiter is half a pixel wide and drawn as a point, with its moons beside it.
     view("jupiter-a-point", 599, At::EarthDeg(5.0), "2024-12-07T20:00:00Z"),
 ];
 
@@ -52,14 +52,14 @@ const VIEWS: [View; 11] = [
 pub fn views() -> Vec<(&'static str, ViewRequest)> {
     let request = |v: View| {
         let (position, fov_deg) = match v.at {
-            At::Usual => (Position::Over { towards: None, distance_radii: None }, None),
+            At::Fitted => (Position::Over { towards: None, distance_radii: None }, None),
             At::Radii(radii) => (Position::Over { towards: None, distance_radii: Some(radii) }, None),
             At::EarthDeg(fov_deg) => (Position::Centre(NaifId::EARTH), Some(fov_deg)),
         };
         let base = ViewRequest::of(NaifId(v.target), Instant::parse(v.time).expect("a time"));
         (v.name, ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..base })
     };
-    // The Milky Way from Antares to Altair, lifted beside nothing brighter than stars.
+    // The Milky Way from Antares to Altair, brightened, without anything brighter than stars.
     let milky_way = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
         look: Look::Along { direction: DVec3::new(0.0, -0.94, -0.34), axes: Axes::Icrf },
@@ -71,14 +71,14 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         stars_boost: 3.0,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-07T00:00:00Z").expect("a time"))
     };
-    // The camera hangs close over ground: the other form of the intersection.
+    // The camera is close to the ground, where the second form of the intersection is used.
     // And the stars.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
     let drawn_at_once = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
     drawn_at_once.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
 }
 
-/// Pictures of several frames.
+/// Composed pictures.
 fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     let of = |target: i32, time: &str, composition: Composition| ViewRequest {
         composition,
@@ -113,8 +113,8 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     ]
 }
 
-/// Halley with its tails on 16 March 1986 as the Earth saw it, Saturn among the orbits of its moons, the path of the eclipse of 2024 on the globe, and the
-/// Moon in the fields of instruments.
+/// Halley's comet with its tails on 16 March 1986 from the Earth, Saturn among the orbits of its moons, the path of the eclipse of 2024 on the globe, and the
+/// Moon in the fields of view of instruments.
 fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 4] {
     let halley = ViewRequest {
         target: None,

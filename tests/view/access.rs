@@ -1,4 +1,4 @@
-//! The window by keyboard, screen reader and touchpad: what is named, where the keyboard stops, what keys and fingers do.
+//! The window by keyboard, screen reader and touchpad: accessible names, focus order, keys and gestures.
 
 use crate::view::interface::{harness, harness_of, interface, session, settle};
 use egui::accesskit::{Action, Role};
@@ -8,7 +8,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::time::Instant;
 use orrery::view::app::view_state::CameraPose;
-use orrery::view::link::restored;
+use orrery::view::link::view_from_text;
 use orrery::view::panels::{Interface, Tab};
 
 const SATURN: NaifId = NaifId(699);
@@ -41,7 +41,7 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     settle(&mut harness);
     let plot = harness.get_by_role_and_label(Role::Image, "Frame times").accesskit_node().value().unwrap_or_default();
     assert!(plot.contains("frames") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
-    // It is not told of each second that goes by.
+    // It does not announce every second.
     harness.state_mut().settings.panels.timeline_shown = true;
     harness.state_mut().viewer.time_rate.toggle_pause();
     later(&mut harness, 0.1);
@@ -55,7 +55,7 @@ fn a_screen_reader_is_told_what_the_window_shows() {
         told.insert(day(&harness).to_bits());
         assert_eq!(title(&harness), first_title);
     }
-    // Ninety seconds have one end of a minute, or two.
+    // Ninety seconds contain one end of a minute, or two.
     assert!((1..=3).contains(&told.len()), "{} values in 90 seconds", told.len());
     assert!((day(&harness) - first).abs() * 86_400.0 <= 120.5);
 }
@@ -73,7 +73,7 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
     let list = "Lines of the source";
     harness.get_by_label_contains(list).focus();
     harness.run_steps(2);
-    // What a screen reader is told to be at: the line itself.
+    // A screen reader is at the line itself.
     let line = |h: &Harness<'static, Interface>| {
         let list = h.get_by_label_contains(list);
         let at = list.accesskit_node().active_descendant().and_then(|n| n.value()).unwrap_or_default();
@@ -91,7 +91,7 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
     assert_eq!(line(&harness), Some(last));
     pressed(&mut harness, &[Key::Home, Key::ArrowUp]);
     assert_eq!(line(&harness), Some(1));
-    // The sky has not turned and no other body is selected.
+    // The view has not rotated and no other body is selected.
     assert_eq!(harness.state().viewer.selected, SATURN);
     assert!(harness.query_by_label_contains("Only lines for").is_none());
     pressed(&mut harness, &[Key::Enter]);
@@ -99,7 +99,7 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
 }
 
 #[test]
-fn two_fingers_apart_go_nearer_and_leave_the_lens() {
+fn pinching_moves_closer_and_keeps_the_field_of_view() {
     let mut harness = saturn();
     let eye = |h: &Harness<'static, Interface>| match h.state().viewer.view.eye {
         CameraPose::Orbit { distance_radii, .. } => (distance_radii, h.state().viewer.view.fov_deg),
@@ -118,23 +118,23 @@ fn two_fingers_apart_go_nearer_and_leave_the_lens() {
 }
 
 #[test]
-fn escape_leaves_what_has_the_keyboard_and_not_the_window() {
+fn escape_drops_the_focus_and_keeps_the_window() {
     let mut harness = saturn();
     harness.get_by_role_and_label(Role::TextInput, "Search").focus();
     harness.run_steps(2);
     pressed(&mut harness, &[Key::Escape]);
-    assert!(!harness.state().quits, "Escape in a field ended the program");
+    assert!(!harness.state().quit_requested, "Escape in a field ended the program");
     harness.get_by_role_and_label(Role::ComboBox, "View from").click();
     harness.run_steps(2);
     harness.get_by_label("Centre of Mars");
     pressed(&mut harness, &[Key::Escape]);
-    assert!(harness.query_by_label("Centre of Mars").is_none() && !harness.state().quits, "Escape closes a list and no more");
+    assert!(harness.query_by_label("Centre of Mars").is_none() && !harness.state().quit_requested, "Escape closes a list and no more");
     harness.state_mut().help_shown = true;
     harness.run_steps(2);
     pressed(&mut harness, &[Key::Escape]);
-    assert!(!harness.state().help_shown && !harness.state().quits);
+    assert!(!harness.state().help_shown && !harness.state().quit_requested);
     pressed(&mut harness, &[Key::Escape]);
-    assert!(!harness.state().quits);
+    assert!(!harness.state().quit_requested);
 }
 
 #[test]
@@ -157,24 +157,24 @@ fn why_a_link_was_not_opened_stays_until_it_is_closed() {
     settle(&mut harness);
     assert!(harness.state().drawing().is_some(), "the picture is drawn all the same");
     harness.get_by_label_contains("unknown field `aim`");
-    // The keyboard is at the button.
+    // The button has the focus.
     pressed(&mut harness, &[Key::Enter]);
     assert!(harness.query_by_label_contains("unknown field `aim`").is_none());
-    assert!(harness.state().warning.is_none() && !harness.state().quits);
+    assert!(harness.state().warning.is_none() && !harness.state().quit_requested);
     harness.state_mut().warning = Some("again".into());
     harness.run_steps(2);
     pressed(&mut harness, &[Key::Escape]);
-    assert!(harness.state().warning.is_none() && !harness.state().quits);
+    assert!(harness.state().warning.is_none() && !harness.state().quit_requested);
 }
 
 #[test]
 fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
     let now = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
-    let open = |link: &str| restored(link, session(), now);
+    let open = |link: &str| view_from_text(link, session(), now);
     let jupiter = open("orrery://view?target=599").expect("a view");
     assert_eq!((jupiter.target, jupiter.time()), (NaifId(599), now));
     assert!(matches!(jupiter.eye, CameraPose::Orbit { body: NaifId(599), distance_radii, .. } if (distance_radii - 3.5).abs() < 1e-9));
-    assert_eq!(restored(&jupiter.to_link(), session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view"), jupiter);
+    assert_eq!(view_from_text(&jupiter.to_link(), session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view"), jupiter);
     assert_eq!(open("orrery://view?target=jupiter").expect("a view"), jupiter);
     let eclipse = open("orrery://view?time=2024-04-08T18:17:16Z").expect("a view");
     assert!(eclipse.target == NaifId::EARTH && eclipse.time().to_utc_iso().starts_with("2024-04-08T18:17:16"));
@@ -193,9 +193,9 @@ fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
     }
 }
 
-/// A turn may be slow: what was typed after the slash meanwhile is for the search field, be it a date, whose digits are shortcuts elsewhere, or a q.
+/// In a slow frame, text typed after the slash belongs to the search field, such as a date, whose digits are shortcuts elsewhere, or a q.
 #[test]
-fn what_is_typed_with_the_slash_in_one_turn_is_searched() {
+fn text_typed_with_the_slash_in_one_frame_is_searched() {
     let mut harness = saturn();
     for letter in "/2009-08-11T00:15:00Z".chars() {
         harness.event(Event::Text(letter.to_string()));
@@ -209,10 +209,10 @@ fn what_is_typed_with_the_slash_in_one_turn_is_searched() {
     harness.event(Event::Text("/".into()));
     harness.event(Event::Text("q".into()));
     harness.run_steps(3);
-    assert!(!harness.state().quits, "a searched q quits");
+    assert!(!harness.state().quit_requested, "a searched q quits");
 }
 
-/// Every button, switch, list, slider and field says what it does, to the mouse and to a screen reader.
+/// Every button, switch, list, slider and field has a tooltip and an accessible description.
 #[test]
 fn every_control_has_a_tooltip() {
     let mut shown = interface(NaifId(699), "2017-05-17T00:00:00Z");
@@ -226,7 +226,7 @@ fn every_control_has_a_tooltip() {
         for role in [Role::Button, Role::CheckBox, Role::ComboBox, Role::Slider, Role::TextInput] {
             for node in harness.query_all_by_role(role) {
                 let node = node.accesskit_node();
-                // The legend of a plot is egui_plot's own.
+                // The legend of a plot belongs to egui_plot.
                 let is_legend = tab == Some(Tab::Performance) && role == Role::CheckBox;
                 if is_legend || node.is_disabled() || !node.data().supports_action(Action::Focus) {
                     continue;
@@ -242,7 +242,7 @@ fn every_control_has_a_tooltip() {
     assert!(silent.is_empty(), "{} of {count}: {silent:#?}", silent.len());
 }
 
-/// What is open, how wide it is and on which side comes back at the next start.
+/// The open panel, its width and its side are restored at the next start.
 #[test]
 fn panels_are_remembered() {
     let mut harness = saturn();
@@ -257,7 +257,7 @@ fn panels_are_remembered() {
     assert_eq!(settings.panels.open.as_deref(), Some("Events"));
     let width = settings.panels.panel_width.expect("a width");
     assert!((280.0..500.0).contains(&width), "{width}");
-    // Another window, as it was left; wider, and with the list of bodies hidden.
+    // Another window with these settings; wider, and with the list of bodies hidden.
     settings.panels.panel_width = Some(width + 80.0);
     settings.panels.bodies_shown = false;
     let again = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, settings);
@@ -266,8 +266,8 @@ fn panels_are_remembered() {
     assert_eq!((again.state().tab, again.state().bodies_shown), (Some(Tab::Events), false));
     assert!(heading(&again).left() < 40.0);
     assert!((again.state().settings.panels.panel_width.expect("a width") - width - 80.0).abs() < 2.0);
-    // No file makes a panel that cannot be used.
+    // No settings file makes a panel unusable.
     for told in [Some(f32::NAN), Some(-3.0), Some(1e9), None] {
-        assert_eq!(orrery::view::app::settings::usable_width(told, 330.0), 330.0);
+        assert_eq!(orrery::view::app::settings::valid_width(told, 330.0), 330.0);
     }
 }

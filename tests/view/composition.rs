@@ -1,6 +1,6 @@
 //! Domes, whole spheres and stereo pairs in the window: chosen in the panel, kept in links, and clicked on where things are drawn.
 
-use crate::view::hands::{SATURN, TIME, Window, click, held};
+use crate::view::input::{SATURN, TIME, Window, click, held};
 use crate::view::interface::{interface, session, settle};
 use egui_kittest::kittest::Queryable;
 use glam::DVec2;
@@ -8,7 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::scene::request::{Projection, StereoLayout};
 use orrery::time::Instant;
 use orrery::view::app::composition_state::CompositionState;
-use orrery::view::link::restored;
+use orrery::view::link::view_from_text;
 use orrery::view::panels::{Interface, Tab};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -75,7 +75,7 @@ fn a_click_selects_what_the_picture_shows_there() {
                 assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
                 clicked += usize::from(selected == id);
                 // The next click is not the second of two.
-                crate::view::hands::later(&mut window, 1.0);
+                crate::view::input::later(&mut window, 1.0);
             }
         }
         assert!(clicked >= 1, "{composition:?}");
@@ -119,10 +119,10 @@ fn a_link_keeps_the_composition_and_says_what_none_can_be() {
     let now = Instant::parse(TIME).expect("a time");
     for composition in compositions() {
         let kept = orrery::view::app::view_state::ViewState { composition, ..view.clone() };
-        assert_eq!(restored(&kept.to_link(), session(), now).expect("a view"), kept);
-        assert_eq!(restored(&kept.to_json(), session(), now).expect("a view"), kept);
+        assert_eq!(view_from_text(&kept.to_link(), session(), now).expect("a view"), kept);
+        assert_eq!(view_from_text(&kept.to_json(), session(), now).expect("a view"), kept);
     }
-    let short = restored("orrery://view?target=saturn&composition.stereo=interlaced", session(), now).expect("a view");
+    let short = view_from_text("orrery://view?target=saturn&composition.stereo=interlaced", session(), now).expect("a view");
     assert_eq!(short.composition, CompositionState { stereo: Some(StereoLayout::Interlaced), ..CompositionState::default() });
     for (wrong, told) in [
         ("composition.projection=fishey", "fisheye"),
@@ -133,7 +133,7 @@ fn a_link_keeps_the_composition_and_says_what_none_can_be() {
         ("composition.tilt=3", "no such field"),
         ("composition=fisheye", "composition"),
     ] {
-        let said = restored(&format!("orrery://view?target=saturn&{wrong}"), session(), now).expect_err(wrong).to_string();
+        let said = view_from_text(&format!("orrery://view?target=saturn&{wrong}"), session(), now).expect_err(wrong).to_string();
         assert!(said.contains(told) && said.contains("composition") && !said.contains('\n'), "{wrong}: {said}");
     }
 }

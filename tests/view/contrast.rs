@@ -29,7 +29,7 @@ struct Written {
     on: Color32,
 }
 
-/// Texts in the order of painting, each with what was filled last below it. Texts over the sky's picture have shadows of their own and are left out.
+/// Texts in the order of painting, each with the last fill below it. Texts over the sky's picture have their own shadows and are excluded.
 fn written(shapes: &[ClippedShape]) -> Vec<Written> {
     fn walk(shape: &Shape, clip: Rect, filled: &mut Vec<(Rect, Color32)>, found: &mut Vec<Written>) {
         match shape {
@@ -63,7 +63,7 @@ fn written(shapes: &[ClippedShape]) -> Vec<Written> {
     found
 }
 
-/// Disabled controls, which the criterion excepts, are left out, and so are the numbers along the plots of *Performance*, which fade in with the room they have (egui_plot).
+/// Disabled controls are excluded, as in the criterion, and so are the axis labels of *Performance*, which fade with the available space (egui_plot).
 #[test]
 fn all_text_is_legible_in_both_themes() {
     let mut harness = harness(interface(NaifId(699), "2017-05-17T00:00:00Z"));
@@ -93,8 +93,8 @@ fn all_text_is_legible_in_both_themes() {
 }
 
 #[test]
-fn the_measure_is_that_of_the_standard() {
-    // WCAG's own ends of the scale, and grey 118 on white, the lightest grey that passes (1.4.3, understanding).
+fn the_contrast_ratio_is_that_of_wcag() {
+    // WCAG's own extremes, and grey 118 on white, the lightest grey that passes (1.4.3, understanding).
     assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-9 && contrast(Color32::WHITE, Color32::WHITE) == 1.0);
     assert!(contrast(Color32::from_gray(118), Color32::WHITE) >= 4.5 && contrast(Color32::from_gray(120), Color32::WHITE) < 4.5);
     // egui's own weak text fails in the light theme.

@@ -1,4 +1,4 @@
-//! Files dropped on the window: they become layers, and what is wrong with one is told.
+//! Files dropped on the window: they become layers, and errors are reported.
 
 use super::interface::{harness_of, interface, settle};
 use orrery::catalog::NaifId;
@@ -19,7 +19,7 @@ impl egui::DroppedFile for File {
 }
 
 #[test]
-fn a_dropped_file_is_a_layer_and_a_wrong_one_is_told() {
+fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let sources = Sources { cache: Some(folder.path().join("cache")), ..Sources::default() };
     let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| panic!("{line}")).expect("a session")));
@@ -40,12 +40,12 @@ fn a_dropped_file_is_a_layer_and_a_wrong_one_is_told() {
     };
     let (said, shown) = drop("own.csv", "lat,lon\n0,135\n5,140\n");
     assert_eq!((said.as_str(), shown), ("own.csv: 2 points and 0 lines on Earth", 2));
-    // What is wrong changes nothing, and the line says where.
+    // An invalid file changes nothing, and its error has a position.
     let (said, shown) = drop("wrong.csv", "lat,lon\n0,135\n95,140\n");
     assert!(said.contains("wrong.csv:3: field lat_deg: `95`") && shown == 2, "{said}");
     let (said, shown) = drop("own.png", "");
     assert!(said.contains("no layer of data") && shown == 2, "{said}");
-    // The same name replaces; places of the sky are in the sky.
+    // A file of the same name replaces the layer; places in the sky are in the sky.
     let (said, _) = drop("own.csv", "ra,dec\n10,20\n");
     assert_eq!(said, "own.csv: 1 points and 0 lines in the sky");
     assert_eq!(session.catalog().data_layers().len(), 1);

@@ -1,6 +1,6 @@
-//! The panel of events: what it finds, where it leads, what it says of a place; searches that are stopped and rows that stay where they are.
+//! The Events panel: what it finds, the views it opens, contacts at a place; stopped searches and stable rows.
 
-use crate::view::hands::{Window, later, without_pictures};
+use crate::view::input::{Window, later, without_pictures};
 use crate::view::interface::{OwnPainter, interface, session};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -10,7 +10,7 @@ use orrery::ephemeris::topocentric::{Observer, ObserverSky};
 use orrery::session::{Session, SessionError};
 use orrery::time::Instant;
 use orrery::view::app::event_search::{EventKind, EventSearch, SkyEvent, events_between};
-use orrery::view::app::places::{BodyPositions, SessionPlaces};
+use orrery::view::app::places::{BodyPositions, SessionPositions};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
@@ -31,7 +31,7 @@ fn seconds(event: &SkyEvent) -> f64 {
     event.greatest().tdb_seconds_past_j2000()
 }
 
-/// Steps find what one search over the whole span finds, in either direction.
+/// A search in steps finds the same events as one over the whole span, in either direction.
 #[test]
 fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
     for (kinds, from, to) in [
@@ -56,21 +56,21 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
                 found.reverse();
             }
             assert_eq!(found.len(), whole.len(), "{kinds:?}, backward {backward}");
-            // An event near a step's end is refined from another start: to less than a second.
+            // An event near the end of a step is refined from another start: to less than a second.
             assert!(found.iter().zip(&whole).all(|(a, b)| (a - b).abs() < 1.0), "{kinds:?}, backward {backward}");
         }
     }
     assert!(EventSearch::new(Vec::new(), at("2000-01-01"), 1e9, false).is_over(), "a search for nothing never ends");
 }
 
-/// Twenty years: from the eye of each view the discs meet, and what is looked at is not below the horizon.
+/// Twenty years: from the camera of each view the discs meet, and the target is above the horizon.
 #[test]
 fn each_view_shows_its_event() {
-    let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPlaces(session()));
-    let habits = interface(NaifId::EARTH, "2000-01-01T12:00:00Z").viewer.view;
+    let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPositions(session()));
+    let base_view = interface(NaifId::EARTH, "2000-01-01T12:00:00Z").viewer.view;
     let mut low = 0;
     for event in between(&[EventKind::Solar, EventKind::Lunar, EventKind::Transit], "2004-01-01", "2024-01-01") {
-        let view = event.view(catalog, &places, &habits);
+        let view = event.view(catalog, &places, &base_view);
         let name = format!("{} {}", event.title(catalog), event.summary());
         assert!(view.request(catalog, ephemeris, 300, 200).is_ok() && view.paused == Some(true), "{name}");
         assert_eq!(view.tdb_s, seconds(&event), "{name}");
@@ -81,7 +81,7 @@ fn each_view_shows_its_event() {
                 let seen = [NaifId::SUN, NaifId::MOON].map(|id| sky.topocentric(id, view.time()).expect("a place"));
                 let apart_deg = orrery::ephemeris::angle_rad(seen[0].direction, seen[1].direction).to_degrees();
                 assert!(apart_deg < seen[0].semidiameter_deg + seen[1].semidiameter_deg, "{name}: {apart_deg} degrees apart");
-                // Over a horizon that sinks by the square root of twice the height.
+                // The dip of the horizon grows with the square root of twice the height.
                 let dip_deg = (2.0 * height_km / 6371.0).sqrt().to_degrees();
                 assert!(seen[0].altitude_deg + dip_deg > seen[0].semidiameter_deg, "{name}: the Sun at {} degrees", seen[0].altitude_deg);
                 low += usize::from(height_km > 1.0);
@@ -138,7 +138,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     };
     // Greatest eclipse at 25.3 N, 104.1 W (Espenak, NASA eclipse bulletin).
     assert!((latitude_deg - 25.3).abs() < 0.1 && (longitude_deg + 104.1).abs() < 0.1, "{latitude_deg}, {longitude_deg}");
-    // Greenwich saw nothing of it.
+    // It was not visible in Greenwich.
     window.get_by_label("Not visible from this place.");
     assert!(window.query_all_by_label("below the horizon").count() > 2 || window.query_by_label("P1").is_some());
     assert!(window.get_by_label("From this place").accesskit_node().is_disabled());
@@ -179,7 +179,7 @@ fn kinds_and_direction_choose_what_is_listed() {
         let name = format!("{moon}'s shadow on Jupiter, 2015-01-24 0");
         assert!(window.query_all_by_label_contains(&name).count() >= 1, "{name}");
     }
-    // Nothing is searched for, and it is said.
+    // Nothing is searched for, which is reported.
     window.get_by_role_and_label(Role::CheckBox, EventKind::Moons.name()).click();
     window.run_steps(2);
     window.get_by_label("Choose at least one kind of event.");
@@ -197,7 +197,7 @@ fn kinds_and_direction_choose_what_is_listed() {
     assert!(tops[0] < tops[1]);
 }
 
-/// Draws nothing and answers one question at a time, when told to.
+/// Draws nothing and answers one query at a time, on request.
 #[derive(Default)]
 struct Slow {
     asked: Mutex<VecDeque<Task>>,

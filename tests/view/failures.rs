@@ -1,4 +1,4 @@
-//! A window whose first picture cannot be drawn says why, in itself and to who started it, and goes on.
+//! If the first picture cannot be drawn, the window and standard error say why, and the window goes on.
 
 use super::interface::{harness_of, settle};
 use egui_kittest::kittest::Queryable;
@@ -6,7 +6,7 @@ use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use orrery::view::app::initial_view::initial_view;
-use orrery::view::app::places::SessionPlaces;
+use orrery::view::app::places::SessionPositions;
 use orrery::view::app::settings::Settings;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::panels::Interface;
@@ -15,41 +15,41 @@ use std::sync::{Arc, Mutex};
 
 type Lines = Arc<Mutex<Vec<String>>>;
 
-/// A session over a folder of fragments, what it says, and an interface that looks at a body as a new window does.
+/// A session with a folder of fragments, its messages, and an interface that looks at a body like a new window.
 fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Lines, Interface) {
     let said = Lines::default();
     let heard = Arc::clone(&said);
     let cache = tempfile::tempdir().expect("a folder").keep();
     let sources = Sources { cache: Some(cache), shaders: shaders.map(Path::to_owned), ..Sources::default() };
     let session = Session::open(&sources, move |line| heard.lock().expect("no panic").push(line.to_owned())).expect("a session");
-    // A test's interface lives as long as its process.
+    // A test's interface lives until the process ends.
     let session: &'static Session = Box::leak(Box::new(session));
     let catalog = session.catalog();
-    let view = initial_view(catalog, &SessionPlaces(session), NaifId::MOON, Instant::parse(utc).expect(utc)).expect("a view");
+    let view = initial_view(catalog, &SessionPositions(session), NaifId::MOON, Instant::parse(utc).expect(utc)).expect("a view");
     let mut viewer = Viewer::new(catalog.bodies().iter().map(Subject::of).collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
     (session, said, Interface::new(viewer, Settings::default()))
 }
 
-/// That the reason stands in the window for screen readers, too, and was said once.
+/// The reason is accessible in the window, and was reported once.
 fn is_said(session: &'static Session, said: &Lines, interface: Interface, word: &str) {
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
     assert!(harness.state().drawing().is_none());
-    let why = harness.state().said().to_owned();
+    let why = harness.state().message_line().to_owned();
     assert!(why.contains(word) && !why.contains('\n'), "{why}");
     assert!(harness.query_by_label(&why).is_some(), "no label says: {why}");
     assert_eq!(*said.lock().expect("no panic"), [why]);
 }
 
 #[test]
-fn a_time_that_no_theory_reaches_is_said() {
+fn a_time_outside_the_ephemeris_is_reported() {
     let (session, said, interface) = window(None, "9999-12-31T00:00:00Z");
     is_said(session, &said, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
 }
 
 #[test]
-fn a_fragment_that_does_not_compile_is_said_and_a_sound_one_says_nothing() {
+fn a_fragment_that_does_not_compile_is_reported_and_a_valid_one_is_silent() {
     let folder = tempfile::tempdir().expect("a folder");
     let (name, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");
     let path = folder.path().join(name);
@@ -60,5 +60,5 @@ fn a_fragment_that_does_not_compile_is_said_and_a_sound_one_says_nothing() {
     let (sound, said, interface) = window(None, "2024-01-01T00:00:00Z");
     let mut harness = harness_of(sound, interface);
     settle(&mut harness);
-    assert!(harness.state().drawing().is_some() && harness.state().said().is_empty() && said.lock().expect("no panic").is_empty());
+    assert!(harness.state().drawing().is_some() && harness.state().message_line().is_empty() && said.lock().expect("no panic").is_empty());
 }

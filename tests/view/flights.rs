@@ -1,11 +1,11 @@
-//! Flights with the session's own bodies: the first picture of a flight shows what the last one before it showed.
+//! Flights in the session's ephemeris: the first picture of a flight equals the last one before it.
 
 use crate::view::interface::{interface, session};
 use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::scene::camera::Camera;
 use orrery::scene::viewpoint::viewer;
-use orrery::view::app::places::SessionPlaces;
+use orrery::view::app::places::SessionPositions;
 use orrery::view::app::view_state::{CameraPose, ViewState};
 use orrery::view::app::viewer::Action;
 
@@ -15,7 +15,7 @@ fn camera(view: &ViewState) -> Camera {
     viewer(session.catalog(), session.ephemeris(), &request).expect("a camera").camera
 }
 
-/// From the camera to a body's centre, as the picture shows it: on its ground where it is, else where its light comes from.
+/// From the camera to a body's apparent centre: at its true place if the camera is on its ground, else with light time.
 fn seen_from_camera_km(body: NaifId, camera: &Camera, view: &ViewState, stands_on_it: bool) -> DVec3 {
     let ephemeris = session().ephemeris();
     let centre_km = if stands_on_it {
@@ -26,11 +26,11 @@ fn seen_from_camera_km(body: NaifId, camera: &Camera, view: &ViewState, stands_o
     centre_km - camera.position_km
 }
 
-/// From each of seven bodies to each other, from orbits and from the ground: light takes hours between some, in which they go a million kilometres.
+/// From each of seven bodies to each other, from orbits and from the ground: light takes hours between some, in which they move a million kilometres.
 #[test]
 fn a_flight_starts_where_the_camera_is() {
     let bodies = [10, 399, 301, 499, 599, 699, 999].map(NaifId);
-    let places = SessionPlaces(session());
+    let places = SessionPositions(session());
     let mut geometric_jump_km: f64 = 0.0;
     for from in bodies {
         for to in bodies.into_iter().filter(|to| *to != from) {
@@ -52,12 +52,12 @@ fn a_flight_starts_where_the_camera_is() {
                 viewer.apply(Action::FlyTo(to), 800.0, &places);
                 assert!(viewer.is_flying());
                 let after = camera(&viewer.view);
-                // What the camera leaves stays where it was seen.
+                // The body that the camera leaves keeps its apparent place.
                 let seen_after_km = seen_from_camera_km(from, &after, &viewer.view, false);
                 let moved_km = (seen_after_km - seen_before_km).length();
                 // Positions of five billion kilometres have steps of a metre.
                 assert!(moved_km < 0.1, "{from:?} to {to:?}, ground {on_ground}: {moved_km} km");
-                // The ground of a body and the light of all others differ by its speed times the light's way through its radius.
+                // True and apparent places differ by the body's speed times the light time through its radius.
                 let light_km = if on_ground { 50.0 * seen_before_km.length() / 299_792.458 } else { 0.1 };
                 let step_km = (after.position_km - before.position_km).length();
                 assert!(step_km < light_km.max(0.1), "{from:?} to {to:?}, ground {on_ground}: {step_km} km");

@@ -1,4 +1,4 @@
-//! The panels that take a picture's shaders apart, pressed by name without a window or a renderer of their own.
+//! The panels that analyse a picture's shaders, pressed by accessible name without a window or a GPU.
 
 use crate::view::interface::{interface, session};
 use egui_kittest::Harness;
@@ -10,7 +10,7 @@ use orrery::view::window::shader_watcher::ShaderWatcher;
 use orrery::view::worker::render_worker::InlineWorker;
 use std::collections::BTreeSet;
 
-/// Saturn from its lit side, the ring's shadow on the globe; time stands still.
+/// Saturn from its lit side, with the rings' shadow on the globe; time is paused.
 fn saturn() -> Interface {
     interface(NaifId(699), "2017-05-17T00:00:00Z")
 }
@@ -28,7 +28,7 @@ fn press(harness: &mut Harness<'_, Interface>, label: &str) {
     harness.run_steps(6);
 }
 
-/// Every name on screen that holds a text, each once.
+/// Every accessible name on screen that contains a text, each once.
 fn names(harness: &Harness<'_, Interface>, part: &str) -> Vec<String> {
     let all = harness.query_all_by(|node| node.label().or(node.value()).is_some_and(|l| l.contains(part)));
     let names: BTreeSet<String> = all.filter_map(|n| n.accesskit_node().label().or(n.accesskit_node().value())).collect();
@@ -58,7 +58,7 @@ fn the_source_names_the_feature_that_draws_the_rings_shadow() {
         assert!(!names(&harness, word).is_empty(), "{language} without {word}");
         assert!(names(&harness, ", needed by ").is_empty(), "{language} has no source map");
     }
-    // The ring itself throws no shadow on itself.
+    // The ring draw has no shadow of the ring on itself.
     press(&mut harness, "WGSL");
     press(&mut harness, "ring");
     assert!(names(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "no line for the ring's shadow");
@@ -73,7 +73,7 @@ fn another_dimension_is_another_key_with_its_difference() {
     assert_eq!(names(&harness, "Reachable: one of").len(), 1, "what is drawn can be drawn");
     press(&mut harness, "Gallery");
     let tile = names(&harness, "Inspect ring-shadow: none");
-    // It may lie below what is in sight.
+    // It may be scrolled out of view.
     harness.get_by_label(tile.first().expect("a tile without the ring's shadow")).click_accesskit();
     harness.run_steps(6);
     press(&mut harness, "Key");
@@ -86,7 +86,7 @@ fn another_dimension_is_another_key_with_its_difference() {
 }
 
 #[test]
-fn a_pixel_is_told_in_both_precisions() {
+fn a_pixel_is_reported_in_both_precisions() {
     let worker = InlineWorker::new(session());
     let mut harness = harness(&worker, saturn());
     open(&mut harness, "Probe");
@@ -101,7 +101,7 @@ fn a_pixel_is_told_in_both_precisions() {
 }
 
 #[test]
-fn two_ways_are_drawn_and_told_apart() {
+fn two_variants_are_drawn_and_compared() {
     let worker = InlineWorker::new(session());
     let mut harness = harness(&worker, saturn());
     harness.state_mut().tab = Some(Tab::Compare);
@@ -109,7 +109,7 @@ fn two_ways_are_drawn_and_told_apart() {
     let figures = names(&harness, "PSNR");
     assert_eq!(figures.len(), 1, "one line of figures");
     assert!(!figures[0].contains("infinite"), "draft and reference differ: {}", figures[0]);
-    // The same way on both sides: no difference at all.
+    // The same variant on both sides: no difference at all.
     harness.get_all_by_label("draft").nth(1).expect("the right side's").click();
     harness.run_steps(8);
     let figures = names(&harness, "PSNR");
@@ -135,20 +135,20 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     let worker = InlineWorker::new(&session);
     let mut harness = harness(&worker, saturn());
     let shown = harness.state().drawing().expect("a picture").took_ms;
-    // Something that no shader may say.
+    // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
-    watch.look(&worker);
+    watch.check_files(&worker);
     assert_ne!(session.library().generator(), built_in);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
     assert_eq!(harness.state().drawing().expect("the last good picture").took_ms, shown);
-    assert!(harness.state().said().contains(path), "{}", harness.state().said());
+    assert!(harness.state().message_line().contains(path), "{}", harness.state().message_line());
     let told = names(&harness, "fn broken( {");
     assert!(told.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {told:?}");
-    // Mended.
+    // Repaired.
     std::fs::write(&file, format!("{text}\n// mended\n")).expect("written");
-    watch.look(&worker);
+    watch.check_files(&worker);
     harness.run_steps(8);
-    assert!(harness.state().said().is_empty(), "{}", harness.state().said());
+    assert!(harness.state().message_line().is_empty(), "{}", harness.state().message_line());
     assert!(names(&harness, "fn broken( {").is_empty());
 }

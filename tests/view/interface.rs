@@ -1,4 +1,4 @@
-//! The window's interface without a window: its buttons are pressed by their accessible names, its pictures painted by our own painter.
+//! The window's interface without a window: its controls are used by their accessible names, its pictures painted by the CPU painter.
 
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
@@ -7,18 +7,18 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, SessionError, Sources};
 use orrery::time::Instant;
-use orrery::view::app::places::{BodyPositions, SessionPlaces};
+use orrery::view::app::places::{BodyPositions, SessionPositions};
 use orrery::view::app::settings::{HintsUsed, PanelLayout, Settings};
 use orrery::view::app::view_state::ViewState;
 use orrery::view::app::viewer::{Subject, Viewer};
-use orrery::view::link::restored;
+use orrery::view::link::view_from_text;
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
 use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task, ThreadedWorker};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// One session for all tests: its maps and modules are read once.
+/// One session for all tests: maps and modules are read once.
 pub fn session() -> &'static Session {
     static SESSION: OnceLock<Session> = OnceLock::new();
     SESSION.get_or_init(|| {
@@ -30,14 +30,14 @@ pub fn session() -> &'static Session {
 
 const SATURN: NaifId = NaifId(699);
 
-/// An interface that looks at a body from its lit side, time at rest, in draft.
+/// An interface that looks at a body from its lit side, paused, in draft quality.
 pub fn interface(target: NaifId, utc: &str) -> Interface {
     let session = session();
     let time = Instant::parse(utc).expect(utc);
     let catalog = session.catalog();
     let subjects = orrery::ephemeris::body_order::by_distance(catalog, session.ephemeris());
     let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(Subject::of);
-    let places = SessionPlaces(session);
+    let places = SessionPositions(session);
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
     let sunward = places.between_km(target, NaifId::SUN, time).expect("a place").try_normalize().unwrap_or(glam::DVec3::X);
     let pole = places.body_from_icrf(target, time).expect("an orientation").row(2);
@@ -45,14 +45,14 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     view.quality = Quality::Draft;
     let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
-    // Hints are bright letters over the sky.
+    // Hints are bright text over the sky.
     let hints = HintsUsed { drag: true, scroll: true, search: true };
-    // Nor do tests search for events or draw small pictures, unless they are about those.
+    // Tests search for events and draw small pictures only if they are about those.
     let panels = PanelLayout { now_shown: false, timeline_shown: false, ..PanelLayout::default() };
     Interface::new(viewer, Settings { hints, panels, ..Settings::default() })
 }
 
-/// Paints with the window's own painter.
+/// Paints with the window's CPU painter.
 pub struct OwnPainter(pub Painter);
 
 impl TestRenderer for OwnPainter {
@@ -86,9 +86,9 @@ pub fn harness_of(session: &'static Session, interface: Interface) -> Harness<'s
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
-/// Lets time pass until the interface rests and its whole picture is there.
+/// Advances time until the interface is at rest and its full-resolution picture has arrived.
 pub fn settle(harness: &mut Harness<'static, Interface>) {
-    // Flights, folds and the still frame are over within three seconds.
+    // Flights, expansions and the full-resolution image take less than three seconds.
     for _ in 0..14 {
         harness.run_steps(1);
         harness.input_mut().predicted_dt = 0.25;
@@ -144,7 +144,7 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 4)).count();
     let all = (before.width() * before.height()) as usize;
     assert!(changed > 200 && changed < all / 4, "{changed} of {all} pixels changed");
-    // Given back to the scene it is as it was.
+    // After a reset to automatic it is as before.
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
     harness.get_by_label("Reset to automatic").click();
@@ -157,7 +157,7 @@ fn a_moment_is_one_click_away() {
     let mut harness = harness(interface(NaifId(499), "2000-01-01T12:00:00Z"));
     harness.state_mut().tab = Some(Tab::Moments);
     settle(&mut harness);
-    // Below the pictures of what there is to see now: a low window scrolls to it.
+    // Below the pictures of *What to see now*: a low window scrolls to it.
     harness.get_by_label("Total eclipse over North America").click_accesskit();
     settle(&mut harness);
     let state = harness.state();
@@ -166,7 +166,7 @@ fn a_moment_is_one_click_away() {
     assert!(state.viewer.time_rate.is_paused());
     let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.decisions.iter().any(|d| d.feature == "eclipse" && d.on), "{:?}", earth.decisions);
-    // Back leads to Mars.
+    // Back returns to Mars.
     harness.get_by_label("Back").click();
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.target, NaifId(499));
@@ -200,7 +200,7 @@ fn time_is_typed_stepped_and_refused() {
 }
 
 #[test]
-fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
+fn the_camera_stands_on_the_ground_or_at_another_body() {
     use orrery::view::app::view_state::CameraPose;
     let mut harness = harness(interface(NaifId::EARTH, "2024-04-08T18:17:16Z"));
     settle(&mut harness);
@@ -208,7 +208,7 @@ fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
     settle(&mut harness);
     let state = harness.state();
     assert!(matches!(state.viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }));
-    assert!(state.said().is_empty() && state.drawing().is_some(), "{}", state.said());
+    assert!(state.message_line().is_empty() && state.drawing().is_some(), "{}", state.message_line());
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "View from").click();
     harness.run_steps(2);
     harness.get_by_label("Centre of Mars").click();
@@ -220,7 +220,7 @@ fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
 }
 
 #[test]
-fn the_information_panel_tells_of_the_selected_body() {
+fn the_information_panel_describes_the_selected_body() {
     let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     harness.state_mut().tab = Some(Tab::Information);
     settle(&mut harness);
@@ -240,7 +240,7 @@ fn every_panel_fits_the_window_and_names_its_controls() {
         settle(&mut harness);
         let (width, _) = sky_pixels(&harness);
         assert!(width > 150, "{}: the sky keeps {width} pixels", tab.title());
-        // The harness itself refuses a control without a name and a glyph that no font has.
+        // The harness itself rejects a control without a name and a glyph that no font has.
         let picture = harness.render().expect("a picture");
         let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer");
         std::fs::create_dir_all(&folder).expect("a folder");
@@ -259,7 +259,7 @@ fn a_link_restores_the_view_in_another_window() {
     let link = first.state().viewer.view.to_link();
     let mut second = harness(interface(NaifId::EARTH, "2000-01-01T12:00:00Z"));
     settle(&mut second);
-    let view = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
+    let view = view_from_text(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
     second.state_mut().show(view, &InlineWorker::new(session()));
     settle(&mut second);
     let pictures = [&mut first, &mut second].map(|h| h.state().drawing().expect("a picture").job.request.clone());
@@ -267,7 +267,7 @@ fn a_link_restores_the_view_in_another_window() {
 }
 
 #[test]
-fn a_window_of_nothing_draws_nothing_and_comes_back() {
+fn a_window_of_zero_size_draws_nothing_and_recovers() {
     let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     settle(&mut harness);
     harness.set_size(egui::vec2(1.0, 1.0));
@@ -275,12 +275,12 @@ fn a_window_of_nothing_draws_nothing_and_comes_back() {
     harness.set_size(egui::vec2(900.0, 500.0));
     settle(&mut harness);
     assert!(sky_pixels(&harness).0 > 300);
-    // The panels have their room again.
+    // The panels have their widths again.
     assert!(harness.get_by_label_contains("The sky:").rect().left() > 165.0);
 }
 
 #[test]
-fn a_picture_waits_for_no_question() {
+fn a_picture_does_not_wait_for_a_query() {
     let (woken, wakes) = std::sync::mpsc::channel();
     let worker = ThreadedWorker::new(session(), move || {
         let _ = woken.send(());
@@ -291,7 +291,7 @@ fn a_picture_waits_for_no_question() {
     let (drawn, answered) = std::thread::scope(|scope| {
         scope.spawn(|| worker.draw());
         scope.spawn(|| worker.answer());
-        // A question that lasts until it is freed.
+        // A query that runs until it is released.
         worker.run(Box::new(move |_| {
             let _ = held.recv();
         }));
@@ -307,7 +307,7 @@ fn a_picture_waits_for_no_question() {
     assert!(answered, "the question was not answered once it could be");
 }
 
-/// Counts the pictures that are asked for.
+/// Counts the requested pictures.
 struct Counting(InlineWorker<'static>, Arc<AtomicU32>);
 
 impl RenderWorker for Counting {
@@ -327,7 +327,7 @@ impl RenderWorker for Counting {
 }
 
 #[test]
-fn real_time_is_kept_with_few_pictures() {
+fn real_time_needs_few_pictures() {
     let mut interface = interface(SATURN, "2017-05-17T00:00:00Z");
     interface.viewer.time_rate.toggle_pause();
     assert_eq!(interface.viewer.time_rate.rate(), 1.0);
@@ -348,14 +348,14 @@ fn real_time_is_kept_with_few_pictures() {
         }
         (orders.load(Ordering::Relaxed) - orders_before, harness.state().viewer.view.tdb_s - tdb_before_s)
     };
-    // Ten turns a second for six seconds: the picture follows once a second at most.
+    // Ten frames a second for six seconds: at most one picture per second.
     let (pictures, passed_s) = turns(&mut harness, 60, 0.1);
     assert!((1..=7).contains(&pictures), "{pictures} pictures in six seconds");
     assert!((passed_s - 6.0).abs() < 0.2, "{passed_s} s went by in six");
-    // The window itself turns once a second.
+    // The window itself redraws once a second.
     let (_, passed_s) = turns(&mut harness, 10, 1.0);
     assert!((passed_s - 10.0).abs() < 0.2, "{passed_s} s went by in ten");
-    // A hand on the view is answered at once.
+    // A change of the view is drawn at once.
     harness.state_mut().viewer.view.fov_deg *= 0.9;
     assert!(turns(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was asked for");
 }

@@ -7,7 +7,7 @@ mod dropped;
 mod events;
 mod failures;
 mod flights;
-mod hands;
+mod input;
 mod inspect;
 pub mod interface;
 mod now;

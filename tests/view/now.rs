@@ -1,20 +1,20 @@
-//! What to see now: its pictures, where they lead, and when the row is over the sky.
+//! *What to see now*: its pictures, the views they open, and when the row is visible.
 
-use crate::view::hands::Window;
+use crate::view::input::Window;
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::time::Instant;
 use orrery::view::app::now_showing::NowItem;
-use orrery::view::app::places::{BodyPositions, SessionPlaces};
+use orrery::view::app::places::{BodyPositions, SessionPositions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
 
 const MARS: NaifId = NaifId(499);
 const SATURN: NaifId = NaifId(699);
 
-/// A window of a first start.
+/// A window with the settings of a first start.
 fn first() -> Window {
     let mut shown = interface(MARS, "2017-05-17T00:00:00Z");
     shown.settings.panels.now_shown = true;
@@ -35,13 +35,13 @@ fn press(window: &mut Window, item: NowItem) {
 }
 
 #[test]
-fn each_picture_leads_where_it_says_and_the_row_goes() {
+fn each_picture_opens_its_view_and_hides_the_row() {
     for item in NowItem::ALL {
         let mut window = first();
         assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "{:?}", tiles(&window));
         press(&mut window, item);
         let state = window.state();
-        let view = state.viewer.settled();
+        let view = state.viewer.destination();
         let (target, tab) = match item {
             NowItem::Moon => (NaifId::MOON, None),
             // The test's clock stands at J2000: a total eclipse of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
@@ -58,7 +58,7 @@ fn each_picture_leads_where_it_says_and_the_row_goes() {
         if matches!(item, NowItem::Moon | NowItem::Saturn) {
             assert!(view.tdb_s.abs() < 10.0, "it is of now");
         }
-        // Over the sky it is closed; the panel has it.
+        // Over the sky it is closed; the panel still has it.
         window.state_mut().tab = None;
         settle(&mut window);
         assert!(tiles(&window).is_empty() && !window.state().settings.panels.now_shown);
@@ -69,7 +69,7 @@ fn each_picture_leads_where_it_says_and_the_row_goes() {
 }
 
 #[test]
-fn the_row_is_closed_by_its_cross_and_stays_closed() {
+fn the_row_stays_closed_after_its_close_button() {
     let mut window = first();
     window.get_by_label("Close what to see now").click();
     settle(&mut window);
@@ -78,23 +78,60 @@ fn the_row_is_closed_by_its_cross_and_stays_closed() {
     assert!(text.contains("\"now_shown\":false"), "the next start remembers it");
 }
 
+/// Presses the left button on empty sky and moves the pointer.
+fn drag(window: &mut Window) {
+    let start = window.get_by_label_contains("The sky:").rect().left_top() + egui::vec2(60.0, 80.0);
+    window.drag_at(start);
+    window.run_steps(1);
+    window.hover_at(start + egui::vec2(40.0, 10.0));
+    window.run_steps(1);
+    window.drop_at(start + egui::vec2(60.0, 20.0));
+}
+
+#[test]
+fn the_row_hides_at_the_first_input_and_not_before() {
+    let inputs: [(&str, fn(&mut Window)); 5] = [
+        ("drag", drag),
+        ("zoom", |window| window.event(egui::Event::Text("+".into()))),
+        ("selection", |window| window.key_press(egui::Key::PageDown)),
+        ("panel", |window| window.get_by_label("Effects").click()),
+        ("list of bodies", |window| window.get_by_label("Bodies").click()),
+    ];
+    for (name, input) in inputs {
+        let mut window = first();
+        // The pointer over the sky and time that passes are no input.
+        let centre = window.get_by_label_contains("The sky:").rect().center();
+        window.hover_at(centre);
+        settle(&mut window);
+        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "before: {name}");
+        input(&mut window);
+        settle(&mut window);
+        window.state_mut().tab = None;
+        settle(&mut window);
+        assert!(tiles(&window).is_empty(), "after: {name}");
+        window.state_mut().tab = Some(Tab::Moments);
+        settle(&mut window);
+        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "in the panel, after: {name}");
+    }
+}
+
 #[test]
 fn the_shader_of_the_eclipse_is_shown_at_its_lines() {
     let mut window = first();
     press(&mut window, NowItem::Shader);
-    // The longest stretch of the feature is in sight: a margin names it.
+    // The longest run of the feature is visible, with its name in the margin.
     assert!(window.query_all_by_label_contains("needed by eclipse.1").count() > 0);
     assert!(window.query_by_label("Only lines for eclipse.1").is_some(), "the feature is chosen");
 }
 
-/// At any time of its year the camera stands where the Sun lights the rings, and sees more of the day than of the night.
+/// At any time of Saturn's year the camera is on the lit side of the rings and sees more day than night.
 #[test]
 fn saturn_is_seen_from_the_lit_side_of_its_rings() {
-    let places = SessionPlaces(session());
-    let habits = first().state().viewer.view.clone();
+    let places = SessionPositions(session());
+    let base_view = first().state().viewer.view.clone();
     for year in (1990..2050).step_by(4) {
         let time = Instant::parse(&format!("{year}-07-01")).expect("a time");
-        let view = NowItem::Saturn.view(session(), time, &habits).expect("a view").view;
+        let view = NowItem::Saturn.view(session(), time, &base_view).expect("a view").view;
         let CameraPose::Orbit { elevation_deg, distance_radii, .. } = view.eye else { panic!("no orbit") };
         let sunward = places.between_km(SATURN, NaifId::SUN, time).expect("a place");
         let pole = places.body_from_icrf(SATURN, time).expect("an orientation").row(2);

@@ -1,4 +1,4 @@
-//! Each panel as screen readers meet it: the tree of its controls, kept as text. What is measured anew in each run is left out of it.
+//! Each panel as screen readers see it: the accessibility tree as text, without values that are measured in each run.
 
 use crate::view::interface::{harness, harness_of, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
@@ -15,7 +15,7 @@ use std::fmt::Write;
 
 const SATURN: NaifId = NaifId(699);
 const EQUINOX: &str = "2017-05-17T00:00:00Z";
-/// Units of what a run measures.
+/// Units of measured values.
 const MEASURED: [&str; 3] = ["ms", "MiB", "µs"];
 
 /// A line without the numbers that differ from run to run: those before a unit of measurement, and in `counts` all.
@@ -27,12 +27,12 @@ fn without_measurements(line: &str, counts: bool) -> String {
     kept.collect::<Vec<_>>().join(" ")
 }
 
-/// Indented lines: role, name or value, and what is switched on.
+/// Indented lines: role, name or value, and toggle state.
 fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
     fn walk(node: &egui_kittest::Node<'_>, depth: usize, counts: bool, out: &mut String) {
         let n = node.accesskit_node();
         let said = n.label().or_else(|| n.value()).unwrap_or_default();
-        // Runs repeat their label; lines of source are another test's.
+        // Text runs repeat their label; source lines have another test.
         let listing = n.role() == Role::Unknown || said.starts_with("    ");
         if n.role() == Role::TextRun || listing && !said.is_empty() {
             return;
@@ -46,7 +46,7 @@ fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
                 _ => "",
             };
             let said = said.split("view?").next().unwrap_or_default().replace('\n', " / ");
-            // Wherever the tests run.
+            // Paths differ between machines.
             let here = std::env::current_dir().map_or(String::new(), |d| d.display().to_string());
             let said = if here.is_empty() { said } else { said.replace(&here, "(here)") };
             let line = without_measurements(&said, counts);
@@ -93,7 +93,7 @@ fn saturn_view() -> ViewRequest {
 }
 
 #[test]
-fn a_price_tells_what_an_effect_does_to_the_light() {
+fn an_effect_cost_includes_its_change_of_light() {
     let view = saturn_view();
     let price = |effect, on, body| session().effect_cost(&view, 2.0, (effect, on), body).expect("a price");
     let shadow = price(Effect::RingShadow, true, None);
@@ -101,14 +101,14 @@ fn a_price_tells_what_an_effect_does_to_the_light() {
     assert_eq!(price(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "it is Saturn's alone");
     let rings = price(Effect::Rings, true, None);
     assert!(rings.light.net > 0.05, "half of the light is the rings': {rings:?}");
-    // What nothing here has changes nothing, asked for or not.
+    // An effect that no body here has changes nothing, requested or not.
     let night = price(Effect::Night, false, None);
     assert!(night.light.net == 0.0 && night.light.moved == 0.0, "{night:?}");
     assert!(price(Effect::RingShadow, true, Some("Titan")).light.moved == 0.0, "Titan has no rings");
 }
 
 #[test]
-fn prices_stand_beside_the_effects_once_the_view_rests() {
+fn effect_costs_appear_once_the_view_is_at_rest() {
     let mut harness = harness(interface(SATURN, EQUINOX));
     harness.state_mut().tab = Some(Tab::Effects);
     let prices = |h: &Harness<'static, Interface>| h.query_all_by_label_contains("% light").count();
@@ -116,7 +116,7 @@ fn prices_stand_beside_the_effects_once_the_view_rests() {
     time_rate.toggle_pause();
     (0..8).for_each(|_| time_rate.faster());
     settle(&mut harness);
-    assert!(harness.state().viewer.races());
+    assert!(harness.state().viewer.is_animating());
     assert_eq!(prices(&harness), 0, "nothing is measured while the view moves");
     harness.state_mut().viewer.time_rate.toggle_pause();
     settle(&mut harness);
@@ -125,7 +125,7 @@ fn prices_stand_beside_the_effects_once_the_view_rests() {
 
 #[test]
 fn the_tone_map_cuts_or_bends_what_is_beyond_white() {
-    // The Moon is a little brighter than its exposure: with stops added some of it passes white.
+    // The Moon is slightly brighter than its exposure: with added stops some of it exceeds white.
     let time = Instant::parse("2024-04-20T00:00:00Z").expect("a time");
     let view = ViewRequest { width: 48, height: 48, exposure: ExposureRequest::Stops(4.5), ..ViewRequest::of(NaifId::MOON, time) };
     let drawn = |tone_map| {
@@ -151,7 +151,7 @@ fn the_tone_map_cuts_or_bends_what_is_beyond_white() {
 
 #[test]
 fn the_renderer_is_chosen_in_the_window() {
-    // A session of its own: the others' pictures stay the software renderer's.
+    // A session of its own, since the others stay with the software renderer.
     let cache = tempfile::tempdir().expect("a folder").keep();
     let sources = Sources { cache: Some(cache), ..Sources::default() };
     let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| println!("{line}")).expect("a session")));
@@ -173,8 +173,8 @@ fn the_renderer_is_chosen_in_the_window() {
         harness.get_by_label(name).click();
         settle(&mut harness);
         assert_eq!(session.renderers().1, preference);
-        assert!(harness.state().drawing().is_some() && harness.state().said().is_empty(), "{}", harness.state().said());
-        // This session is never given back: were a driver still at work when the process ends, it would break off.
+        assert!(harness.state().drawing().is_some() && harness.state().message_line().is_empty(), "{}", harness.state().message_line());
+        // This session is never dropped: a driver still working at process exit would crash.
         while session.readiness() == Readiness::Preparing {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }

@@ -1,6 +1,6 @@
-//! The search field: each kind of answer leads where it says, and near misses are offered.
+//! The search field: each kind of answer leads to its place, and similar names are offered.
 
-use crate::view::hands::{Window, typed, without_pictures};
+use crate::view::input::{Window, typed, without_pictures};
 use crate::view::interface::session;
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -8,7 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::catalog::stars::STAR_NAMES;
 use orrery::scene::request::{Axes, Look};
 use orrery::time::Instant;
-use orrery::view::app::places::SessionPlaces;
+use orrery::view::app::places::SessionPositions;
 use orrery::view::app::search::{Answer, star_view, suggestions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
@@ -55,8 +55,8 @@ fn each_kind_of_answer_leads_where_it_says() {
         matches!(eye, CameraPose::Ground { body: MARS, latitude_deg: 51.5, longitude_deg, .. } if (longitude_deg + 0.1).abs() < 1e-9),
         "{eye:?}"
     );
-    assert_eq!(searched("titan").state().viewer.settled().target, NaifId(606));
-    // A city is on the Earth, whatever is selected, and the place of events from then on.
+    assert_eq!(searched("titan").state().viewer.destination().target, NaifId(606));
+    // A city is on the Earth, whatever is selected, and becomes the observer's place for events.
     let city = searched("mazat");
     let state = city.state();
     let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.eye else {
@@ -65,7 +65,7 @@ fn each_kind_of_answer_leads_where_it_says() {
     // The port's lighthouse on Cerro del Creston: 23.177 N, 106.427 W.
     assert!((latitude_deg - 23.2).abs() < 0.1 && (longitude_deg + 106.4).abs() < 0.1, "{latitude_deg} {longitude_deg}");
     city.get_by_label_contains("events, rise and set are told for this place");
-    // A crater is seen from above it, at its place: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
+    // A crater is seen from above at its place: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
     let tycho = searched("tycho");
     let view = &tycho.state().viewer.view;
     let CameraPose::Orbit { body: NaifId::MOON, fixed: true, azimuth_deg, elevation_deg, .. } = view.eye else { panic!("{view:?}") };
@@ -78,10 +78,10 @@ fn each_kind_of_answer_leads_where_it_says() {
     assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));
 }
 
-/// Every named star, and the nearest pole stars, stand in the middle of their pictures at any date.
+/// Every named star, and stars nearest the poles, are at the centre of their pictures at any date.
 #[test]
 fn a_star_is_in_the_middle_of_its_picture() {
-    let (catalog, stars, places) = (session().catalog(), session().catalog().stars(), SessionPlaces(session()));
+    let (catalog, stars, places) = (session().catalog(), session().catalog().stars(), SessionPositions(session()));
     let mut view = without_pictures(MARS).state().viewer.view.clone();
     for (year, utc) in [(1950.0, "1950-01-01"), (2050.0, "2050-01-01")] {
         view.tdb_s = Instant::parse(utc).expect(utc).tdb_seconds_past_j2000();
@@ -100,7 +100,7 @@ fn a_star_is_in_the_middle_of_its_picture() {
 }
 
 #[test]
-fn what_is_meant_is_suggested_first() {
+fn the_likeliest_meaning_is_suggested_first() {
     let window = without_pictures(MARS);
     let first = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().next().map(|s| s.answer);
     assert_eq!(first("mars"), Some(Answer::Body(MARS)));
@@ -117,7 +117,7 @@ fn what_is_meant_is_suggested_first() {
 }
 
 #[test]
-fn a_near_miss_is_offered_and_not_taken() {
+fn a_similar_name_is_offered_and_not_chosen() {
     let mut window = without_pictures(MARS);
     typed(&mut window, "/");
     typed(&mut window, "betelguese");

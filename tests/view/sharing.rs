@@ -1,6 +1,6 @@
-//! Saved pictures and shared links: files are never written over, a picture tells its request, a shared view keeps whether time stands still.
+//! Saved pictures and shared links: files are never overwritten, a picture has its provenance, a shared view keeps whether time is paused.
 
-use super::hands::{SATURN, TIME, Window};
+use super::input::{SATURN, TIME, Window};
 use crate::view::interface::{harness, interface, session, settle};
 use egui::{Event, Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
@@ -8,12 +8,12 @@ use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, ViewRequest};
 use orrery::session::ExistingPicture;
 use orrery::time::Instant;
-use orrery::view::link::restored;
+use orrery::view::link::view_from_text;
 use orrery::view::panels::Tab;
 use orrery::view::worker::render_worker::InlineWorker;
 use std::path::{Path, PathBuf};
 
-/// The share panel with small pictures of a name in a folder.
+/// The Share panel with small pictures under a name in a folder.
 fn sharing(file: &Path) -> Window {
     let mut window = harness(interface(SATURN, TIME));
     window.state_mut().tab = Some(Tab::Share);
@@ -35,7 +35,7 @@ fn names_in(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn pictures_are_saved_beside_what_is_there_and_the_whole_path_is_told() {
+fn pictures_never_overwrite_and_their_whole_path_is_shown() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("p.png"), "mine").expect("a file");
@@ -46,7 +46,7 @@ fn pictures_are_saved_beside_what_is_there_and_the_whole_path_is_told() {
         settle(&mut window);
         let path = at(&format!("p-{}.png", k + 2));
         assert_eq!(window.state().message, format!("Saved {}", path.display()), "said after the pictures that came since");
-        assert_eq!(window.state().said(), window.state().message);
+        assert_eq!(window.state().message_line(), window.state().message);
         assert_eq!(image::image_dimensions(&path).expect("a picture"), (24, 16));
         assert_eq!(window.state().tab, tab, "saving opens no panel");
     }
@@ -64,10 +64,10 @@ fn pictures_are_saved_beside_what_is_there_and_the_whole_path_is_told() {
         assert!(at(first).exists(), "{first} of {:?}", names_in(folder.path()));
     }
     assert_eq!(names_in(folder.path()).len(), 4 + 3 + 3 + 3);
-    // Time goes on by a minute between frames: they are three pictures.
+    // Time advances by a minute between frames: three different pictures.
     let bytes = |n: usize| std::fs::read(at(&format!("p-0000{n}.png"))).expect("a frame");
     assert!(bytes(0) != bytes(1) && bytes(1) != bytes(2));
-    // What cannot be written says where.
+    // A write error names the path.
     let nowhere = PathBuf::from("none").join("p.png");
     window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&at("").join(nowhere).display().to_string());
     window.run_steps(2);
@@ -99,7 +99,7 @@ fn frames_of(path: &Path) -> Vec<image::RgbaImage> {
 }
 
 #[test]
-fn an_animation_is_one_file_beside_what_is_there() {
+fn an_animation_is_one_file_and_overwrites_none() {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["a.apng", "a.gif"] {
         let path = folder.path().join(name);
@@ -115,7 +115,7 @@ fn an_animation_is_one_file_beside_what_is_there() {
         if name.ends_with("apng") {
             let frames = frames_of(&free);
             assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three pictures of Saturn that turns");
-            // Around the shown time: the middle one is what is shown.
+            // Centred on the displayed time: the middle frame is the displayed view.
             let view = window.state().viewer.view.clone();
             let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
             let sampling = orrery::render::plan::SamplingQuality::of(request.quality);
@@ -125,25 +125,25 @@ fn an_animation_is_one_file_beside_what_is_there() {
             assert_eq!(std::fs::read(&free).expect("a file")[..6], *b"GIF89a");
         }
     }
-    // What no animation can be is said, and nothing is begun.
+    // An impossible animation is reported and not started.
     let mut window = animating(&folder.path().join("a.mp4"));
     window.get_by_label("Record animation").click();
     settle(&mut window);
     assert!(window.state().message.contains(".gif or .apng") && !window.state().is_saving(), "{}", window.state().message);
 }
 
-/// A dialog's answer goes into the field; where none opens, the field says so and is typed into.
+/// A dialog's answer goes into the field; without a dialog, the field says so and accepts typed text.
 #[test]
 fn files_are_chosen_in_a_dialog_where_there_is_one() {
-    use orrery::view::panels::FileQuestion;
+    use orrery::view::panels::FileRequest;
     use orrery::view::worker::render_worker::Pending;
-    fn chosen(question: FileQuestion) -> Pending<Option<PathBuf>> {
-        let (pending, answer) = Pending::promised();
+    fn chosen(question: FileRequest) -> Pending<Option<PathBuf>> {
+        let (pending, answer) = Pending::with_sender();
         answer(Some(PathBuf::from(format!("chosen/{}", question.name))));
         pending
     }
-    fn refused(_: FileQuestion) -> Pending<Option<PathBuf>> {
-        let (pending, answer) = Pending::promised();
+    fn refused(_: FileRequest) -> Pending<Option<PathBuf>> {
+        let (pending, answer) = Pending::with_sender();
         answer(None);
         pending
     }
@@ -167,9 +167,9 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     assert!(window.state().message.contains("No file was chosen"), "{}", window.state().message);
 }
 
-/// As `render` writes them, so that a run of frames knows its own pictures and no other's.
+/// The same metadata as from `render`, so that a sequence recognises its own pictures.
 #[test]
-fn saved_pictures_tell_which_request_they_are_of() {
+fn saved_pictures_have_their_provenance() {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, purpose) in [("p.png", Purpose::Display), ("p.exr", Purpose::of_file(true))] {
         let path = folder.path().join(name);
@@ -189,7 +189,7 @@ fn saved_pictures_tell_which_request_they_are_of() {
 }
 
 #[test]
-fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
+fn a_shared_view_keeps_whether_time_is_paused() {
     for paused in [true, false] {
         let mut window = harness(interface(SATURN, TIME));
         if !paused {
@@ -203,8 +203,8 @@ fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
             _ => None,
         });
         let link = copied.expect("a link");
-        let view = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
-        // In a window of its own, and in one where time does the other.
+        let view = view_from_text(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
+        // In a new window, and in one where time does the opposite.
         let subjects = window.state().viewer.subjects().to_vec();
         let opened = orrery::view::app::viewer::Viewer::new(subjects, view.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
         assert_eq!(opened.time_rate.is_paused(), paused);
@@ -217,8 +217,8 @@ fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
         settle(&mut other);
         assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
         assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time goes on, or does not");
-        // What is kept goes back to the link that it came from.
-        let again = other.state().viewer.shared();
+        // The saved text gives the link that it came from.
+        let again = other.state().viewer.shareable();
         assert_eq!(again.paused, Some(paused));
         assert!(other.state().viewer.view.paused.is_none());
     }

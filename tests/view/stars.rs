@@ -1,6 +1,6 @@
-//! Stars in the window: what a click on one tells, and angles between two places.
+//! Stars in the window: facts about a clicked star, and angles between two places.
 
-use crate::view::hands::{TIME, Window, click, held};
+use crate::view::input::{TIME, Window, click, held};
 use crate::view::interface::{interface, session, settle};
 use egui::{Event, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::Queryable;
@@ -9,12 +9,12 @@ use orrery::view::panels::Tab;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A click on a star tells what it is, in words at once and in the Information panel; a click beside it forgets it, and Ctrl with two clicks measures an angle.
+/// A click on a star shows its name at once and its facts in the Information panel; a click beside it deselects it, and Ctrl with two clicks measures an angle.
 #[test]
-fn a_star_answers_a_click_and_two_clicks_measure() {
+fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let mut interface = interface(NaifId::EARTH, TIME);
     let catalog = session().catalog();
-    let places = orrery::view::app::places::SessionPlaces(session());
+    let places = orrery::view::app::places::SessionPositions(session());
     let rigel = catalog.stars().hip(24_436).copied().expect("in the catalogue");
     let years = catalog.stars().years_since_epoch(interface.viewer.view.time().jd_tt());
     let view = orrery::view::app::search::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
@@ -23,7 +23,7 @@ fn a_star_answers_a_click_and_two_clicks_measure() {
     let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 900.0);
     window.run_steps(20);
     settle(&mut window);
-    // Where the picture has the star, on the screen: the sky is what the panels leave.
+    // Position of the star on the screen: the sky is the area that the panels leave.
     let sky = window.get_by_label_contains("The sky: ").rect();
     let star = catalog.stars().place_of_hip(24_436).expect("in the catalogue");
     let at = |window: &Window, px: glam::DVec2| {
@@ -40,7 +40,7 @@ fn a_star_answers_a_click_and_two_clicks_measure() {
     window.run_steps(3);
     assert!(window.state().message.starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message);
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
-    // With Ctrl: from the star to a place a known number of pixels aside.
+    // With Ctrl: from the star to a place at a known distance in pixels.
     let ctrl = |window: &mut Window, pos: Pos2| {
         window.event(Event::ModifiersChanged(Modifiers::COMMAND));
         window.run_steps(1);

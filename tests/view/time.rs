@@ -1,6 +1,6 @@
-//! The line below the sky: clock, calendar, rate, neighbouring events; and the hints of a first minute.
+//! The time bar: clock, calendar, rate, neighbouring events; and the hints for new users.
 
-use crate::view::hands::{Window, click, later, without_pictures};
+use crate::view::input::{Window, click, later, without_pictures};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton};
@@ -26,7 +26,7 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
     press(&mut window, "Calendar");
     press(&mut window, "24 May 2017");
     assert_eq!(utc(&window), "2017-05-24T00:00:00Z");
-    // The calendar stays open: months before and after, to the year's end and over it.
+    // The calendar stays open: months before and after, to the end of the year and beyond.
     for (month, day) in [("Next month", "30 June 2017"), ("Previous month", "31 May 2017"), ("Previous month", "1 April 2017")] {
         press(&mut window, month);
         press(&mut window, day);
@@ -36,7 +36,7 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
     }
     window.key_press(Key::Escape);
     window.run_steps(3);
-    assert!(window.query_by_label("Next month").is_none() && !window.state().quits);
+    assert!(window.query_by_label("Next month").is_none() && !window.state().quit_requested);
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn the_rate_is_a_logarithmic_slider() {
         window.run_steps(2);
         rates.push(window.state().viewer.time_rate.rate().log10());
     }
-    // Real time to a year a second are 7.5 decades: equal steps on the slider are equal factors.
+    // Real time to a year per second are 7.5 decades: equal steps on the slider are equal factors.
     let steps: Vec<f64> = rates.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!(steps.iter().all(|s| (1.2..2.4).contains(s)), "{rates:?}");
     assert!(rates[4] - rates[0] > 5.5, "{rates:?}");
@@ -82,9 +82,9 @@ fn neighbouring_events_are_one_press_away() {
     assert!(utc(&window).starts_with("2032-11-13T08:5"), "{}", utc(&window));
 }
 
-/// Each hint goes when its gesture was made, and does not come back.
+/// Each hint disappears after its gesture, and does not return.
 #[test]
-fn hints_go_when_they_are_used() {
+fn hints_disappear_when_used() {
     let mut first = interface(NaifId(499), "2017-05-17T00:00:00Z");
     first.settings.hints = HintsUsed::default();
     let mut window = harness(first);
@@ -115,25 +115,25 @@ fn hints_go_when_they_are_used() {
     assert_eq!(window.state().settings.hints, HintsUsed { drag: true, scroll: true, search: true });
 }
 
-/// What the session says of drivers stands in the Performance panel and never over the picture; other lines stand there for a while.
+/// Messages about drivers appear in the Performance panel and never over the picture; other messages appear there for a while.
 #[test]
-fn drivers_are_no_news_over_the_picture() {
+fn driver_messages_do_not_cover_the_picture() {
     let mut window = without_pictures(NaifId(499));
     let line = "llvmpipe is a software driver: drawing in software; --renderer gpu forces it";
-    window.state().heard.lock().push(line.into());
+    window.state().session_messages.lock().push(line.into());
     window.run_steps(2);
-    assert_eq!(window.state().said(), "");
-    window.state().heard.lock().push("earth.png: not a picture".into());
+    assert_eq!(window.state().message_line(), "");
+    window.state().session_messages.lock().push("earth.png: not a picture".into());
     window.run_steps(2);
-    assert_eq!(window.state().said(), "earth.png: not a picture");
+    assert_eq!(window.state().message_line(), "earth.png: not a picture");
     window.state_mut().tab = Some(Tab::Performance);
     window.run_steps(2);
     window.get_by_label(line);
     later(&mut window, 20.0);
-    assert_eq!(window.state().said(), "");
+    assert_eq!(window.state().message_line(), "");
 }
 
-/// A click that selects draws no coarse picture in between.
+/// A click that selects causes no coarse picture.
 #[test]
 fn a_click_does_not_blur() {
     let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
@@ -149,7 +149,7 @@ fn a_click_does_not_blur() {
         later(&mut window, 0.05);
     }
     assert_eq!(window.state().viewer.selected, NaifId(499));
-    // A hand that turns the view may have it coarse.
+    // A drag of the view may cause coarse pictures.
     window.key_press(Key::ArrowLeft);
     window.run_steps(2);
     assert_ne!(drawn(&window), sharp);

@@ -1,6 +1,6 @@
-//! The timeline: hands, wheel, keys and screen readers move time on it; the events on it are those that the search finds.
+//! The timeline: pointer, wheel, keys and screen readers change the time; its events are those that the search finds.
 
-use crate::view::hands::{Window, click};
+use crate::view::input::{Window, click};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::{Action, Role};
 use egui::{Event, Key, Modifiers, PointerButton, Rect};
@@ -44,7 +44,7 @@ fn a_drag_moves_time_as_it_moves_the_dates() {
     window.run_steps(2);
     window.event(button(to, false));
     window.run_steps(2);
-    // A quarter of two hundred days, to the left: later. Nothing moved before the mouse was known to drag.
+    // A quarter of two hundred days to the left is later. Nothing moves before the pointer movement counts as a drag.
     assert!((days(&window) - 50.0).abs() < 3.0, "{} days", days(&window));
 }
 
@@ -94,7 +94,7 @@ fn keys_and_screen_readers_move_it_and_the_wheel_zooms() {
     window.get_by_label("Longer timeline").click();
     window.run_steps(2);
     assert!(span_days(&window) > before);
-    // The sky's own zoom is another.
+    // Zooming the sky is separate.
     window.key_press(Key::Escape);
     window.run_steps(1);
     window.event(Event::Text("i".into()));

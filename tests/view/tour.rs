@@ -1,6 +1,6 @@
-//! Tours: those that ship, the way between stops, files with faults; played, paused by hand and ended in the window.
+//! Tours: the built-in ones, camera paths between stops, files with errors; playback, pausing and ending in the window.
 
-use crate::view::hands::without_pictures;
+use crate::view::input::without_pictures;
 use crate::view::interface::session;
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
@@ -15,7 +15,7 @@ fn parse(text: &str) -> Result<Tour, String> {
     Tour::parse(text, session(), Instant::parse("2024-01-01").expect("a time")).map_err(|e| e.to_string())
 }
 
-/// From a body's centre, where the picture shows it, to the camera, and where it looks: on its own ground a camera sees the body where it is, else where its light comes from.
+/// From a body's apparent centre to the camera, and the direction of view: a camera on the body's ground sees it at its true place, others with light time.
 fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     let session = session();
     let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
@@ -28,7 +28,7 @@ fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     (camera.position_km - centre, camera.forward)
 }
 
-/// Every tour that ships can be shown at every instant; between two pictures, at 25 a second, the camera turns and moves by little, but for a cut.
+/// Every built-in tour can be drawn at every instant; between two pictures at 25 per second, the camera rotates and moves by little, except at cuts.
 #[test]
 fn shipped_tours_are_smooth_from_end_to_end() {
     for (name, _, text) in orrery_catalogs::TOURS {
@@ -57,7 +57,7 @@ fn shipped_tours_are_smooth_from_end_to_end() {
 }
 
 #[test]
-fn a_way_starts_and_ends_where_its_stops_are() {
+fn a_camera_path_starts_and_ends_at_its_stops() {
     let stop = |view: &str| format!(r#"{{"view":"orrery://view?{view}","hold_s":2,"travel_s":3,"time_rate":100}}"#);
     let stops = [
         "target=Saturn&time=2017-05-17&eye.distance_radii=6",
@@ -65,7 +65,7 @@ fn a_way_starts_and_ends_where_its_stops_are() {
         "target=Sun&time=2017-05-18T12:00:00Z&eye.kind=ground&eye.body=Earth&eye.latitude_deg=50&eye.longitude_deg=10&fov_deg=2",
     ];
     let tour = parse(&format!(r#"{{"title":"T","stops":[{}]}}"#, stops.map(stop).join(","))).expect("a tour");
-    // The first has no way to it.
+    // The first stop has no camera path.
     assert_eq!((tour.length_s(), tour.arrival_s(0), tour.arrival_s(1), tour.arrival_s(2)), (12.0, 0.0, 5.0, 10.0));
     for k in [1, 2] {
         let (starts_s, arrives_s) = (tour.arrival_s(k) - 3.0, tour.arrival_s(k));
@@ -74,14 +74,14 @@ fn a_way_starts_and_ends_where_its_stops_are() {
             let body = tour.at(arrives_s).view.eye.body();
             let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&after.view, body));
             assert!((a - b).length() < 1e-5 * a.length(), "stop {k}, {at_s} s: {a} {b}");
-            // A followed target stands where its light comes from; the way ends where it is looked for without: 20 arcsec of aberration.
+            // A tracked target is at its apparent place; the path ends at the place without aberration: 20 arcsec.
             assert!((ahead - ahead_now).length() < 2e-4, "stop {k}, {at_s} s: {ahead} {ahead_now}");
             assert!(
                 (before.view.tdb_s - after.view.tdb_s).abs() < 1e-3 * 86_400.0
                     && (before.view.fov_deg / after.view.fov_deg - 1.0).abs() < 1e-5
             );
         }
-        // It can fail: half a second from the arrival the camera is elsewhere.
+        // Negative control: half a second before the arrival the camera is elsewhere.
         let (a, b) = (
             camera(&tour.at(arrives_s - 1.0).view, tour.at(arrives_s).view.eye.body()).0,
             camera(&tour.at(arrives_s).view, tour.at(arrives_s).view.eye.body()).0,
@@ -93,7 +93,7 @@ fn a_way_starts_and_ends_where_its_stops_are() {
 }
 
 #[test]
-fn a_fault_is_told_with_its_stop_and_field() {
+fn a_tour_error_names_its_stop_and_field() {
     let one = |fields: &str| format!(r#"{{"title":"T","stops":[{{"view":"orrery://view?target=Moon"}},{{{fields}}}]}}"#);
     for (text, about) in [
         ("[".to_owned(), "not a tour"),
@@ -114,7 +114,7 @@ fn a_fault_is_told_with_its_stop_and_field() {
     assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
 }
 
-/// One click more records it: as many frames as it is long, the first and the last those of its ends.
+/// One more click records it: as many frames as its length, the first and the last showing its ends.
 #[test]
 fn a_tour_is_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -147,7 +147,7 @@ fn a_tour_is_recorded() {
     assert_eq!(frames as f64, length_s.ceil());
 }
 
-/// Two clicks play it; a hand on the view pauses it and keeps the view; Escape ends it.
+/// Two clicks play it; moving the view pauses it and keeps the view; Escape ends it.
 #[test]
 fn a_tour_plays_in_the_window() {
     let mut window = without_pictures(NaifId(699));
@@ -165,7 +165,7 @@ fn a_tour_plays_in_the_window() {
     window.run_steps(2);
     assert!(window.query_by_label_contains(tour.text(1)).is_some());
     assert_eq!(window.state().viewer.view.quality, quality, "quality is the user's");
-    // A hand on the time.
+    // Changing the time by hand.
     window.get_by_label("+d").click();
     window.run_steps(2);
     let kept = window.state().viewer.view.tdb_s;

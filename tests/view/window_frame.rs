@@ -1,7 +1,7 @@
-//! The window's own frame: what the processor paints, the software renderer and the GPU make of the same triangles.
+//! The window's own frame: the CPU painter, the software renderer and the GPU draw the same triangles.
 //!
-//! Bounds, in levels of 255, and why they are not 0: the painter mixes texels in steps of 1/256 and rounds at each layer, the renderers blend in floats: measured
-//! 0.014 in the mean, 1 at most. A GPU has a lattice of its own for corners and may give a pixel of a slanted edge to another layer: on llvmpipe 0.035 and 1.
+//! Bounds, in levels of 255, and why they are not 0: the painter interpolates texels in steps of 1/256 and rounds at each layer, the renderers blend in floats: measured
+//! 0.014 in the mean, 1 at most. A GPU has its own subpixel grid and may assign a pixel of a slanted edge differently: on llvmpipe 0.035 and 1.
 
 use crate::support::gpu::gpu;
 use crate::support::session::SESSION;
@@ -10,12 +10,12 @@ use orrery::image::{Difference, DisplayImage};
 use orrery::render::plan::{self, Plan};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
-use orrery::view::window::primitives::{ON_GPU, pieces};
+use orrery::view::window::primitives::{ON_GPU, ui_primitives};
 
 const SIZE: [u32; 2] = [320, 200];
 const SCALE: f32 = 1.25;
 
-/// Panels, letters, a slanted line, a circle and a picture.
+/// Panels, text, a slanted line, a circle and an image.
 fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
     let context = egui::Context::default();
     let size = egui::vec2(SIZE[0] as f32 / SCALE, SIZE[1] as f32 / SCALE);
@@ -45,7 +45,7 @@ fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
         }
         context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point)
     };
-    // The first turn learns how wide things are.
+    // egui needs one frame to lay out widths.
     turn();
     let primitives = turn();
     (painter, primitives)
@@ -59,7 +59,7 @@ fn by_processor(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> Dis
 }
 
 fn plan_of(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> Plan {
-    plan::interface(pieces(painter, SIZE, SCALE, primitives, None), SIZE, &*SESSION).expect("a plan")
+    plan::interface(ui_primitives(painter, SIZE, SCALE, primitives, None), SIZE, &*SESSION).expect("a plan")
 }
 
 fn picture(frame: orrery::render::frame::Frame) -> DisplayImage {
@@ -75,7 +75,7 @@ fn far(d: &Difference) -> bool {
 }
 
 #[test]
-fn the_renderers_make_the_window_that_the_processor_paints() {
+fn the_renderers_match_the_cpu_painter() {
     let (painter, primitives) = painted();
     let plan = plan_of(&painter, &primitives);
     assert!(plan.passes.len() == 1 && plan.passes[0].draws.len() > 3, "panels, letters and a picture");
@@ -85,8 +85,8 @@ fn the_renderers_make_the_window_that_the_processor_paints() {
     let d = apart(&painted, &soft);
     println!("painter and software: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
     assert!(!far(&d), "mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-    // The comparison must be able to fail: one pixel to the right is another window.
-    let mut moved = pieces(&painter, SIZE, SCALE, &primitives, None);
+    // Negative control: shifted by one pixel it is another window.
+    let mut moved = ui_primitives(&painter, SIZE, SCALE, &primitives, None);
     moved.iter_mut().for_each(|p| p.corners_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
     let moved = plan::interface(moved, SIZE, &*SESSION).expect("a plan");
     let (moved, _) = SESSION.renderer().render(&moved, SESSION.library(), false).expect("drawn");
@@ -99,7 +99,7 @@ fn the_renderers_make_the_window_that_the_processor_paints() {
 }
 
 #[test]
-fn a_device_made_ready_has_what_any_window_needs() {
+fn a_prepared_device_has_the_pipelines_of_any_window() {
     let Some(gpu) = gpu() else { return };
     // A device of its own: others draw windows with the shared one.
     let own = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
@@ -121,7 +121,7 @@ fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
     let (_, view) = SESSION.plan(&request, plan::SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
     let (read, _) = gpu.render(&view, SESSION.library(), false).expect("drawn");
     let (kept, _) = gpu.render_to_gpu(&view, SESSION.library()).expect("drawn");
-    // The next picture must not draw over one that is held.
+    // The next image must not overwrite one that is still referenced.
     let mut black = view.clone();
     black.passes.iter_mut().for_each(|p| p.draws.clear());
     let (other, _) = gpu.render_to_gpu(&black, SESSION.library()).expect("drawn");
@@ -131,19 +131,19 @@ fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
         let mut mesh = egui::Mesh::with_texture(ON_GPU);
         mesh.add_rect_with_uv(rect, egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0)), egui::Color32::WHITE);
         let primitive = egui::ClippedPrimitive { clip_rect: rect, primitive: egui::epaint::Primitive::Mesh(mesh) };
-        let pieces = pieces(&Painter::default(), size, 1.0, &[primitive], Some(picture));
-        let window = plan::interface(pieces, size, &*SESSION).expect("a plan");
+        let ui_primitives = ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(picture));
+        let window = plan::interface(ui_primitives, size, &*SESSION).expect("a plan");
         gpu.render(&window, SESSION.library(), false).map(|(frame, _)| frame)
     };
     assert_eq!(shown(&kept).expect("drawn").display, read.display, "another picture");
     let none = shown(&other).expect("drawn").display;
     assert!(none.iter().all(|p| p[..3] == [0; 3]), "the second picture is the first");
-    // One that nobody holds is forgotten, and another device knows neither: an error, not a wrong picture.
+    // An unreferenced one is dropped, and another device knows neither: an error, not a wrong image.
     let again = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     let window = |picture| {
         let mesh = egui::Mesh { texture_id: ON_GPU, ..unit_mesh() };
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };
-        plan::interface(pieces(&Painter::default(), size, 1.0, &[primitive], Some(picture)), size, &*SESSION).expect("a plan")
+        plan::interface(ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(picture)), size, &*SESSION).expect("a plan")
     };
     assert!(gpu.holds(&kept) && !again.holds(&kept));
     let why = again.render(&window(&kept), SESSION.library(), false).expect_err("another device's picture").to_string();
@@ -156,9 +156,9 @@ fn unit_mesh() -> egui::Mesh {
     mesh
 }
 
-/// A patch of a texture reaches the renderers: the same texture is not taken for what it was.
+/// A partial update of a texture reaches the renderers instead of the cached texture.
 #[test]
-fn a_changed_texture_is_sent_anew() {
+fn a_changed_texture_is_uploaded_again() {
     let Some(gpu) = gpu() else { return };
     let id = egui::TextureId::User(7);
     let mut painter = Painter::default();
@@ -168,7 +168,7 @@ fn a_changed_texture_is_sent_anew() {
     let mesh = egui::Mesh { texture_id: id, ..unit_mesh() };
     let primitives = [egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) }];
     let first = |painter: &Painter| {
-        let plan = plan::interface(pieces(painter, [4, 4], 1.0, &primitives, None), [4, 4], &*SESSION).expect("a plan");
+        let plan = plan::interface(ui_primitives(painter, [4, 4], 1.0, &primitives, None), [4, 4], &*SESSION).expect("a plan");
         gpu.render(&plan, SESSION.library(), false).expect("drawn").0.display[0]
     };
     assert_eq!(first(&painter), [255, 0, 0, 255]);
@@ -176,13 +176,13 @@ fn a_changed_texture_is_sent_anew() {
     assert_eq!(first(&painter), [0, 255, 0, 255]);
 }
 
-/// A map of more bytes than are sent at a time goes by rows: each texel arrives at its place, to the last row.
+/// A texture larger than one upload is sent in rows: each texel arrives at its place, to the last row.
 #[test]
-fn a_large_map_arrives_whole() {
+fn a_large_texture_is_uploaded_completely() {
     use orrery::image::{Level, TexelFormat, Texture};
     use orrery::render::plan::{AddressMode, SamplerState, TextureSource, UiPrimitive};
     let Some(gpu) = gpu() else { return };
-    // 64 MB and a little: more than two pieces, and no whole number of them.
+    // 64 MB and a little: more than two uploads, and no whole number of them.
     let (width, height) = (2048_u32, 8200_u32);
     let texel = |x: u32, y: u32| [(x % 251) as u8, (y % 241) as u8, (y / 241) as u8, 255];
     let bytes = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();
@@ -191,7 +191,7 @@ fn a_large_map_arrives_whole() {
     let clamp = AddressMode::ClampToEdge;
     let sampler = SamplerState { address_u: clamp, address_v: clamp, linear: false };
     let size = [64, 64];
-    // Texel for pixel: around where a piece of 32 MB ends, and the last rows.
+    // One texel per pixel: around the boundary of an upload of 32 MB, and the last rows.
     for y0 in [0, 4064, 8136] {
         let (left, right) = (1000.0 / width as f32, 1064.0 / width as f32);
         let (top, bottom) = (y0 as f32 / height as f32, (y0 + 64) as f32 / height as f32);
@@ -214,8 +214,8 @@ fn a_large_map_arrives_whole() {
     }
 }
 
-/// Milliseconds of a window's frame, 1280 by 800 with a panel open, by the painter and by the software renderer's own pass; for people:
-/// `--ignored --nocapture`. The least of alternating runs, because other programs run beside.
+/// Milliseconds of a window's frame, 1280 by 800 with a panel open, by the painter and by the software renderer; printed with
+/// `--ignored --nocapture`. The minimum of alternating runs, because other programs run at the same time.
 #[test]
 #[ignore = "measures; asserts nothing about time"]
 fn the_painter_and_the_software_pass_are_timed() {
@@ -244,7 +244,7 @@ fn the_painter_and_the_software_pass_are_timed() {
         painter.paint(&mut Canvas { width: size[0] as usize, height: size[1] as usize, pixels: &mut pixels }, 1.0, &primitives);
         least[0] = least[0].min(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
-        let plan = plan::interface(pieces(&painter, size, 1.0, &primitives, None), size, &*SESSION).expect("a plan");
+        let plan = plan::interface(ui_primitives(&painter, size, 1.0, &primitives, None), size, &*SESSION).expect("a plan");
         let drawn = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
         least[1] = least[1].min(start.elapsed().as_secs_f64() * 1e3);
         assert_eq!(drawn.0.display.len(), pixels.len());
@@ -252,7 +252,7 @@ fn the_painter_and_the_software_pass_are_timed() {
     println!("painter {:.2} ms, software pass with its plan {:.2} ms", least[0], least[1]);
 }
 
-/// Shader fragments that someone changes: the GPU draws with the new ones, on the same device, and with the old ones again.
+/// Edited shader fragments: the GPU draws with the new ones, on the same device, and with the old ones again.
 #[test]
 fn the_gpu_forgets_modules_that_changed() {
     let Some(gpu) = gpu() else { return };

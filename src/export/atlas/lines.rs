@@ -1,4 +1,4 @@
-//! Lines of all modules, each stored once, and a module as runs of them.
+//! The lines of all modules, each stored once, and a module as runs of them.
 
 use crate::shader::SourceMap;
 use std::collections::{BTreeSet, HashMap};
@@ -7,7 +7,7 @@ use std::fmt::Write;
 /// One line with its origin: text, fragment, line in it, feature.
 type Line = (String, String, u32, String);
 
-/// Numbers lines in the order in which modules bring them, so that what follows in a module mostly has numbers that follow.
+/// Numbers lines in the order of their first use, so that consecutive lines of a module mostly have consecutive numbers.
 #[derive(Default)]
 pub struct LineTable {
     numbers: HashMap<Line, usize>,
@@ -57,7 +57,7 @@ mod tests {
     use crate::shader::Lowering;
     use crate::shader::{ModuleId, ShaderModule};
 
-    /// Read back by its runs, each module is what it was.
+    /// Each module is reconstructed from its runs.
     #[test]
     fn runs_give_each_module_back() {
         let modules: Vec<ShaderModule> = ["lambert.sun1.sphere", "lambert.albedo.sun1.ellipsoid", "tone_map"]

@@ -1,7 +1,7 @@
-//! The atlas: a static site with a page for each module: picture, features, source by feature, cost, and the modules one step away.
+//! The atlas: a static site with a page for each module: picture, features, source by feature, cost, and neighbouring modules.
 //!
-//! In: a revision and module ids. Out: `index.html`, a page and a picture a module, `lines.js`, `manifest.json`. Always: opened from the disk it needs no server and nothing from elsewhere; the
-//! same modules give the same bytes. Lines of source are stored once for all pages: the modules of all keys share most of theirs, and would take a gigabyte each in full.
+//! In: a revision and module ids. Out: `index.html`, a page and a picture for each module, `lines.js`, `manifest.json`. Always: it works from the local disk without server or network; the
+//! same modules give the same bytes. Source lines are stored once for all pages, because the modules share most of theirs and would take a gigabyte in full.
 
 mod lines;
 mod neighbours;
@@ -10,7 +10,7 @@ mod page;
 use super::report::{Figures, figures};
 use super::revision::{Revision, RevisionError};
 use super::sample::{Sample, Sampler};
-use crate::files::{FileAccess, WriteError, write_whole};
+use crate::files::{FileAccess, WriteError, write_atomic};
 use crate::image::write_png;
 use crate::session::SessionError;
 use crate::shader::library::file_name;
@@ -23,11 +23,11 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Pixels of a side of a module's picture.
+/// Side of a module's picture, pixels.
 const SIDE: u32 = 96;
-/// Modules that are made before their pages are written: what is in memory at a time.
-const AT_ONCE: usize = 128;
-/// Name of the list of all modules, by which a folder is known as an atlas.
+/// Modules that are in memory at a time.
+const BATCH: usize = 128;
+/// Name of the list of all modules, which identifies a folder as an atlas.
 pub const MANIFEST: &str = "manifest.json";
 
 /// Why an atlas was not written.
@@ -48,18 +48,18 @@ pub enum AtlasError {
 pub struct Entry {
     /// Key or name.
     pub module: String,
-    /// Path of its page below the atlas' folder; its picture is `pictures/` and the same name with `.png`, where it has one.
+    /// Path of its page below the atlas folder; its picture, if any, is `pictures/` and the same name with `.png`.
     pub page: String,
     pub has_picture: bool,
-    /// Features that its lines are there for.
+    /// Features that its lines belong to.
     pub features: Vec<String>,
-    /// Lines of the module.
+    /// Number of lines of the module.
     pub lines: usize,
     pub figures: Figures,
 }
 
-/// What one module contributes before lines are numbered.
-struct Made {
+/// The output of one module before its lines are numbered.
+struct ModuleOutput {
     module: Arc<ShaderModule>,
     figures: Figures,
     picture: Option<Sample>,
@@ -70,7 +70,7 @@ fn stem(id: &ModuleId) -> String {
     name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
-fn made(sampler: &Sampler, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<Made, AtlasError> {
+fn module_output(sampler: &Sampler, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<ModuleOutput, AtlasError> {
     let wrong = |why: String| AtlasError::Module { module: id.to_string(), why };
     let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
     let picture = match id {
@@ -78,17 +78,17 @@ fn made(sampler: &Sampler, revision: &Revision, id: &ModuleId, lowering: &Loweri
         _ => None,
     };
     let figures = figures(&module, picture.as_ref()).map_err(wrong)?;
-    Ok(Made { module, figures, picture })
+    Ok(ModuleOutput { module, figures, picture })
 }
 
-fn put(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
-    write_whole(path, FileAccess::All, |out| out.write_all(bytes))
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    write_atomic(path, FileAccess::All, |out| out.write_all(bytes))
 }
 
 /// Writes the atlas of these modules into a folder; `done` is called after each.
 ///
 /// # Errors
-/// A module that cannot be made, or a file that cannot be written.
+/// A module that cannot be compiled, or a file that cannot be written.
 pub fn write(
     folder: &Path,
     revision: &Revision,
@@ -98,25 +98,25 @@ pub fn write(
 ) -> Result<Vec<Entry>, AtlasError> {
     for part in ["pages", "pictures"] {
         let part = folder.join(part);
-        std::fs::create_dir_all(&part).map_err(|e| crate::files::failure(&part, &e))?;
+        std::fs::create_dir_all(&part).map_err(|e| crate::files::write_error(&part, &e))?;
     }
     let names: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
     let near = neighbours::of(names.keys().map(String::as_str));
     let mut table = LineTable::default();
     let mut entries = Vec::new();
-    for some in ids.chunks(AT_ONCE) {
+    for some in ids.chunks(BATCH) {
         let samplers = || Sampler::new(SIDE);
         let one = |sampler: &mut Result<Sampler, SessionError>, id: &ModuleId| {
-            let made = match sampler {
-                Ok(sampler) => made(sampler, revision, id, lowering),
+            let module_output = match sampler {
+                Ok(sampler) => module_output(sampler, revision, id, lowering),
                 Err(e) => Err(AtlasError::Module { module: id.to_string(), why: e.to_string() }),
             };
             done();
-            made
+            module_output
         };
-        let of_some: Vec<Result<Made, AtlasError>> = some.par_iter().map_init(samplers, one).collect();
-        for (id, made) in some.iter().zip(of_some) {
-            let Made { module, figures, picture } = made?;
+        let of_some: Vec<Result<ModuleOutput, AtlasError>> = some.par_iter().map_init(samplers, one).collect();
+        for (id, module_output) in some.iter().zip(of_some) {
+            let ModuleOutput { module, figures, picture } = module_output?;
             let name = id.to_string();
             let stem = &names[&name];
             let is_count = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
@@ -124,7 +124,7 @@ pub fn write(
                 let mut png = Vec::new();
                 write_png(&mut png, sample.side, sample.side, &sample.display(is_count), &[("Shader", &name)])
                     .map_err(|e| AtlasError::Module { module: name.clone(), why: e.to_string() })?;
-                put(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
+                write_file(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
             }
             let runs = table.add(&module.wgsl, &module.source_map);
             let entry = Entry {
@@ -137,16 +137,16 @@ pub fn write(
             };
             let steps = near.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
             let linked: Vec<(String, &str)> = steps.iter().map(|s| (s.words.clone(), names[s.to].as_str())).collect();
-            put(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
+            write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
             entries.push(entry);
         }
     }
-    put(&folder.join("lines.js"), table.script().as_bytes())?;
-    put(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
-    put(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
-    put(&folder.join("index.html"), page::index(&revision.name, &entries).as_bytes())?;
-    // Last: what has a manifest is whole.
+    write_file(&folder.join("lines.js"), table.script().as_bytes())?;
+    write_file(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
+    write_file(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
+    write_file(&folder.join("index.html"), page::index(&revision.name, &entries).as_bytes())?;
+    // Written last: a folder with a manifest is complete.
     let manifest = serde_json::json!({ "revision": revision.name, "modules": entries });
-    put(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;
+    write_file(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;
     Ok(entries)
 }

@@ -1,6 +1,6 @@
-//! Which keys are one step apart: one part more, one less, or one for another.
+//! Neighbouring keys: those that differ by one part added, removed or replaced.
 //!
-//! In: key texts, parts between dots. Out: for each its steps, sorted. Always: a step there is a step back.
+//! In: key texts, parts between dots. Out: for each its steps, sorted. Always: each step has an inverse.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -20,7 +20,7 @@ fn without(parts: &[&str], k: usize) -> String {
 /// The steps from each key to others of the set.
 pub fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Step<'a>>> {
     let keys: BTreeSet<&str> = keys.into_iter().collect();
-    // What is left without one part, and who has it: the key and the part.
+    // Key texts with one part removed, and the keys and parts that they come from.
     let mut by_rest: HashMap<String, Vec<(&str, &str)>> = HashMap::new();
     for key in &keys {
         let parts: Vec<&str> = key.split('.').collect();

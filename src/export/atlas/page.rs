@@ -1,9 +1,9 @@
-//! The pages of the atlas as HTML. What needs no script is text: names, figures, links; the source is put together by `atlas.js`.
+//! The pages of the atlas as HTML. Names, figures and links are text and need no script; `atlas.js` assembles the source.
 
 use super::Entry;
 use std::fmt::Write;
 
-/// Text inside HTML.
+/// Escapes text for HTML.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -19,7 +19,7 @@ fn light(of: Option<f64>) -> String {
     of.map_or(String::new(), |v| format!("{v:.4}"))
 }
 
-/// The page of one module. `runs`: its lines in the table; `steps`: words and file stems of modules one step away.
+/// The page of one module. `runs`: its lines in the table; `steps`: descriptions and file stems of neighbouring modules.
 pub fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String, &str)]) -> String {
     let name = escaped(&entry.module);
     let mut html = head(&entry.module, "../");

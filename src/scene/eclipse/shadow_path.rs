@@ -50,7 +50,7 @@ pub(crate) struct ShadowPaths(Memo<Passage, Arc<ShadowPath>>);
 
 impl Default for ShadowPaths {
     fn default() -> Self {
-        Self(Memo::holding(8))
+        Self(Memo::with_capacity(8))
     }
 }
 
@@ -73,7 +73,7 @@ impl ShadowPaths {
         let is_same_passage = |kept: &Passage, wanted: &Passage| {
             kept.ids == wanted.ids && kept.radii_km == wanted.radii_km && (kept.middle_s - wanted.middle_s).abs() < 60.0
         };
-        Some(self.0.get_like(is_same_passage, passage, || Arc::new(geometry.path(middle_s, half_s))))
+        Some(self.0.get_compatible(is_same_passage, passage, || Arc::new(geometry.path(middle_s, half_s))))
     }
 }
 

@@ -162,7 +162,7 @@ pub struct RingShines {
 
 impl Default for RingShines {
     fn default() -> Self {
-        Self { shines: Memo::holding(KEPT), milestones: Memo::holding(KEPT) }
+        Self { shines: Memo::with_capacity(KEPT), milestones: Memo::with_capacity(KEPT) }
     }
 }
 

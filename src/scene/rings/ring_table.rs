@@ -71,7 +71,7 @@ pub(crate) struct RingTables {
 
 impl Default for RingTables {
     fn default() -> Self {
-        Self { steps: Memo::holding(KEPT), profiles: Memo::holding(KEPT), shadows: Memo::holding(KEPT) }
+        Self { steps: Memo::with_capacity(KEPT), profiles: Memo::with_capacity(KEPT), shadows: Memo::with_capacity(KEPT) }
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) struct LimbProfiles(Memo<(usize, DVec3), Arc<LimbProfile>>);
 
 impl Default for LimbProfiles {
     fn default() -> Self {
-        Self(Memo::holding(4))
+        Self(Memo::with_capacity(4))
     }
 }
 
@@ -30,6 +30,6 @@ impl LimbProfiles {
             kept.0 == wanted.0 && angle_rad(kept.1, wanted.1) < SAME_PLACE && (lengths - 1.0).abs() < 1e-3
         };
         let key = (Arc::as_ptr(map) as usize, place_km);
-        self.0.get_like(is_same_limb, key, || Arc::new(LimbProfile::seen_from(map, place_km)))
+        self.0.get_compatible(is_same_limb, key, || Arc::new(LimbProfile::seen_from(map, place_km)))
     }
 }

@@ -7,7 +7,7 @@
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
-use crate::unwinding::caught;
+use crate::unwinding::catch_panic;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -94,16 +94,16 @@ pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
 
 /// The module in an entry.
 pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
-    // The decoding of naga's arenas may panic on data that naga did not write.
-    caught(|| decode_unguarded(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
+    // naga's arenas and postcard's readers of them expect what naga wrote.
+    catch_panic(|| decode_unguarded(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
 }
 
 /// The module in an entry that another generator may have written, for inspection and comparison only. If this program's software renderer cannot
 /// run its tape, the module is lowered again.
 pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let unchecked = Lowering { check: |_, _| Ok(()), ..lowering.clone() };
-    let mut module = caught(|| decode_unguarded(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
-    let runs = caught(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
+    let mut module = catch_panic(|| decode_unguarded(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
+    let runs = catch_panic(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
     if !runs {
         module.tape = (lowering.lower)(&module.module, &module.info).map_err(|_| EntryError::Tape)?;
     }

@@ -1,24 +1,24 @@
-//! Instants on a wall's clock and calendar, UTC or of the zone that the computer is set to.
+//! Civil dates and times of an instant, in UTC or in the computer's time zone.
 //!
-//! In: instants, a zone. Out: dates and times of day, and back. Always: whole seconds; what the zone's clock skips is moved past the gap, what it shows twice is the earlier.
-//! Not here: leap seconds, which a wall's clock does not show; the text of dates (`date_text`).
+//! In: instants, a zone. Out: dates and times of day, and back. Always: whole seconds; a time that the zone skips is moved past the gap, one that occurs twice means the earlier.
+//! Not here: leap seconds, which civil clocks do not show; the text of dates (`date_text`).
 
 use crate::time::Instant;
 use chrono::{Duration, Local, LocalResult, NaiveDateTime, Offset, TimeZone, Utc};
 use serde::{Deserialize, Serialize};
 
-/// Whose clock is shown.
+/// The time zone of displayed times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Clock {
     #[default]
     Utc,
-    /// Of the computer's time zone.
+    /// The computer's time zone.
     Local,
 }
 
 impl Clock {
-    /// What the clock shows; `None` beyond the calendar.
+    /// The civil time; `None` outside the calendar.
     pub fn shown(self, t: Instant) -> Option<NaiveDateTime> {
         match self {
             Self::Utc => shown(t, &Utc),
@@ -33,7 +33,7 @@ impl Clock {
         }
     }
 
-    /// `UTC`, or how far the zone's clock is before it: `UTC+05:30`.
+    /// `UTC`, or the zone's offset: `UTC+05:30`.
     pub fn name(self, t: Instant) -> String {
         match (self, Self::Utc.shown(t)) {
             (Self::Local, Some(utc)) => offset_text(Local.offset_from_utc_datetime(&utc).fix().local_minus_utc()),
@@ -50,7 +50,7 @@ fn offset_text(seconds: i32) -> String {
 fn shown<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
     let iso = t.plus_seconds(0.5).to_utc_iso();
     let (whole, _) = iso.trim_end_matches('Z').split_once('.').unwrap_or((iso.trim_end_matches('Z'), ""));
-    // A leap second stands for the last second of its minute.
+    // A leap second is shown as the last second of its minute.
     let whole = whole.strip_suffix(":60").map_or(whole.to_owned(), |minute| format!("{minute}:59"));
     let utc = NaiveDateTime::parse_from_str(&whole, "%Y-%m-%dT%H:%M:%S").ok()?;
     utc.checked_add_signed(Duration::seconds(zone.offset_from_utc_datetime(&utc).fix().local_minus_utc().into()))

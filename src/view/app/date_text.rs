@@ -1,7 +1,7 @@
 //! Dates as people write them: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`.
 //!
-//! In: text, what the clock shows. Out: an instant, UTC, or nothing where the text is no date. Always: what ISO 8601 says is understood as ISO 8601 says it. Not done: dates whose
-//! order cannot be known, such as 4/8/2024.
+//! In: text, the current time. Out: an instant (UTC), or `None` if the text is no date. Always: ISO 8601 text has its ISO 8601 meaning. Not supported: dates of
+//! ambiguous order, such as 4/8/2024.
 
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -9,7 +9,7 @@ use crate::units::SECONDS_PER_DAY;
 const MONTHS: [&str; 12] =
     ["january", "february", "march", "april", "may", "june", "july", "august", "september", "october", "november", "december"];
 
-/// The instant that a text means.
+/// The instant of a date text.
 pub fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let text = text.trim().to_lowercase();
     match text.as_str() {
@@ -30,20 +30,20 @@ pub fn parse_date(text: &str, now: Instant) -> Option<Instant> {
 
 #[derive(Default)]
 struct Parts<'t> {
-    /// As astronomers count: 1 BC is 0.
+    /// Astronomical year: 1 BC is 0.
     year: Option<i64>,
     month: Option<u32>,
     day: Option<u32>,
     clock: Option<&'t str>,
 }
 
-/// Puts a part where there is none yet.
+/// Sets a part that is still empty.
 fn put<T>(place: &mut Option<T>, part: T) -> Option<()> {
     place.is_none().then(|| *place = Some(part))
 }
 
 impl<'t> Parts<'t> {
-    /// `None`: a word is no part of a date, or one comes twice.
+    /// `None`: a word is no part of a date, or a part occurs twice.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut before_christ = false;
@@ -60,7 +60,7 @@ impl<'t> Parts<'t> {
         if before_christ {
             parts.year = Some(1 - parts.year.filter(|y| *y > 0)?);
         }
-        // A day belongs to a month; a number alone is a year of four digits.
+        // A day needs a month; a lone number is a year of four digits.
         (parts.day.is_none() || parts.month.is_some()).then_some(parts)
     }
 
@@ -82,7 +82,7 @@ impl<'t> Parts<'t> {
         if is_ordinal { None } else { put(&mut self.year, value) }
     }
 
-    /// `8.4.2024` by day, month and year; `2024/4/8` by year, month and day.
+    /// `8.4.2024` as day, month, year; `2024/4/8` as year, month, day.
     fn dotted(&mut self, word: &str) -> Option<()> {
         let fields: Vec<i64> = word.split(['.', '/']).map(|f| f.parse().ok().filter(|_| f.len() <= 4)).collect::<Option<_>>()?;
         let [first, middle, last] = fields[..] else { return None };
@@ -114,7 +114,7 @@ mod tests {
         Instant::parse("2026-11-22T23:00:00Z").expect("a time")
     }
 
-    /// Each day of leap years and others, in every form, is the day that ISO 8601 says.
+    /// Every day of leap years and common years, in every form, is the day of ISO 8601.
     #[test]
     fn every_form_of_a_day_is_that_day() {
         let endings = |d: u32| match d {
@@ -165,7 +165,7 @@ mod tests {
         ] {
             let (found, expected) = (parse_date(text, now()).expect(text), Instant::parse(iso).expect(iso));
             let off_s = found.tdb_seconds_past_j2000() - expected.tdb_seconds_past_j2000();
-            // A day of UTC is no whole number of seconds of TDB.
+            // A UTC day is no whole number of TDB seconds.
             assert!(off_s.abs() < 1e-3, "{text}: {off_s} s");
         }
     }

@@ -1,7 +1,7 @@
-//! Eclipses, transits and moons' events for the window: a search in short steps, and the best view of each event.
+//! Eclipses, transits and moons' events for the window: an incremental search, and the best view of each event.
 //!
 //! In: an instant, kinds, a direction in time. Out: events step by step, nearest first; the view that shows one. Always: a step takes well under a second, so that a
-//! search can be stopped and nothing else waits long for it. Not here: the geometry (`events`), the thread, the list on screen.
+//! search can be stopped and blocks nothing. Not here: the geometry (`events`), the thread, the list on screen.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{Observer, ObserverSky};
@@ -14,12 +14,12 @@ use crate::view::app::settings::Home;
 use crate::view::app::time_text::{place_text, utc_minute};
 use crate::view::app::view_state::{CameraPose, ViewState};
 
-/// What is searched for.
+/// The kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EventKind {
     Solar,
     Lunar,
-    /// Mercury and Venus before the Sun.
+    /// Mercury and Venus in front of the Sun.
     Transit,
     /// The Galilean moons and Titan.
     Moons,
@@ -37,7 +37,7 @@ impl EventKind {
         }
     }
 
-    /// Days of one step: some eclipses, a dozen events of moons.
+    /// Length of one step, days: a few eclipses, a dozen events of moons.
     fn step_days(self) -> f64 {
         match self {
             Self::Solar | Self::Lunar => 1000.0,
@@ -47,7 +47,7 @@ impl EventKind {
     }
 }
 
-/// One event, with all that its geometry says.
+/// One event with its geometry.
 #[derive(Clone, Debug)]
 pub enum SkyEvent {
     Solar(Box<SolarEclipse>),
@@ -56,7 +56,7 @@ pub enum SkyEvent {
     Moons(MoonEvent),
 }
 
-/// An instant of an event, and how high the body stands over a place then.
+/// A contact, and the altitude of the body at a place at that time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactLine {
     pub name: &'static str,
@@ -66,10 +66,10 @@ pub struct ContactLine {
     pub is_up: bool,
 }
 
-/// Events of some kinds that are greatest from `from` to before `to`, by time.
+/// Events of the given kinds whose greatest phase is in `from..to`, by time.
 ///
 /// # Errors
-/// The theories do not reach the span.
+/// The ephemeris does not cover the span.
 pub fn events_between(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -103,52 +103,52 @@ fn seconds(t: Instant) -> f64 {
     t.tdb_seconds_past_j2000()
 }
 
-/// A search away from an instant, forward or backward.
+/// A search from an instant, forward or backward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EventSearch {
     kinds: Vec<EventKind>,
     start: Instant,
     reach_s: f64,
     backward: bool,
-    /// Searched so far.
-    done_s: f64,
+    /// Length searched so far.
+    searched_s: f64,
 }
 
 impl EventSearch {
     pub fn new(kinds: Vec<EventKind>, start: Instant, reach_s: f64, backward: bool) -> Self {
-        Self { kinds, start, reach_s, backward, done_s: 0.0 }
+        Self { kinds, start, reach_s, backward, searched_s: 0.0 }
     }
 
-    /// Searched part, 0 to 1.
+    /// Searched fraction, 0 to 1.
     pub fn progress(&self) -> f32 {
-        (self.done_s / self.reach_s) as f32
+        (self.searched_s / self.reach_s) as f32
     }
 
     pub fn is_over(&self) -> bool {
-        self.kinds.is_empty() || self.done_s >= self.reach_s
+        self.kinds.is_empty() || self.searched_s >= self.reach_s
     }
 
-    /// Searches one step more: what it finds, nearest first.
+    /// Searches the next step: what it finds, nearest first.
     ///
     /// # Errors
-    /// The theories do not reach so far.
+    /// The ephemeris does not reach so far.
     pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
         let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
-        let until_s = (self.done_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
-        let [near, far] = [self.done_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
+        let until_s = (self.searched_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
+        let [near, far] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
         let (from, to) = if self.backward { (far, near) } else { (near, far) };
         let mut found = events_between(catalog, ephemeris, &self.kinds, from, to)?;
         if self.backward {
             found.reverse();
         }
-        self.done_s = until_s;
+        self.searched_s = until_s;
         Ok(found)
     }
 
-    /// Searches on to the first event.
+    /// Searches until the first event.
     ///
     /// # Errors
-    /// The theories do not reach so far.
+    /// The ephemeris does not reach so far.
     pub fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
         while !self.is_over() {
             if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
@@ -159,22 +159,22 @@ impl EventSearch {
     }
 }
 
-/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; around a covered Sun there is the corona.
-const COVERED_SUN_DEG: f64 = 3.0;
-const SUN_DEG: f64 = 0.8;
-const MOON_DEG: f64 = 0.8;
-/// Of moons' events, in the planet's diameters; of events of two moons, in the moon's.
-const PLANET_WIDTHS: f64 = 2.2;
-const MOON_WIDTHS: f64 = 12.0;
-/// Where the Sun stands on the horizon, the eye is raised so far that the horizon sinks by 1.8 degrees, km.
-const LOW_SUN_EYE_KM: f64 = 3.0;
-const STANDING_EYE_KM: f64 = 0.01;
-/// The Sun is low up to here, degrees.
+/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; the corona surrounds an eclipsed Sun.
+const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
+const SUN_FOV_DEG: f64 = 0.8;
+const MOON_FOV_DEG: f64 = 0.8;
+/// Field of view for moons' events, in diameters of the planet; for mutual events, of the moon.
+const PLANET_DIAMETERS: f64 = 2.2;
+const MOON_DIAMETERS: f64 = 12.0;
+/// Height of the camera where the Sun is near the horizon, km: the dip of the horizon is then 1.8 degrees.
+const LOW_SUN_CAMERA_KM: f64 = 3.0;
+const GROUND_CAMERA_KM: f64 = 0.01;
+/// Altitude below which the Sun counts as low, degrees.
 const LOW_SUN_DEG: f64 = 2.0;
-/// Real seconds in which *watch* runs through an event, about.
-const WATCH_S: f64 = 30.0;
-/// Part of an event's length that is shown before its first contact.
-const LEAD: f64 = 0.05;
+/// Approximate real seconds in which *watch* plays an event.
+const PLAYBACK_S: f64 = 30.0;
+/// Fraction of an event's length that is shown before its first contact.
+const LEAD_FRACTION: f64 = 0.05;
 
 impl SkyEvent {
     pub fn kind(&self) -> EventKind {
@@ -205,7 +205,7 @@ impl SkyEvent {
         }
     }
 
-    /// What is seen, by whom: `Total solar eclipse`.
+    /// Type and bodies of the event: `Total solar eclipse`.
     pub fn title(&self, catalog: &Catalog) -> String {
         let name = |id: NaifId| catalog.body(id).map_or("?", |b| b.name.as_str());
         match self {
@@ -242,7 +242,7 @@ impl SkyEvent {
         }
     }
 
-    /// Date, magnitude and where, in one line.
+    /// Date, magnitude and place, in one line.
     pub fn summary(&self) -> String {
         let date = utc_minute(self.greatest());
         match self {
@@ -262,8 +262,8 @@ impl SkyEvent {
         }
     }
 
-    /// Few are greater: a Sun that is covered or a ring, a Moon in the umbra, a planet before the Sun, a shadow on a planet.
-    pub fn is_great(&self) -> bool {
+    /// Whether the event is notable: a total, annular or hybrid solar eclipse, a total lunar eclipse, a transit, or a shadow on a planet.
+    pub fn is_notable(&self) -> bool {
         match self {
             Self::Solar(e) => e.class != SolarType::Partial,
             Self::Lunar(e) => e.class == LunarType::Total,
@@ -278,8 +278,8 @@ impl SkyEvent {
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
     }
 
-    /// The best view of it, time at rest at its greatest; what is not said of it is as in `habits`.
-    pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, habits: &ViewState) -> ViewState {
+    /// The best view of it, paused at its greatest phase; other settings as in `base_view`.
+    pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
         let widths = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
@@ -287,24 +287,24 @@ impl SkyEvent {
             count * (2.0 * radius_km / distance_km).to_degrees()
         };
         let (target, eye, fov_deg) = match self {
-            Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, habits),
-            Self::Lunar(_) => from_earth(NaifId::MOON, MOON_DEG),
-            Self::Transit(_) => from_earth(NaifId::SUN, SUN_DEG),
-            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, widths(e.moon, MOON_WIDTHS)),
-            Self::Moons(e) => from_earth(e.planet, widths(e.planet, PLANET_WIDTHS)),
+            Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
+            Self::Lunar(_) => from_earth(NaifId::MOON, MOON_FOV_DEG),
+            Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
+            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, widths(e.moon, MOON_DIAMETERS)),
+            Self::Moons(e) => from_earth(e.planet, widths(e.planet, PLANET_DIAMETERS)),
         };
-        habits.standing_still(self.greatest(), target, eye, fov_deg)
+        base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
-    /// As a place on the Earth sees it, where the body stands at an altitude.
-    pub fn view_from(&self, place: Place, altitude_deg: f64, habits: &ViewState) -> ViewState {
+    /// The view from a place on the Earth, where the body is at the given altitude.
+    pub fn view_from(&self, place: Place, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
-            Self::Solar(_) => (NaifId::SUN, COVERED_SUN_DEG),
-            Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_DEG),
-            Self::Transit(_) => (NaifId::SUN, SUN_DEG),
+            Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
+            Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_FOV_DEG),
+            Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
             Self::Moons(e) => (e.planet, 0.03),
         };
-        let eye_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_EYE_KM } else { STANDING_EYE_KM };
+        let eye_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_CAMERA_KM } else { GROUND_CAMERA_KM };
         let eye = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,
@@ -313,21 +313,21 @@ impl SkyEvent {
             azimuth_deg: 0.0,
             altitude_deg: 0.0,
         };
-        habits.standing_still(self.greatest(), target, eye, fov_deg)
+        base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
-    /// From a little before the first contact to a little after the last one, and the rate that passes it in half a minute.
-    pub fn watched(&self) -> Watch {
+    /// From shortly before the first contact to shortly after the last one, at a rate that takes half a minute.
+    pub fn playback(&self) -> Playback {
         let (first, last) = self.local_span();
         let length_s = (seconds(last) - seconds(first)).max(1.0);
-        Watch {
-            from_tdb_s: seconds(first) - LEAD * length_s,
-            to_tdb_s: seconds(last) + LEAD * length_s,
-            rate: ((1.0 + 2.0 * LEAD) * length_s / WATCH_S).max(1.0),
+        Playback {
+            from_tdb_s: seconds(first) - LEAD_FRACTION * length_s,
+            to_tdb_s: seconds(last) + LEAD_FRACTION * length_s,
+            rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
         }
     }
 
-    /// The contacts that the best view sees: an eclipse of the Sun passes a place in less time than the Earth.
+    /// The contacts seen in the best view: a solar eclipse at one place is shorter than for the whole Earth.
     fn local_span(&self) -> (Instant, Instant) {
         let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
         match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
@@ -336,10 +336,10 @@ impl SkyEvent {
         }
     }
 
-    /// Contacts as a place sees them, and whether any of it is above its horizon; no contacts where it misses the place.
+    /// Contacts as seen from a place, and whether any of it is above the horizon; no contacts if the event is not visible there.
     ///
     /// # Errors
-    /// The ephemeris does not reach the event.
+    /// The ephemeris does not cover the event.
     pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactLine>, bool), EphemerisError> {
         let place = Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
         let seen = match self {
@@ -368,12 +368,12 @@ impl SkyEvent {
     }
 }
 
-/// Refraction at the horizon as almanacs have it: 34 arcminutes.
+/// Refraction at the horizon as in almanacs: 34 arcminutes.
 const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
-/// Time that runs through an event.
+/// Span and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watch {
+pub struct Playback {
     pub from_tdb_s: f64,
     pub to_tdb_s: f64,
     /// Scene seconds per real second.

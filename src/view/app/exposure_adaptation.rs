@@ -1,9 +1,9 @@
-//! Automatic exposure in the window glides to the metered value.
+//! Automatic exposure of the window: it approaches the metered value smoothly.
 //!
-//! In: what was drawn and metered, the real time, the view. Out: the exposure to ask for. Always: the stops approach the metered ones by
-//! exp(-t / [`TIME_CONSTANT_S`]) of real time, whatever the rate of pictures; they jump at once where there is nothing to glide from: the first picture,
-//! another target or stance that no flight leads to, and after stops that were set by hand. It reads no clock, and changes no picture that is kept: a link, a
-//! file and a run of frames are exposed by their instant alone.
+//! In: metered exposures of drawn pictures, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays by
+//! exp(-t / [`TIME_CONSTANT_S`]) in real time, at any frame rate; it jumps without a predecessor: for the first picture, for
+//! another target or standpoint that no flight leads to, and after manual exposure. It reads no clock, and does not apply to saved pictures: a link, a
+//! file and a sequence of frames are exposed for their instant alone.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -11,11 +11,11 @@ use crate::scene::request::ExposureRequest;
 use crate::view::app::view_state::{CameraPose, ViewState};
 use std::mem::{Discriminant, discriminant};
 
-/// A camera's automatic exposure follows within half a second; the eye's first, neural adaptation is as quick, its slow one of minutes nobody waits for.
+/// A camera's automatic exposure takes half a second, as does the eye's neural adaptation; its photochemical adaptation takes minutes, too long to wait for.
 /// Chosen by eye.
 pub const TIME_CONSTANT_S: f64 = 0.4;
 
-/// What a view has to share with the last one for the eye to glide.
+/// The properties that two views must share for the exposure to adapt smoothly.
 type Standpoint = (NaifId, NaifId, Discriminant<CameraPose>);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,16 +28,16 @@ struct Adapted {
 #[derive(Default)]
 pub struct ExposureAdaptation {
     standpoint: Option<Standpoint>,
-    /// Nothing before the first picture.
+    /// `None` before the first picture.
     adapted: Option<Adapted>,
-    /// When a picture was asked for last, and whether it has not come yet.
+    /// When a picture was last requested, and whether it is still pending.
     asked_s: f64,
     awaited: bool,
 }
 
 impl ExposureAdaptation {
-    /// Forgets what it is adapted to where the view was cut to another.
-    fn watch(&mut self, view: &ViewState) {
+    /// Resets the adaptation after a cut to another view.
+    fn reset_on_cut(&mut self, view: &ViewState) {
         let standpoint = (view.target, view.eye.body(), discriminant(&view.eye));
         let flies = |s: &Standpoint| {
             s.2 == discriminant(&CameraPose::Free {
@@ -53,9 +53,9 @@ impl ExposureAdaptation {
         }
     }
 
-    /// What the next picture of a view is to be asked for.
+    /// The exposure to request for the next picture of a view.
     pub fn ask(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
-        self.watch(view);
+        self.reset_on_cut(view);
         (self.asked_s, self.awaited) = (now_s, true);
         match (view.exposure_stops, self.adapted) {
             (Some(stops), _) => ExposureRequest::Stops(stops),
@@ -67,15 +67,15 @@ impl ExposureAdaptation {
         }
     }
 
-    /// A picture has come.
-    pub fn drew(&mut self, exposure: &Exposure, asked: ExposureRequest) {
+    /// Takes note of a finished picture.
+    pub fn note_drawn(&mut self, exposure: &Exposure, asked: ExposureRequest) {
         self.awaited = false;
         let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.asked_s };
         self.adapted = (!matches!(asked, ExposureRequest::Stops(_))).then_some(adapted);
     }
 
-    /// Whether another picture of the same view would be nearer to what was metered.
-    pub fn glides(&self) -> bool {
+    /// Whether another picture of the same view would be closer to the metered exposure.
+    pub fn is_adapting(&self) -> bool {
         !self.awaited && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
     }
 }
@@ -90,12 +90,12 @@ mod tests {
         ViewState::around(target, DVec3::X * 1e5, 6378.0, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
-    /// What a scene that is metered so makes of a request.
+    /// The exposure that a scene with this metering gives a request.
     fn exposed(asked: ExposureRequest, metered_stops: f64) -> Exposure {
         Exposure { stops: asked.stops_of(metered_stops), metered_stops, reason: String::new() }
     }
 
-    /// From 0 to 10 stops, by pictures at several rates: after one time constant all have gone 1 - 1/e of the way, and all end there.
+    /// From 0 to 10 stops at several frame rates: after one time constant all have gone 1 - 1/e of the way, and all end at 10.
     #[test]
     fn stops_glide_with_the_time_constant_at_any_rate() {
         for rate_hz in [5.0, 20.0, 100.0] {
@@ -103,16 +103,16 @@ mod tests {
             let mut step = |now_s: f64, metered: f64| {
                 let asked = eye.ask(&view, now_s);
                 let exposure = exposed(asked, metered);
-                eye.drew(&exposure, asked);
-                (exposure.stops, eye.glides())
+                eye.note_drawn(&exposure, asked);
+                (exposure.stops, eye.is_adapting())
             };
             assert_eq!(step(0.0, 0.0), (0.0, false), "the first picture jumps");
             let (mut last, mut at_constant) = (0.0, f64::NAN);
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;
-                let (stops, glides) = step(now_s, 10.0);
+                let (stops, is_adapting) = step(now_s, 10.0);
                 assert!((stops > last || last == 10.0) && stops <= 10.0, "{stops} after {last}");
-                assert_eq!(glides, stops != 10.0);
+                assert_eq!(is_adapting, stops != 10.0);
                 if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
                     at_constant = stops;
                 }
@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// A new target is a cut, a flight to it is none; stops set by hand hold at once.
+    /// A new target is a cut, a flight to it is none; manual stops apply at once.
     #[test]
     fn a_cut_jumps_and_a_flight_glides() {
         let free = ViewState {
@@ -134,7 +134,7 @@ mod tests {
         let after = |next: &ViewState| {
             let (mut eye, first) = (ExposureAdaptation::default(), view(NaifId::EARTH));
             let asked = eye.ask(&first, 0.0);
-            eye.drew(&exposed(asked, 0.0), asked);
+            eye.note_drawn(&exposed(asked, 0.0), asked);
             eye.ask(next, 0.1)
         };
         assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);

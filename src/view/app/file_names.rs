@@ -1,14 +1,14 @@
-//! Names of the files that the window saves: a name that is taken gets the next free number.
+//! Names of the files that the window saves: an existing name gets the next free number.
 //!
 //! In: the name in a field, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. It writes
-//! nothing: the writer takes the first name that it can create. Looking which names are free only chooses where to begin.
+//! nothing: the writer takes the first name that it can create. Checking which names are free only chooses the first candidate.
 
 use std::path::{Path, PathBuf};
 
-/// Digits of a frame's number where a name has none.
+/// Digits of a frame's number if the name has no placeholder.
 const DIGITS: usize = 5;
 
-/// A name whose place for a number cannot be read.
+/// A name with an invalid number placeholder.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: write the frame number as %d or %05d, once")]
 pub struct FrameNumberError {
@@ -16,7 +16,7 @@ pub struct FrameNumberError {
     pub name: String,
 }
 
-/// A name with a place for a number.
+/// A name with a number placeholder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NumberedName {
     before: String,
@@ -24,17 +24,17 @@ pub struct NumberedName {
     after: String,
 }
 
-/// The folder and all before a name's ending, and the ending with its point.
+/// The folder and stem of a name, and its extension with the dot.
 fn split(name: &str) -> (&str, &str) {
     let ending = Path::new(name).extension().map_or(0, |e| e.len() + 1);
     name.split_at(name.len() - ending)
 }
 
 impl NumberedName {
-    /// The place that a name has for a number, `%d` or `%05d`; `None`: it has none.
+    /// The placeholder of a name, `%d` or `%05d`; `None` without one.
     ///
     /// # Errors
-    /// How to write one.
+    /// How to write a placeholder.
     pub fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
         let Some((before, rest)) = name.split_once('%') else { return Ok(None) };
         let found = rest.split_once('d').and_then(|(width, after)| {
@@ -49,11 +49,11 @@ impl NumberedName {
         format!("{before}{number:0digits$}{after}").into()
     }
 
-    /// The frames of a sequence: those of the name, or where one of them is there already, of the name with the least number for which none is. A name without
-    /// a place for the frame's number gets one before its ending.
+    /// The names of a sequence's frames: from the name itself, or if one of them exists, from the name with the least number for which none exists. A name without
+    /// a placeholder gets one before its extension.
     ///
     /// # Errors
-    /// How to write a frame's number.
+    /// How to write a placeholder.
     pub fn of_sequence(name: &str, frames: u32) -> Result<Self, FrameNumberError> {
         let (before, after) = split(name);
         let plain = || Self { before: format!("{before}-"), digits: DIGITS, after: after.to_owned() };
@@ -64,10 +64,10 @@ impl NumberedName {
     }
 }
 
-/// `orrery.png`, `orrery-2.png`, `orrery-3.png`...; of a name with a place for a number that number counts.
+/// `orrery.png`, `orrery-2.png`, `orrery-3.png`...; a placeholder is counted up instead.
 ///
 /// # Errors
-/// How to write a number.
+/// How to write a placeholder.
 pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
@@ -77,8 +77,8 @@ pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>
     Ok(Box::new(std::iter::once(first).chain((2..=u32::MAX).map(move |n| format!("{before}-{n}{after}").into()))))
 }
 
-/// Where a name leads, for people: the whole path.
-pub fn whole(path: &Path) -> String {
+/// The absolute path, for messages.
+pub fn absolute_path(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_taken_is_followed_by_numbered_ones() {
+    fn an_existing_name_is_followed_by_numbered_ones() {
         assert_eq!(first("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
         assert_eq!(first("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
         assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
@@ -106,7 +106,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name).display().to_string();
         let sequence = |name: &str, frames| NumberedName::of_sequence(&at(name), frames).expect(name);
-        // A plain name, as the field has it at first, gets the number by itself.
+        // A plain name, the field's default, gets the number by itself.
         assert_eq!(sequence("orrery.png", 100).path(7).display().to_string(), at("orrery-00007.png"));
         assert_eq!(sequence("x-%d.exr", 100).path(7).display().to_string(), at("x-7.exr"));
         std::fs::write(at("orrery-00099.png"), "").expect("a file");
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn people_are_told_the_whole_path() {
-        assert!(Path::new(&whole(Path::new("orrery.png"))).is_absolute());
+    fn messages_have_the_absolute_path() {
+        assert!(Path::new(&absolute_path(Path::new("orrery.png"))).is_absolute());
     }
 }

@@ -1,17 +1,17 @@
-//! The way from one view to another: smooth, without overshoot, from metres to the Kuiper belt in the same two seconds.
+//! A flight from one view to another: smooth, without overshoot, from metres to the Kuiper belt in the same two seconds.
 //!
-//! In: both ends as poses about the body flown to (ICRF kilometres). Out: the pose after some part of the time. Always: the distance changes
-//! monotonically on a logarithmic scale, the direction along a great circle, the gaze settles in the first half; the ends are met exactly.
-//! It does not know what lies in between.
+//! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the distance changes
+//! monotonically on a logarithmic scale, the direction along a great circle, the gaze reaches the target in the first half; the ends are met exactly.
+//! It ignores bodies on the way.
 
 use glam::{DQuat, DVec3};
 
-/// Seconds that a flight takes.
+/// Length of a flight, seconds.
 pub const FLIGHT_S: f64 = 2.0;
-/// Part of the time after which the gaze rests on the goal.
+/// Fraction of the time after which the camera faces the target.
 const GAZE_SETTLES: f64 = 0.5;
 
-/// Where and how the eye stands, relative to the body flown to.
+/// Position and orientation of the camera, relative to the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     pub offset_km: DVec3,
@@ -26,14 +26,14 @@ pub struct Flight {
     pub passed_s: f64,
 }
 
-/// Starts and ends at rest.
-pub(super) fn eased(part: f64) -> f64 {
+/// Ease-in and ease-out: starts and ends at rest.
+pub(super) fn ease_in_out(part: f64) -> f64 {
     let p = part.clamp(0.0, 1.0);
     p * p * p * (p * (6.0 * p - 15.0) + 10.0)
 }
 
-/// Between two unit vectors along the great circle; opposite ones turn by way of a third.
-fn turned(from: DVec3, to: DVec3, part: f64) -> DVec3 {
+/// Spherical interpolation of unit vectors; opposite ones go through a third.
+fn slerp(from: DVec3, to: DVec3, part: f64) -> DVec3 {
     DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), part) * from
 }
 
@@ -42,8 +42,8 @@ impl Flight {
         Self { from, to, passed_s: 0.0 }
     }
 
-    /// Lets seconds pass; true while it lasts.
-    pub fn pass(&mut self, seconds: f64) -> bool {
+    /// Advances time; true while the flight lasts.
+    pub fn advance(&mut self, seconds: f64) -> bool {
         self.passed_s += seconds.max(0.0);
         self.passed_s < FLIGHT_S
     }
@@ -53,17 +53,17 @@ impl Flight {
         if part >= 1.0 {
             return self.to;
         }
-        let s = eased(part);
+        let s = ease_in_out(part);
         let (a, b) = (self.from.offset_km, self.to.offset_km);
         let (far, near) = (a.length().max(1e-6), b.length().max(1e-6));
         let distance = far.ln() + (near.ln() - far.ln()) * s;
-        let direction = turned(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
-        let gaze = eased(part / GAZE_SETTLES);
-        // From halfway on the eye faces the goal from wherever it is.
+        let direction = slerp(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
+        let gaze = ease_in_out(part / GAZE_SETTLES);
+        // From halfway on the camera faces the target from wherever it is.
         let facing = (-b).try_normalize().unwrap_or(self.to.forward);
         let aside = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), s);
         let towards = (aside * -direction).normalize();
-        let forward = turned(self.from.forward, towards, gaze);
+        let forward = slerp(self.from.forward, towards, gaze);
         let up = self.from.up.lerp(self.to.up, s);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         Pose { offset_km: direction * distance.exp(), forward, up }
@@ -88,7 +88,7 @@ mod tests {
         let start = f.pose();
         assert!((start.offset_km - f.from.offset_km).length() < 1e-6 * 1.3e9 * 1e-6);
         assert!((start.forward - f.from.forward).length() < 1e-12);
-        assert!(!f.pass(FLIGHT_S));
+        assert!(!f.advance(FLIGHT_S));
         assert_eq!(f.pose(), f.to);
     }
 
@@ -110,9 +110,9 @@ mod tests {
         assert!(last.offset_km.length() / f.to.offset_km.length() < 1.001);
     }
 
-    /// From halfway on the goal is before the eye.
+    /// From halfway on the target is in front of the camera.
     #[test]
-    fn the_goal_is_in_sight_from_halfway() {
+    fn the_target_is_in_view_from_halfway() {
         let mut f = flight();
         for part in [0.5, 0.7, 0.9] {
             f.passed_s = part * FLIGHT_S;
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flight_to_where_one_is_stays_finite() {
+    fn a_flight_to_the_current_pose_stays_finite() {
         let pose = flight().to;
         for to in [pose, Pose { offset_km: -pose.offset_km, forward: -pose.forward, up: pose.up }] {
             let mut f = Flight::new(pose, to);

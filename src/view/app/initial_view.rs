@@ -8,21 +8,21 @@ use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{ViewState, ViewStateError};
 use glam::{DQuat, DVec3};
 
-/// The first picture is taken from this far, in equatorial radii.
-const START_RADII: f64 = 3.5;
-/// So far off the Sun's direction, so that the terminator shows.
-const ASIDE_DEG: f64 = 62.0;
-/// And so far towards the pole, as a part of the distance.
-const ABOVE: f64 = 0.25;
+/// Distance of the first view, equatorial radii.
+const START_DISTANCE_RADII: f64 = 3.5;
+/// Angle from the Sun's direction, so that the terminator shows.
+const SUN_ANGLE_DEG: f64 = 62.0;
+/// Offset towards the pole, as a fraction of the distance.
+const POLE_OFFSET: f64 = 0.25;
 
 /// # Errors
-/// That the catalog has no such body, in one line.
+/// One line: the catalog has no such body.
 pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
     let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
-    let aside = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, ASIDE_DEG.to_radians()) * sun);
+    let aside = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, SUN_ANGLE_DEG.to_radians()) * sun);
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
-    let side = (aside + ABOVE * pole).try_normalize().unwrap_or(aside);
+    let side = (aside + POLE_OFFSET * pole).try_normalize().unwrap_or(aside);
     let radius_km = body.radii_km.x;
-    Ok(ViewState::around(target, side * (START_RADII * radius_km), radius_km, pole, time))
+    Ok(ViewState::around(target, side * (START_DISTANCE_RADII * radius_km), radius_km, pole, time))
 }

@@ -1,7 +1,7 @@
-//! Events around a time that moves: what is known of them, and what is to be searched next.
+//! Events around a moving time: the known ones, and the next span to search.
 //!
-//! In: a span of time, found events. Out: the next short search; the known events by time. Always: what is searched is one stretch without gaps, and grows towards the side of the span that is
-//! nearer to its middle; a span elsewhere begins anew. Not here: the thread that searches, and what is painted.
+//! In: a span of time, found events. Out: the next short search; the known events by time. Always: the searched span has no gaps, and grows on the side where the wanted span is
+//! nearer to its middle; a span elsewhere starts again. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -16,24 +16,24 @@ pub struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Beyond these years no theory reaches, and nothing is searched.
-const YEARS: f64 = 3000.0;
-/// More are forgotten, with the stretch that they are of.
-const MOST: usize = 5000;
+/// Distance from J2000, years, beyond which no theory reaches, and nothing is searched.
+const MAX_YEARS: f64 = 3000.0;
+/// Number of events above which all are dropped, with their span.
+const MAX_EVENTS: usize = 5000;
 
-/// Events of some kinds, as far as they are known.
+/// The events of some kinds found so far.
 #[derive(Debug)]
 pub struct KnownEvents {
     kinds: &'static [EventKind],
     step_s: f64,
     /// TDB seconds past J2000, from and to.
     searched: Option<(f64, f64)>,
-    /// Nothing is found beyond: the theories end.
-    ends: [bool; 2],
+    /// On this side the ephemeris ends.
+    is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
 
-/// A short search, and the side that it is on.
+/// A short search, and the side that it extends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NextSearch {
     pub search: EventSearch,
@@ -42,23 +42,24 @@ pub struct NextSearch {
 }
 
 impl KnownEvents {
-    /// `step_days`: of one search.
+    /// `step_days`: length of one search.
     pub fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
-        Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, ends: [false; 2], events: Vec::new() }
+        Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
-    /// What to search so that a span is known; `None`: it is.
+    /// The next search for a span; `None` if the span is known.
     pub fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
         let middle_s = 0.5 * (from_s + to_s);
-        let apart = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
-        if self.searched.is_none_or(|s| apart(&s)) || self.events.len() > MOST {
-            (self.searched, self.ends) = (Some((middle_s, middle_s)), [false; 2]);
+        let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
+        if self.searched.is_none_or(|s| is_elsewhere(&s)) || self.events.len() > MAX_EVENTS {
+            (self.searched, self.is_exhausted) = (Some((middle_s, middle_s)), [false; 2]);
             self.events.clear();
         }
         let (first_s, last_s) = self.searched?;
-        let reach_s = YEARS * 365.25 * SECONDS_PER_DAY;
-        let wants = [first_s > from_s && !self.ends[0] && first_s > -reach_s, last_s < to_s && !self.ends[1] && last_s < reach_s];
-        let backward = match wants {
+        let reach_s = MAX_YEARS * 365.25 * SECONDS_PER_DAY;
+        let incomplete =
+            [first_s > from_s && !self.is_exhausted[0] && first_s > -reach_s, last_s < to_s && !self.is_exhausted[1] && last_s < reach_s];
+        let backward = match incomplete {
             [false, false] => return None,
             [true, true] => middle_s - first_s < last_s - middle_s,
             [before, _] => before,
@@ -68,7 +69,7 @@ impl KnownEvents {
         Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, self.step_s, backward), backward, from_s: start_s })
     }
 
-    /// What a search found; `None`: the theories do not reach there. Answers of a stretch that was left meanwhile are dropped.
+    /// Takes the result of a search; `None`: outside the ephemeris. Results for a span that was left meanwhile are dropped.
     pub fn take(&mut self, of: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
         let end_s = if of.backward { first_s } else { last_s };
@@ -76,7 +77,7 @@ impl KnownEvents {
             return;
         }
         let Some(found) = found else {
-            self.ends[usize::from(!of.backward)] = true;
+            self.is_exhausted[usize::from(!of.backward)] = true;
             return;
         };
         *end_s += if of.backward { -self.step_s } else { self.step_s };
@@ -108,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_span_is_searched_once_and_grown_where_it_moves() {
+    fn a_span_is_searched_once_and_extended_where_it_moves() {
         let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
         assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 10);
         assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 0);

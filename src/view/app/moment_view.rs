@@ -1,6 +1,6 @@
 //! The view of a well-known moment of the catalog.
 //!
-//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or nothing where the ephemeris does not cover the moment.
+//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or `None` if the ephemeris does not cover the moment.
 
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
@@ -8,8 +8,8 @@ use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 
-/// The view of a moment; what is not said of it is as in `habits` (quality, effects).
-pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPositions, habits: &ViewState) -> Option<ViewState> {
+/// The view of a moment; settings that it leaves open (quality, effects) are those of `base_view`.
+pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
     let (eye, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
@@ -24,5 +24,5 @@ pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPosit
             (CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg }, fov_deg)
         }
     };
-    Some(habits.standing_still(moment.time, target.id, eye, fov_deg))
+    Some(base_view.paused_view(moment.time, target.id, eye, fov_deg))
 }

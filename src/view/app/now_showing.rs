@@ -1,11 +1,11 @@
-//! What there is to see now: five views for someone who has just come.
+//! *What to see now*: five views for a user who has just started.
 //!
-//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality and layers are the user's; what the ephemeris or the catalog does not have is left out.
+//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality and layers are the user's; views outside the ephemeris or the catalog are left out.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
 use super::orbit::Orbit;
-use super::places::{BodyPositions, SessionPlaces};
+use super::places::{BodyPositions, SessionPositions};
 use super::time_text::utc_minute;
 use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::catalog::NaifId;
@@ -15,20 +15,20 @@ use crate::time::Instant;
 use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
-/// Vertical field of view that the Moon fills, degrees.
-const MOON_DEG: f64 = 0.7;
-/// Equatorial radii from which Saturn's rings have room in a wide picture.
-const SATURN_RADII: f64 = 6.0;
-/// So far from the Sun's direction, and above the rings from where the Sun stands.
-const SATURN_ASIDE_DEG: f64 = 35.0;
-const SATURN_ABOVE_DEG: f64 = 12.0;
-/// The next eclipse is looked for so far, seconds: there are four to seven a year.
-const ECLIPSES_S: f64 = 400.0 * 86_400.0;
+/// Vertical field of view around the Moon, degrees.
+const MOON_FOV_DEG: f64 = 0.7;
+/// Distance from Saturn in equatorial radii at which its rings fit into a wide picture.
+const SATURN_DISTANCE_RADII: f64 = 6.0;
+/// Angle from the Sun's direction, and above the ring plane on the Sun's side.
+const SATURN_SUN_ANGLE_DEG: f64 = 35.0;
+const SATURN_ELEVATION_DEG: f64 = 12.0;
+/// Length of the search for the next eclipse, seconds: a year has four to seven.
+const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
 
 /// The moment of the catalog whose shader is shown.
 const ECLIPSE: &str = "Total eclipse over North America";
 
-/// What a picture of the row is of.
+/// The items of the row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NowItem {
     Moon,
@@ -38,22 +38,22 @@ pub enum NowItem {
     Shader,
 }
 
-/// A view with words.
+/// A view with its texts.
 #[derive(Clone, Debug)]
 pub struct NowView {
     pub title: String,
     pub about: String,
     pub view: ViewState,
-    /// It is of the time when it is looked at.
+    /// The view is of the time at which it is opened.
     pub is_now: bool,
-    /// The event that it shows, of which the Events panel knows more.
+    /// The event that it shows, for the Events panel.
     pub event: Option<Arc<SkyEvent>>,
 }
 
 impl NowItem {
     pub const ALL: [Self; 5] = [Self::Moon, Self::Eclipse, Self::Saturn, Self::Shadows, Self::Shader];
 
-    /// What stands there until it is known.
+    /// The title until the view is known.
     pub fn name(self) -> &'static str {
         match self {
             Self::Moon => "The Moon tonight",
@@ -64,27 +64,27 @@ impl NowItem {
         }
     }
 
-    /// The view; `None`: there is none.
-    pub fn view(self, session: &Session, now: Instant, habits: &ViewState) -> Option<NowView> {
-        let (catalog, places) = (session.catalog(), SessionPlaces(session));
+    /// The view; `None` if there is none.
+    pub fn view(self, session: &Session, now: Instant, base_view: &ViewState) -> Option<NowView> {
+        let (catalog, places) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
         let named = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // Time that runs goes on to do so.
+        // The clock keeps running.
         let running = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };
-        let of_moment = |moment: &Moment| view_of_moment(moment, catalog, &places, habits);
+        let of_moment = |moment: &Moment| view_of_moment(moment, catalog, &places, base_view);
         match self {
             Self::Moon => {
-                let eye = CameraPose::Centre { body: NaifId::EARTH };
-                let lit = lit_part(&places, NaifId::MOON, now)?;
-                let view = habits.standing_still(now, NaifId::MOON, eye, MOON_DEG);
+                let camera = CameraPose::Centre { body: NaifId::EARTH };
+                let lit = illuminated_fraction(&places, NaifId::MOON, now)?;
+                let view = base_view.paused_view(now, NaifId::MOON, camera, MOON_FOV_DEG);
                 running(format!("{:.0} % lit, from the Earth", 100.0 * lit), view)
             }
             Self::Eclipse => {
-                let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSES_S, false);
+                let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, false);
                 let event = search.first(catalog, session.ephemeris()).ok()??;
-                let view = event.view(catalog, &places, habits);
+                let view = event.view(catalog, &places, base_view);
                 let day = utc_minute(event.greatest());
                 let about = format!("{}, {}", event.title(catalog), day.get(..10).unwrap_or(&day));
                 Some(NowView { title: title.clone(), about, view, is_now: false, event: Some(Arc::new(event)) })
@@ -92,11 +92,11 @@ impl NowItem {
             Self::Saturn => {
                 let sunward = places.between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
                 let pole = places.body_from_icrf(SATURN, now)?.row(2);
-                let mut orbit = Orbit::from_offset(sunward * SATURN_RADII, 1.0, pole);
-                orbit.azimuth_rad += SATURN_ASIDE_DEG.to_radians();
+                let mut orbit = Orbit::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
+                orbit.azimuth_rad += SATURN_SUN_ANGLE_DEG.to_radians();
                 // On the lit side of the rings.
-                orbit.elevation_rad += SATURN_ABOVE_DEG.to_radians().copysign(orbit.elevation_rad);
-                let view = habits.standing_still(now, SATURN, orbit_pose(SATURN, false, orbit), FOV_DEG);
+                orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
+                let view = base_view.paused_view(now, SATURN, orbit_pose(SATURN, false, orbit), FOV_DEG);
                 running("Its rings and their shadow".into(), view)
             }
             Self::Shadows => {
@@ -115,8 +115,8 @@ fn day_of(moment: &Moment) -> String {
     moment.time.to_utc_iso().get(..10).unwrap_or_default().to_owned()
 }
 
-/// Part of a disc that is lit as the Earth sees it.
-fn lit_part(places: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
+/// Illuminated fraction of a disc as seen from the Earth.
+fn illuminated_fraction(places: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
     let towards = |to| places.between_km(body, to, time)?.try_normalize();
     Some(0.5 * (1.0 + towards(NaifId::SUN)?.dot(towards(NaifId::EARTH)?)))
 }

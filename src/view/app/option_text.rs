@@ -1,6 +1,6 @@
-//! Options of a view as text, in links and files: each by the name that the command line takes.
+//! Options of a view as text, in links and files, by their names on the command line.
 //!
-//! In: serde. Out: names, and values from names of this version and of earlier ones. Always: a name that is not known is refused with those that are.
+//! In: serde. Out: names, and values from names of this version and of earlier ones. Always: an unknown name is an error that lists the known ones.
 
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
@@ -9,10 +9,10 @@ use crate::wording::{echo_within, suggestion_or_list};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
 
-/// Characters of an unknown name that a message repeats.
+/// Longest unknown name that a message quotes, characters.
 const MAX_ECHO_CHARS: usize = 60;
 
-/// A choice that has a name.
+/// A choice with a name for each value.
 pub trait Named: Copy + 'static {
     fn names() -> Vec<&'static str>;
     fn name(self) -> &'static str;
@@ -85,7 +85,7 @@ pub mod effects {
     }
 }
 
-/// Layers as `--layers` takes them, for `#[serde(with)]`.
+/// Layers in the syntax of `--layers`, for `#[serde(with)]`.
 pub mod layers {
     use super::{Deserialize, Deserializer, Error, Layers, Serializer};
 

@@ -1,19 +1,19 @@
 //! The orbiting camera of the window: angles about the target's pole and a distance, moved by mouse and keys.
 //!
-//! In: drags in pixels, wheel notches, keys. Out: the camera's offset from the target in ICRF kilometres. It knows no window and no
-//! ephemeris; the pole is given. The frame does not turn with the body: time moves the ground under the camera.
+//! In: drags in pixels, wheel notches, keys. Out: the camera's offset from the target in ICRF kilometres. It uses no window and no
+//! ephemeris; the pole is given. The frame does not rotate with the body: as time passes, the ground moves under the camera.
 
 use glam::{DMat3, DVec3};
 
 /// Closest approach, in radii from the centre: a metre above an Earth-sized sphere is 1.6e-7 radii.
-const NEAREST_RADII: f64 = 1.0 + 1.6e-7;
+const MIN_RADII: f64 = 1.0 + 1.6e-7;
 /// About 2000 au at the Earth's radius: beyond the Kuiper belt for every body.
-const FARTHEST_RADII: f64 = 5.0e7;
-/// The height above the ground changes by this part at a notch of the wheel (e-fold: six notches).
-pub const NOTCH: f64 = 1.0 / 6.0;
-const STEEPEST_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
+const MAX_RADII: f64 = 5.0e7;
+/// Relative change of the height above the ground per wheel notch (e-fold: six notches).
+pub const ZOOM_PER_NOTCH: f64 = 1.0 / 6.0;
+const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
-/// Where the camera stands about its target.
+/// Position of the camera around its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     /// Angle about the pole from the node of the target's equator on the ICRF equator, radians.
@@ -33,7 +33,7 @@ pub fn icrf_from_equator(pole: DVec3) -> DMat3 {
 }
 
 impl Orbit {
-    /// The orbit whose camera stands at `offset_km` from the centre of a body of `radius_km`.
+    /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`.
     pub fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         let v = icrf_from_equator(pole).transpose() * offset_km;
         let flat = v.truncate().length();
@@ -49,7 +49,7 @@ impl Orbit {
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// A drag by pixels. Near the ground a pixel of drag moves about a pixel of ground: the angle shrinks with the height.
+    /// A drag in pixels. Near the ground a pixel of drag moves about a pixel of ground: the angle shrinks with the height.
     pub fn drag(&mut self, dx_px: f64, dy_px: f64, height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / height_px.max(1.0)) * height_radii.min(4.0);
@@ -58,17 +58,17 @@ impl Orbit {
         self.keep_in_bounds();
     }
 
-    /// Zooms by notches: positive nears. The height above the ground changes by its part, so that ground is never passed.
+    /// Zooms by notches: positive moves closer. The height above the ground is scaled, so the camera never reaches the ground.
     pub fn zoom(&mut self, notches: f64) {
-        let height = (self.distance_radii - 1.0).max(1e-9) * (-notches * NOTCH).exp();
+        let height = (self.distance_radii - 1.0).max(1e-9) * (-notches * ZOOM_PER_NOTCH).exp();
         self.distance_radii = 1.0 + height;
         self.keep_in_bounds();
     }
 
     fn keep_in_bounds(&mut self) {
         self.azimuth_rad = self.azimuth_rad.rem_euclid(std::f64::consts::TAU);
-        self.elevation_rad = self.elevation_rad.clamp(-STEEPEST_RAD, STEEPEST_RAD);
-        self.distance_radii = self.distance_radii.clamp(NEAREST_RADII, FARTHEST_RADII);
+        self.elevation_rad = self.elevation_rad.clamp(-MAX_ELEVATION_RAD, MAX_ELEVATION_RAD);
+        self.distance_radii = self.distance_radii.clamp(MIN_RADII, MAX_RADII);
     }
 }
 
@@ -105,18 +105,18 @@ mod tests {
         for _ in 0..2000 {
             orbit.zoom(1.0);
         }
-        assert_eq!(orbit.distance_radii, NEAREST_RADII);
+        assert_eq!(orbit.distance_radii, MIN_RADII);
         for _ in 0..2000 {
             orbit.zoom(-1.0);
         }
-        assert_eq!(orbit.distance_radii, FARTHEST_RADII);
+        assert_eq!(orbit.distance_radii, MAX_RADII);
     }
 
     #[test]
     fn a_drag_over_the_pole_stops_below_it() {
         let mut orbit = Orbit { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii: 3.0 };
         orbit.drag(0.0, 1e6, 800.0, 0.8);
-        assert_eq!(orbit.elevation_rad, STEEPEST_RAD);
+        assert_eq!(orbit.elevation_rad, MAX_ELEVATION_RAD);
         orbit.drag(10.0, 0.0, 800.0, 0.8);
         assert!(orbit.azimuth_rad.is_finite());
     }

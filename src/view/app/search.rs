@@ -1,6 +1,6 @@
-//! What a text in the search field may mean: bodies, moments, stars, dates, events, cities, named features of the ground, places, effects, shader keys.
+//! The meanings of a text in the search field: bodies, moments, stars, dates, events, cities, surface features, places, effects, shader keys.
 //!
-//! In: the text, the catalog, what the clock shows. Out: suggestions, the likeliest first; or what was nearly written. Not here: what becomes of a choice (`panels`).
+//! In: the text, the catalog, the current time. Out: suggestions, the likeliest first; or similar names. Not here: what a choice does (`panels`).
 
 use crate::catalog::cities::{self, City};
 use crate::catalog::moments::Moment;
@@ -21,7 +21,7 @@ use crate::view::app::viewer::{Subject, Viewer};
 use crate::wording::nearest;
 use glam::DVec3;
 
-/// What a choice leads to.
+/// What a suggestion stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     Body(NaifId),
@@ -30,18 +30,18 @@ pub enum Answer {
     /// Hipparcos number.
     Star(u32),
     Time(Instant),
-    /// `from`: a year was given, which is searched.
+    /// `from`: start of the search, if a year was given.
     Events {
         kinds: Vec<EventKind>,
         from: Option<Instant>,
     },
-    /// On the ground of the selected body.
+    /// On the selected body.
     Place {
         latitude_deg: f64,
         longitude_deg: f64,
     },
     City(&'static City),
-    /// Of a body's ground.
+    /// A surface feature of a body.
     Feature {
         body: NaifId,
         feature: &'static Feature,
@@ -54,7 +54,7 @@ pub enum Answer {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suggestion {
     pub name: String,
-    /// What kind of thing it is.
+    /// The kind of thing, in words.
     pub about: String,
     pub answer: Answer,
 }
@@ -97,7 +97,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     found
 }
 
-/// Names of bodies and stars that are nearly the text, nearest first.
+/// Names of bodies and stars similar to the text, nearest first.
 pub fn near_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
     nearest(text.trim(), names(viewer))
 }
@@ -129,14 +129,14 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    // Few letters are in many names.
+    // A few letters occur in many names.
     let named = moments.iter().filter(move |m| lower.chars().count() >= 3 && m.name.to_lowercase().contains(&lower));
     named.map(|m| {
         suggestion(&m.name, format!("moment, {}", m.time.to_utc_iso().get(..10).unwrap_or_default()), Answer::Moment(m.name.clone()))
     })
 }
 
-/// Features whose name begins with the text, of all bodies, the most prominent of each first.
+/// Surface features of all bodies whose name begins with the text, the most prominent of each first.
 fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     let of_body = move |body: &'a Subject| {
@@ -148,9 +148,10 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
     viewer.subjects().iter().flat_map(of_body)
 }
 
-/// A feature from above, in a frame that turns with its body: it takes a third of the picture's height.
-pub fn feature_view(feature: &Feature, body: &Subject, habits: &ViewState) -> ViewState {
-    let above = (FEATURE_HEIGHTS * feature.diameter_km / body.radii_km.x).clamp(FEATURE_RADII[0], FEATURE_RADII[1]);
+/// A feature from above, in a frame that rotates with its body; it fills a third of the picture's height.
+pub fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewState) -> ViewState {
+    let above = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
+        .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = Orbit::from_offset(feature.direction * (1.0 + above), 1.0, DVec3::Z);
     ViewState {
         target: body.id,
@@ -159,7 +160,7 @@ pub fn feature_view(feature: &Feature, body: &Subject, habits: &ViewState) -> Vi
         fov_deg: FOV_DEG,
         roll_deg: 0.0,
         exposure_stops: None,
-        ..habits.clone()
+        ..base_view.clone()
     }
 }
 
@@ -176,8 +177,8 @@ fn place(text: &str) -> Option<(f64, f64)> {
     Some((number(latitude, 90.0)?, number(longitude, 360.0)?))
 }
 
-/// Whether a word is the first letters of a known one, at least so many.
-fn begins(known: &str, least: usize, word: &str) -> bool {
+/// Whether a word is an abbreviation of a known one, with at least `least` letters.
+fn is_abbreviation(known: &str, least: usize, word: &str) -> bool {
     word.len() >= least && known.starts_with(word)
 }
 
@@ -189,12 +190,12 @@ fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     if year.is_some() {
         words.pop();
     }
-    let is = |known: &str, least: usize| words.iter().any(|w| begins(known, least, w));
+    let is = |known: &str, least: usize| words.iter().any(|w| is_abbreviation(known, least, w));
     let known = [
         "eclipses", "solar", "lunar", "total", "partial", "annular", "sun", "moon", "transits", "mercury", "venus", "shadows", "jupiter",
         "moons",
     ];
-    if !words.iter().all(|w| known.iter().any(|k| begins(k, 3, w))) {
+    if !words.iter().all(|w| known.iter().any(|k| is_abbreviation(k, 3, w))) {
         return None;
     }
     let kinds = match () {
@@ -211,19 +212,19 @@ fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     Some((format!("{}{when}", names.join(" and ")), kinds, from))
 }
 
-/// Heights above a feature, in its diameters and in radii of the body.
-const FEATURE_HEIGHTS: f64 = 3.6;
-const FEATURE_RADII: [f64; 2] = [0.12, 2.5];
+/// Height above a feature, in its diameters, and limits in radii of the body.
+const FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
+const FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star, degrees.
 const STAR_FIELD_DEG: f64 = 20.0;
-/// The eye stands between the Earth and the star, so far from the Earth's centre, radii.
-const STAR_EYE_RADII: f64 = 3.0;
+/// The camera is between the Earth and the star, at this distance from the Earth's centre, radii.
+const STAR_CAMERA_RADII: f64 = 3.0;
 
-/// A star in the middle of the picture, from beside the Earth, which lies behind the eye. `None`: the ephemeris does not reach the time.
-pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, habits: &ViewState) -> Option<ViewState> {
-    let pole = places.body_from_icrf(NaifId::EARTH, habits.time())?.row(2);
+/// A star in the middle of the picture, with the Earth behind the camera. `None`: the ephemeris does not cover the time.
+pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
+    let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
-    let orbit = Orbit::from_offset(direction * STAR_EYE_RADII, 1.0, pole);
+    let orbit = Orbit::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
     let eye = CameraPose::Orbit {
         body: NaifId::EARTH,
         fixed: false,
@@ -241,6 +242,6 @@ pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions
         fov_deg: STAR_FIELD_DEG,
         roll_deg: 0.0,
         exposure_stops: None,
-        ..habits.clone()
+        ..base_view.clone()
     })
 }

@@ -1,9 +1,9 @@
-//! What the window remembers from one run to the next: looks, units, home, bookmarks, recent views, its place on the desktop.
+//! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
-//! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
-//! overwritten; fields that a file lacks keep their defaults.
+//! In: a file, if it exists. Out: [`Settings`], written back as a whole file. Always: an unreadable file is kept aside and reported, never
+//! overwritten; missing fields have their defaults.
 
-use crate::files::{FileAccess, WriteError, failure, read_text, write_whole};
+use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
@@ -14,12 +14,12 @@ use std::io::Error;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Sizes of text and controls.
-pub const ZOOMS: RangeInclusive<f32> = 0.6..=3.0;
-/// Bytes of a settings file at the most: thousands of bookmarks.
+/// Scale factors of text and controls.
+pub const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
+/// Largest settings file, bytes: thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
-/// Views that are remembered without being kept.
-const RECENT: usize = 20;
+/// Number of recent views.
+const MAX_RECENT: usize = 20;
 
 /// The unit of lengths in the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,7 +46,7 @@ impl Default for Home {
     }
 }
 
-/// What a new user has found: hints for it are shown no more.
+/// The hints that a user has followed and that are no longer shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct HintsUsed {
@@ -55,24 +55,24 @@ pub struct HintsUsed {
     pub search: bool,
 }
 
-/// How the panels were left.
+/// Layout of the panels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PanelLayout {
     pub bodies_shown: bool,
-    /// Title of the panel that is open.
+    /// Title of the open panel.
     pub open: Option<String>,
-    /// Panels are at the left of the sky, beside the bodies.
+    /// Panels are on the left, beside the list of bodies.
     pub on_left: bool,
     /// Points; `None`: never changed.
     pub bodies_width: Option<f32>,
     pub panel_width: Option<f32>,
-    /// Of panels with source or two pictures.
+    /// For panels with source or two pictures.
     pub wide_width: Option<f32>,
     pub timeline_shown: bool,
-    /// Seconds from end to end of the timeline.
+    /// Length of the timeline, seconds.
     pub timeline_span_s: f64,
-    /// *What to see now* is over the sky.
+    /// *What to see now* is shown over the sky: until the first input of a new user.
     pub now_shown: bool,
 }
 
@@ -92,9 +92,9 @@ impl Default for PanelLayout {
     }
 }
 
-/// A width that a file may tell, as far as a panel can have it.
-pub fn usable_width(told: Option<f32>, usual: f32) -> f32 {
-    told.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(usual)
+/// A width from a settings file, if a panel can have it.
+pub fn valid_width(saved: Option<f32>, default: f32) -> f32 {
+    saved.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(default)
 }
 
 /// A view with a name.
@@ -110,20 +110,20 @@ pub struct Bookmark {
 pub struct Settings {
     /// Dark panels; `None` follows the system.
     pub dark: Option<bool>,
-    /// Size of text and controls.
+    /// Scale of text and controls.
     pub zoom: f32,
     pub names: bool,
     pub markers: bool,
-    /// A line of light around the selected body, where it is not what the view is of.
+    /// Outline of the selected body, unless it is the target.
     pub outline: bool,
-    /// What shows the window where a device draws.
+    /// How the window is presented if a GPU draws.
     pub shown_by: DisplayPreference,
     pub unit: Unit,
     pub home: Home,
     pub clock: Clock,
     pub hints: HintsUsed,
     pub panels: PanelLayout,
-    /// `None`: it was never closed.
+    /// `None`: the window was never closed.
     pub place: Option<WindowPlacement>,
     pub bookmarks: Vec<Bookmark>,
     /// Newest first.
@@ -156,10 +156,10 @@ impl Settings {
     pub fn remember(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
-        self.recent.truncate(RECENT);
+        self.recent.truncate(MAX_RECENT);
     }
 
-    /// The settings of a file, and one line where it could not be read: it then stands beside its place with `.broken` after its name.
+    /// The settings of a file, and an error line if it could not be read: it is then renamed to end in `.broken`.
     pub fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -179,18 +179,18 @@ impl Settings {
         }
     }
 
-    /// Written beside its place and moved there whole.
+    /// Writes the whole file atomically.
     ///
     /// # Errors
     /// The path and why.
     pub fn save(&self, path: &Path) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder).map_err(|e| failure(path, &e))?;
-        write_whole(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
+        std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
+        write_atomic(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
     }
 
-    /// Where the system keeps a user's settings.
-    pub fn usual_path() -> Option<PathBuf> {
+    /// The user's configuration folder.
+    pub fn default_path() -> Option<PathBuf> {
         directories::BaseDirs::new().map(|dirs| dirs.config_dir().join("orrery").join("settings.json"))
     }
 }
@@ -216,10 +216,10 @@ mod tests {
             settings.remember(format!("view {i}"), view(i));
         }
         settings.remember("again".into(), view(39));
-        assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (RECENT, "again"));
+        assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (MAX_RECENT, "again"));
         settings.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
-        // As programs of earlier versions wrote the views.
+        // As earlier versions wrote views.
         let text = std::fs::read_to_string(&path).expect("text");
         assert!(text.contains("\"view\":"));
         std::fs::write(&path, text.replace("\"view\":", "\"sight\":")).expect("a file");
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_file_is_kept_aside_and_said() {
+    fn a_broken_settings_file_is_kept_aside_and_reported() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
         std::fs::write(&path, "{\"zoom\": \"large\"}").expect("a file");
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!(settings, Settings::default());
         assert!(said.expect("a line").contains("settings.json.broken"));
         assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
-        // An old file with fewer fields is fine.
+        // A file of an earlier version with fewer fields is valid.
         std::fs::write(&path, "{\"names\": false}").expect("a file");
         assert_eq!(Settings::load(&path), (Settings { names: false, ..Settings::default() }, None));
     }

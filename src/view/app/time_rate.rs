@@ -1,41 +1,41 @@
 //! The rate of time in the window: forward, backward, faster, slower, paused.
 //!
-//! In: keys, and real seconds that passed. Out: seconds of simulated time. It reads no clock.
+//! In: keys, and elapsed real seconds. Out: seconds of simulated time. It reads no clock.
 
-/// Scene seconds per real second on each step of the ladder: real time up to a year a second.
-const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// A stall (a hidden window, a long frame) moves time by this many real seconds at the most, where it does not go as the clock does: the sky as it is now
-/// stays the sky as it is now.
+/// The preset rates, scene seconds per real second: real time up to a year per second.
+const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
+/// Longest real time that one frame advances, seconds, except at real-time rate: after a stall (a hidden window, a slow frame)
+/// a fast clock does not leap, while the current sky stays current.
 const LONGEST_STEP_S: f64 = 2.0;
 
-/// The slowest and the fastest pace that can be chosen, scene seconds per real second.
-pub const SLOWEST: f64 = LADDER[0];
-pub const FASTEST: f64 = LADDER[LADDER.len() - 1];
+/// Limits of the rate, scene seconds per real second.
+pub const MIN_SPEED: f64 = PRESET_SPEEDS[0];
+pub const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
 
-/// How fast and which way scene time runs.
+/// Rate and direction of scene time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRate {
-    /// Scene seconds per real second, either way, [`SLOWEST`] to [`FASTEST`].
-    pace: f64,
+    /// Scene seconds per real second without sign, [`MIN_SPEED`] to [`MAX_SPEED`].
+    speed: f64,
     backward: bool,
     paused: bool,
 }
 
 impl Default for TimeRate {
     fn default() -> Self {
-        Self { pace: SLOWEST, backward: false, paused: false }
+        Self { speed: MIN_SPEED, backward: false, paused: false }
     }
 }
 
 impl TimeRate {
-    /// The next step of the ladder.
+    /// The next preset.
     pub fn faster(&mut self) {
-        self.pace = LADDER.into_iter().find(|step| *step > self.pace * (1.0 + 1e-9)).unwrap_or(FASTEST);
+        self.speed = PRESET_SPEEDS.into_iter().find(|step| *step > self.speed * (1.0 + 1e-9)).unwrap_or(MAX_SPEED);
         self.paused = false;
     }
 
     pub fn slower(&mut self) {
-        self.pace = LADDER.into_iter().rev().find(|step| *step < self.pace * (1.0 - 1e-9)).unwrap_or(SLOWEST);
+        self.speed = PRESET_SPEEDS.into_iter().rev().find(|step| *step < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
         self.paused = false;
     }
 
@@ -47,28 +47,28 @@ impl TimeRate {
         (self.backward, self.paused) = (true, false);
     }
 
-    /// Runs forward, or backward where the rate is negative.
+    /// Runs forward, or backward if the rate is negative.
     pub fn run_at(&mut self, rate: f64) {
-        self.set_pace(rate.abs());
+        self.set_speed(rate.abs());
         (self.backward, self.paused) = (rate < 0.0, false);
     }
 
-    /// Either way; time that stands still goes on to do so.
-    pub fn set_pace(&mut self, pace: f64) {
-        if pace.is_finite() {
-            self.pace = pace.clamp(SLOWEST, FASTEST);
+    /// Sets the speed and keeps the direction; paused time stays paused.
+    pub fn set_speed(&mut self, speed: f64) {
+        if speed.is_finite() {
+            self.speed = speed.clamp(MIN_SPEED, MAX_SPEED);
         }
     }
 
-    pub fn pace(&self) -> f64 {
-        self.pace
+    pub fn speed(&self) -> f64 {
+        self.speed
     }
 
     pub fn toggle_pause(&mut self) {
         self.paused = !self.paused;
     }
 
-    /// Time stands still, or goes on as it went.
+    /// Pauses time, or resumes it at its former rate.
     pub fn set_paused(&mut self, paused: bool) {
         self.paused = paused;
     }
@@ -84,11 +84,11 @@ impl TimeRate {
 
     /// Scene seconds per real second, signed; 0 when paused.
     pub fn rate(&self) -> f64 {
-        let rate = if self.backward { -self.pace } else { self.pace };
+        let rate = if self.backward { -self.speed } else { self.speed };
         if self.paused { 0.0 } else { rate }
     }
 
-    /// Scene seconds that pass in `real_s`.
+    /// Scene seconds that pass in `real_s` real seconds.
     pub fn scene_seconds(&self, real_s: f64) -> f64 {
         let rate = self.rate();
         let longest_s = if rate == 1.0 { f64::INFINITY } else { LONGEST_STEP_S };
@@ -97,12 +97,12 @@ impl TimeRate {
 
     /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
     pub fn label(&self) -> String {
-        if self.paused { "paused".into() } else { pace_text(self.rate()) }
+        if self.paused { "paused".into() } else { speed_text(self.rate()) }
     }
 }
 
-/// Scene time per real second, in the largest unit that goes into it: `6 h/s`, `2.5 min/s`.
-pub fn pace_text(rate: f64) -> String {
+/// Scene time per real second, in the largest unit up to it: `6 h/s`, `2.5 min/s`.
+pub fn speed_text(rate: f64) -> String {
     const UNITS: [(f64, &str); 6] =
         [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
     let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "s"));
@@ -121,7 +121,7 @@ mod tests {
         }
         assert_eq!(time_rate.label(), "1 yr/s");
         time_rate.backward();
-        assert_eq!(time_rate.rate(), -LADDER[LADDER.len() - 1]);
+        assert_eq!(time_rate.rate(), -PRESET_SPEEDS[PRESET_SPEEDS.len() - 1]);
         for _ in 0..99 {
             time_rate.slower();
         }
@@ -135,9 +135,9 @@ mod tests {
     #[test]
     fn any_pace_within_the_limits_is_kept_and_the_ladder_goes_on_from_it() {
         let mut time_rate = TimeRate::default();
-        for (wanted, got) in [(150.0, 150.0), (-150.0, 150.0), (0.01, SLOWEST), (1e12, FASTEST), (f64::NAN, FASTEST)] {
+        for (wanted, got) in [(150.0, 150.0), (-150.0, 150.0), (0.01, MIN_SPEED), (1e12, MAX_SPEED), (f64::NAN, MAX_SPEED)] {
             time_rate.run_at(wanted);
-            assert_eq!(time_rate.pace(), got, "{wanted}");
+            assert_eq!(time_rate.speed(), got, "{wanted}");
             assert_eq!(time_rate.rate() < 0.0, wanted < 0.0);
         }
         time_rate.run_at(150.0);
@@ -147,16 +147,16 @@ mod tests {
         time_rate.slower();
         assert_eq!(time_rate.rate(), 60.0);
         assert_eq!(
-            (pace_text(150.0).as_str(), pace_text(-5400.0).as_str(), pace_text(21_600.0).as_str()),
+            (speed_text(150.0).as_str(), speed_text(-5400.0).as_str(), speed_text(21_600.0).as_str()),
             ("2.5 min/s", "-1.5 h/s", "6 h/s")
         );
         time_rate.toggle_pause();
-        time_rate.set_pace(600.0);
+        time_rate.set_speed(600.0);
         assert!(time_rate.is_paused());
     }
 
     #[test]
-    fn a_stall_does_not_leap_but_at_the_clocks_own_pace() {
+    fn a_stall_leaps_only_at_the_real_time_rate() {
         let mut time_rate = TimeRate::default();
         assert_eq!((time_rate.scene_seconds(3600.0), time_rate.scene_seconds(-1.0)), (3600.0, 0.0));
         time_rate.faster();

@@ -1,4 +1,4 @@
-//! Times and places as people read them.
+//! Times and places as short text for people.
 //!
 //! In: instants, places. Out: short texts without milliseconds. Not here: ISO 8601 for machines (`time`).
 
@@ -7,12 +7,12 @@ use crate::time::Instant;
 
 /// `2024-04-08 18:17 UTC`, rounded to the minute.
 pub fn utc_minute(t: Instant) -> String {
-    cut(&t.plus_seconds(30.0).to_utc_iso(), "hh:mm".len())
+    truncated(&t.plus_seconds(30.0).to_utc_iso(), "hh:mm".len())
 }
 
-/// Month, day and clock, `04-08 18:17:16`, UTC, rounded to the second: for lists of one event's instants.
+/// Month, day and time of day, `04-08 18:17:16`, UTC, rounded to the second: for lists of one event's instants.
 pub fn utc_day_second(t: Instant) -> String {
-    let whole = cut(&t.plus_seconds(0.5).to_utc_iso(), "hh:mm:ss".len());
+    let whole = truncated(&t.plus_seconds(0.5).to_utc_iso(), "hh:mm:ss".len());
     let Some((date, clock)) = whole.trim_end_matches(" UTC").split_once(' ') else { return whole };
     let mut fields = date.rsplit('-');
     match (fields.next(), fields.next()) {
@@ -21,8 +21,8 @@ pub fn utc_day_second(t: Instant) -> String {
     }
 }
 
-/// Date and as many characters of the clock. Beyond the calendar there is only a Julian date.
-fn cut(iso: &str, clock_chars: usize) -> String {
+/// The date and the first `clock_chars` characters of the time. Outside the calendar, a Julian date.
+fn truncated(iso: &str, clock_chars: usize) -> String {
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..clock_chars)?))) {
         Some((date, clock)) => format!("{date} {clock} UTC"),
         None => iso.to_owned(),

@@ -1,7 +1,7 @@
-//! The axis of a timeline: which time is where, and the dates along it.
+//! The axis of a timeline: the mapping between time and position, and the dates along it.
 //!
-//! In: a time in the middle, a span, a width. Out: places of times, times of places, ticks on a calendar. Always: linear in TDB; ticks stand at whole hours, days, months or years of the clock that is
-//! shown, far enough apart for their labels. Not here: events (`known_events`), paint.
+//! In: the time at its middle, its span, its width. Out: positions of times, times of positions, calendar ticks. Always: linear in TDB; ticks are at whole hours, days, months or years of the displayed
+//! time zone, far enough apart for their labels. Not here: events (`known_events`), painting.
 
 use super::civil_time::Clock;
 use crate::time::Instant;
@@ -11,33 +11,33 @@ use std::ops::RangeInclusive;
 
 const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
-/// Spans that can be shown: a quarter of a day to four centuries.
+/// Range of spans: a quarter of a day to four centuries.
 pub const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
-/// Points between ticks, so that their labels do not touch.
+/// Least distance of ticks, points, so that labels do not touch.
 const TICK_POINTS: f64 = 72.0;
-/// Ticks of a timeline at most: a window of 4000 points has fewer.
+/// Largest number of ticks: a window of 4000 points has fewer.
 const MAX_TICKS: usize = 100;
-/// A notch of the wheel.
-const NOTCH: f64 = 1.3;
+/// Zoom factor of a wheel notch.
+const ZOOM_PER_NOTCH: f64 = 1.3;
 
-/// From what to what a timeline goes, and how wide it is.
+/// Span and width of a timeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeAxis {
-    /// TDB seconds past J2000 of its middle.
+    /// Time at its middle, TDB seconds past J2000.
     pub middle_s: f64,
     pub span_s: f64,
     /// Points.
     pub width: f64,
 }
 
-/// A date along the axis.
+/// A labelled date on the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
     pub tdb_s: f64,
     pub label: String,
 }
 
-/// Steps of a calendar.
+/// Calendar intervals between ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Step {
     Hours(u32),
@@ -67,14 +67,14 @@ const STEPS: [Step; 18] = [
     Step::Years(200),
 ];
 
-/// A span that can be shown.
-pub fn usable_span_s(told: f64) -> f64 {
-    if told.is_finite() { told.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
+/// A span, limited to the range.
+pub fn usable_span_s(saved: f64) -> f64 {
+    if saved.is_finite() { saved.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
 }
 
 /// The span after notches of the wheel; positive ones shorten it.
 pub fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
-    usable_span_s(span_s * NOTCH.powf(-notches))
+    usable_span_s(span_s * ZOOM_PER_NOTCH.powf(-notches))
 }
 
 /// `36 hours`, `20 days`, `8 months`, `120 years`.
@@ -97,22 +97,22 @@ impl TimeAxis {
         self.middle_s + 0.5 * self.span_s
     }
 
-    /// Points from the left end; outside of it below 0 or above the width.
-    pub fn place(&self, tdb_s: f64) -> f64 {
+    /// Points from the left end; negative or above the width outside the axis.
+    pub fn position(&self, tdb_s: f64) -> f64 {
         (tdb_s - self.from_s()) / self.span_s * self.width
     }
 
-    /// What lies so many points from the left end.
+    /// The time at a distance from the left end, points.
     pub fn time_s(&self, points: f64) -> f64 {
         self.from_s() + points / self.width * self.span_s
     }
 
-    /// Seconds that so many points are long.
+    /// The length in seconds of a distance in points.
     pub fn seconds(&self, points: f64) -> f64 {
         points / self.width * self.span_s
     }
 
-    /// Dates along it, on a clock; none beyond the calendar.
+    /// Ticks along the axis, in a time zone; none outside the calendar.
     pub fn ticks(&self, clock: Clock) -> Vec<Tick> {
         let room = |step: &&Step| step.seconds() / self.span_s * self.width >= TICK_POINTS;
         let step = STEPS.iter().find(room).copied().unwrap_or(Step::Years(200));
@@ -138,20 +138,20 @@ impl Step {
         }
     }
 
-    /// The last step at or before a date.
+    /// The last tick at or before a date.
     fn floor(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
             Self::Hours(n) => date.and_hms_opt(civil.hour() / n * n, 0, 0),
             Self::Days(1) => Some(midnight(date)),
-            // A thirty-first is no step: the next one is the first of a month.
+            // No tick on the 31st, since the 1st of a month follows.
             Self::Days(n) => date.with_day(1 + date.day0().min(29) / n * n).map(midnight),
             Self::Months(n) => date.with_day(1)?.with_month(1 + date.month0() / n * n).map(midnight),
             Self::Years(n) => NaiveDate::from_ymd_opt(date.year().div_euclid(n) * n, 1, 1).map(midnight),
         }
     }
 
-    /// The step after one.
+    /// The next tick.
     fn after(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
@@ -191,16 +191,16 @@ mod tests {
     }
 
     #[test]
-    fn a_place_and_its_time_are_one() {
+    fn position_and_time_are_inverse() {
         let axis = axis("2024-04-08T18:17:00Z", 30.0 * SECONDS_PER_DAY, 900.0);
-        assert!((axis.place(axis.middle_s) - 450.0).abs() < 1e-9);
+        assert!((axis.position(axis.middle_s) - 450.0).abs() < 1e-9);
         for points in [0.0, 17.0, 450.0, 900.0] {
-            assert!((axis.place(axis.time_s(points)) - points).abs() < 1e-6);
+            assert!((axis.position(axis.time_s(points)) - points).abs() < 1e-6);
         }
         assert!((axis.seconds(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
     }
 
-    /// At every span ticks are in order, inside, apart, and at midnight or a whole hour of the calendar.
+    /// At every span ticks are in order, inside the axis, apart, and at midnight or a whole hour of the calendar.
     #[test]
     fn ticks_stand_at_whole_dates_and_have_room() {
         for middle in ["2024-02-29T18:17:00Z", "1582-10-10T00:00:00Z", "-0043-03-15T12:00:00Z", "2100-12-31T23:59:00Z"] {
@@ -209,10 +209,10 @@ mod tests {
                 for width in [300.0, 900.0, 2500.0] {
                     let axis = axis(middle, span_s, width);
                     let ticks = axis.ticks(Clock::Utc);
-                    let places: Vec<f64> = ticks.iter().map(|t| axis.place(t.tdb_s)).collect();
+                    let places: Vec<f64> = ticks.iter().map(|t| axis.position(t.tdb_s)).collect();
                     let case = format!("{middle}, {}, {width}: {ticks:?}", span_text(span_s));
                     assert!(places.iter().all(|p| (0.0..=width).contains(p)), "{case}");
-                    // From 26 February to 1 March are three days of five.
+                    // Ticks every five days can be three days apart, from 26 February to 1 March.
                     assert!(places.windows(2).all(|p| p[1] - p[0] > 0.55 * TICK_POINTS), "{case}");
                     assert!(places.windows(2).all(|p| p[1] - p[0] < 5.0 * TICK_POINTS), "{case}");
                     let spans = width / TICK_POINTS;

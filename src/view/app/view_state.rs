@@ -1,6 +1,6 @@
-//! One view as people save and share it: target, camera, time, field of view, exposure, effects. A link, a file and a bookmark are this value.
+//! One view as users save and share it: target, camera, time, field of view, exposure, effects. Links, files and bookmarks store this value.
 //!
-//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. It draws nothing and keeps no history; `link` is its text.
+//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. It draws nothing and keeps no history; `link` is its text form.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -19,28 +19,28 @@ use serde::{Deserialize, Serialize};
 /// Why a view cannot be drawn, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewStateError {
-    /// A field has a value that no view can have.
+    /// A field has an impossible value.
     #[error("{0}")]
     Field(String),
     /// The catalog lacks the body.
     #[error("no body has the code {}", .0.0)]
     NoSuchBody(NaifId),
-    /// The ephemeris does not know where it is, or how it is turned.
+    /// The ephemeris has no position or orientation.
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),
-    /// Its fields do not go together.
+    /// The fields contradict each other.
     #[error(transparent)]
     Request(#[from] SceneError),
 }
 
-/// Where the viewer stands and which way it faces.
+/// Position and orientation of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CameraPose {
-    /// Around a body, facing it, offset by yaw and pitch; elevation counts from its equator.
+    /// Around a body, facing it, offset by yaw and pitch; elevation is above its equator.
     Orbit {
         body: NaifId,
-        /// The frame turns with the body.
+        /// The frame rotates with the body.
         fixed: bool,
         azimuth_deg: f64,
         elevation_deg: f64,
@@ -48,23 +48,23 @@ pub enum CameraPose {
         yaw_deg: f64,
         pitch_deg: f64,
     },
-    /// On the ground, or above it.
+    /// On the surface, or above it.
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
     /// At a body's centre, with that body hidden.
     Centre { body: NaifId },
-    /// Anywhere, facing anywhere, ICRF: on the way from one body to the next.
+    /// Anywhere, in any direction, ICRF: during flights.
     Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
 }
 
 impl CameraPose {
-    /// The body that carries the eye.
+    /// The body that the position is relative to.
     pub fn body(&self) -> NaifId {
         match *self {
             Self::Orbit { body, .. } | Self::Ground { body, .. } | Self::Centre { body } | Self::Free { body, .. } => body,
         }
     }
 
-    /// Each of its numbers that no camera can have.
+    /// Reports each impossible number.
     fn faults(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         let mut number = |field: &str, value: f64, ok: bool, requirement: &str| {
             check(value.is_finite() && ok, &|| format!("eye.{field} {value}: must be {requirement}"));
@@ -97,39 +97,39 @@ impl CameraPose {
     }
 }
 
-/// A view. Fields that a text leaves out keep their defaults.
+/// A view. Fields that a text omits have their defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViewState {
-    /// Seconds past J2000.
+    /// TDB seconds past J2000.
     pub tdb_s: f64,
-    /// Looked at, and what the exposure is for.
+    /// The body that is looked at and metered.
     pub target: NaifId,
     pub eye: CameraPose,
-    /// The eye follows the target; else it faces what its angles say.
+    /// The camera follows the target; otherwise it faces as its angles say.
     #[serde(default = "default_true")]
     pub tracks: bool,
-    /// Vertical.
+    /// Vertical field of view.
     pub fov_deg: f64,
     #[serde(default)]
     pub roll_deg: f64,
-    /// `None`: automatic.
+    /// Stops; `None`: automatic.
     #[serde(default)]
     pub exposure_stops: Option<f64>,
     #[serde(default, with = "option_text::by_name")]
     pub tone_map: ToneMap,
     #[serde(default, with = "option_text::effects")]
     pub effects: EffectOverrides,
-    /// Lines of the orbits.
+    /// Show orbits.
     #[serde(default)]
     pub orbits: bool,
-    /// Light beyond white spreads, as in a lens.
+    /// Bloom: light above white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
     /// Layers other than `orbits` and `bloom`.
     #[serde(default, with = "option_text::layers")]
     pub layers: Layers,
-    /// Stops by which stars, Milky Way and zodiacal light are lifted.
+    /// Stops by which stars, Milky Way and zodiacal light are brightened.
     #[serde(default)]
     pub stars_boost: f64,
     #[serde(default, with = "option_text::by_name")]
@@ -148,7 +148,7 @@ fn default_true() -> bool {
     true
 }
 
-/// Field of view of a new view.
+/// Default field of view.
 pub const FOV_DEG: f64 = 45.0;
 pub const MIN_FOV_DEG: f64 = 1e-4;
 pub const MAX_FOV_DEG: f64 = 120.0;
@@ -178,8 +178,8 @@ impl ViewState {
         }
     }
 
-    /// A body tracked from a camera at an instant at which time stands still, with automatic exposure; quality, effects and layers are kept.
-    pub fn standing_still(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
+    /// A body tracked from a camera at a paused instant, with automatic exposure; quality, effects and layers are kept.
+    pub fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
             target,
@@ -197,10 +197,10 @@ impl ViewState {
         Instant::from_tdb_seconds_past_j2000(self.tdb_s)
     }
 
-    /// What the stages are asked for. `width` and `height` in pixels.
+    /// The view as a request. `width` and `height` in pixels.
     ///
     /// # Errors
-    /// One line that names the field that no view can have.
+    /// One line that names the impossible field.
     pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, ViewStateError> {
         if let Some(fault) = self.faults(catalog).into_iter().next() {
             return Err(ViewStateError::Field(fault));
@@ -227,7 +227,7 @@ impl ViewState {
         Ok(request)
     }
 
-    /// What no view can have, field by field. What fields say together (an eye inside a body) is not asked.
+    /// Impossible values, field by field. Combinations (such as a camera inside a body) are not checked.
     pub fn faults(&self, catalog: &Catalog) -> Vec<String> {
         let mut faults = Vec::new();
         let mut check = |ok: bool, fault: &dyn Fn() -> String| {
@@ -269,7 +269,7 @@ impl ViewState {
                 let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
                 let pole = if fixed { DVec3::Z } else { turned(body.id)?.row(2) };
                 let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
-                // About the body-fixed z the azimuth is the longitude itself.
+                // About the body-fixed z axis the azimuth equals the longitude.
                 let offset_km = orbit.offset_km(body.radii_km.x, pole);
                 let position = Position::Offset { body: body.id, offset_km, axes };
                 if aside {
@@ -320,7 +320,7 @@ pub fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
     }
 }
 
-/// Height of a viewer who is set on the ground, km.
+/// Height of the camera when it is placed on the ground, km.
 const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 
 /// On the ground, facing south over the horizon.
@@ -335,7 +335,7 @@ pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPo
     }
 }
 
-/// The gaze turned from `forward` by `yaw` to the right and `pitch` upwards, with its up.
+/// Forward and up vectors, turned from `forward` by `yaw` to the right and `pitch` upwards.
 pub fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
     let up = right.cross(forward);
@@ -345,7 +345,7 @@ pub fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64
     (level * cos_p + up * sin_p, up * cos_p - level * sin_p)
 }
 
-/// The gaze of who stands where `normal` is the zenith, with its up: the zenith as nearly as the gaze allows.
+/// Forward and up vectors at a place with zenith `normal`; up is as near the zenith as possible.
 pub fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
     let axes = horizon_axes(normal);
     let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
@@ -366,7 +366,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_look_aside_turns_right_and_up() {
+    fn yaw_turns_right_and_pitch_up() {
         let (forward, up) = rotated_view(DVec3::Y, DVec3::Z, 90.0, 0.0);
         assert!((forward - DVec3::X).length() < 1e-12 && (up - DVec3::Z).length() < 1e-12);
         let (forward, up) = rotated_view(DVec3::Y, DVec3::Z, 0.0, 30.0);

@@ -1,7 +1,7 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
-//! In: actions of mouse, keys and panels; real seconds that passed. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
-//! carries it; time moves only by its rate; going back restores the previous view. It reads no clock but the one it is given.
+//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
+//! it is relative to; time advances only by its rate; going back restores the previous view. It reads no clock but the one it is given.
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -38,86 +38,96 @@ impl Subject {
     }
 }
 
-/// What a key, a button or the mouse asks for. Pixels are those of the window.
+/// A user's input. Pixels are those of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     Select(NaifId),
-    /// The next body of the list, or the one before.
+    /// The next body of the list (1), or the previous one (-1).
     SelectNext(i32),
     FlyTo(NaifId),
-    /// Drag by pixels, right and down.
+    /// Drag in pixels, right and down.
     Turn(f64, f64),
-    /// Look around by pixels.
+    /// Look around, in pixels.
     LookAround(f64, f64),
     /// Degrees, clockwise.
     Roll(f64),
-    /// Wheel notches; positive nears.
+    /// Wheel notches; positive moves closer.
     Zoom(f64),
     /// Wheel notches; positive narrows the field of view.
-    Lens(f64),
+    ChangeFov(f64),
     /// Stand at a latitude and an east longitude of the selected body, degrees.
     StandOn(f64, f64),
-    /// From the body that carries the eye, look at another.
+    /// Look at another body from the current position.
     LookAt(NaifId),
-    /// From the centre of a body, look at the selected one.
+    /// Look at the selected body from the centre of another.
     LookFrom(NaifId),
-    /// The frame turns with the body, or rests among the stars.
-    TurnWithBody(bool),
+    /// Rotate with the body (body-fixed), or keep to the ICRF.
+    RotateWithBody(bool),
     /// Keep facing the target.
     Track(bool),
-    /// Face the selected body again, level.
-    Level,
+    /// Face the selected body again and reset the roll.
+    FaceSelected,
     SetTime(Instant),
     /// Scene seconds.
     Step(f64),
     /// Forward, at scene seconds per real second.
     RunAt(f64),
-    /// Scene seconds per real second, whichever way time runs.
-    SetPace(f64),
+    /// Scene seconds per real second, keeping the direction.
+    SetSpeed(f64),
     Faster,
     Slower,
     Forward,
     Backward,
     TogglePause,
     Now,
-    Back,
-    Ahead,
+    PreviousView,
+    NextView,
     /// A whole view: a bookmark, a link, a moment.
     Show(Box<ViewState>),
 }
 
-/// A new body is shown from this many radii.
+/// Distance at arrival, in radii of the body.
 const ARRIVAL_RADII: f64 = 3.5;
-/// A ringed or tiny body wants no other distance; the Sun is bright enough from afar.
+/// The same for the Sun, which is bright enough from further away.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
-/// The side shown on arrival leans this far from the Sun's direction, so that the terminator shows.
-const ARRIVAL_ASIDE_DEG: f64 = 35.0;
-/// And so far above the equator.
-const ARRIVAL_ABOVE_DEG: f64 = 12.0;
-const HISTORY: usize = 64;
+/// Angle from the Sun's direction at arrival, so that the terminator shows.
+const ARRIVAL_SUN_ANGLE_DEG: f64 = 35.0;
+/// Angle above the equator at arrival.
+const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
+const MAX_HISTORY: usize = 64;
 
-/// The state behind the window.
+/// The state of the window.
 pub struct Viewer {
     pub view: ViewState,
     pub time_rate: TimeRate,
-    /// Highlighted; panels tell about it.
+    /// Highlighted, and described by the panels.
     pub selected: NaifId,
-    /// A tour moves the view: every frame differs.
-    pub is_led: bool,
+    /// A tour moves the view, so every frame differs.
+    pub is_in_tour: bool,
     subjects: Vec<Subject>,
     flight: Option<(Flight, ViewState)>,
-    past: Vec<ViewState>,
-    future: Vec<ViewState>,
+    back_history: Vec<ViewState>,
+    forward_history: Vec<ViewState>,
     clock: fn() -> Instant,
 }
 
 impl Viewer {
-    /// Starts with `view`; `subjects` in the order in which people name them.
+    /// Starts with `view`; `subjects` in the usual order of naming.
     pub fn new(subjects: Vec<Subject>, mut view: ViewState, clock: fn() -> Instant) -> Self {
         let selected = view.target;
         let mut time_rate = TimeRate::default();
         time_rate.set_paused(view.paused.take().unwrap_or(false));
-        Self { view, time_rate, selected, is_led: false, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
+        Self {
+            view,
+            time_rate,
+            selected,
+            is_in_tour: false,
+            subjects,
+            flight: None,
+            back_history: Vec::new(),
+            forward_history: Vec::new(),
+            clock,
+        }
     }
 
     pub fn subjects(&self) -> &[Subject] {
@@ -132,7 +142,7 @@ impl Viewer {
         self.subject(id).map_or("?", |s| s.name.as_str())
     }
 
-    /// What the clock shows.
+    /// The current time.
     pub fn now(&self) -> Instant {
         (self.clock)()
     }
@@ -141,12 +151,12 @@ impl Viewer {
         self.flight.is_some()
     }
 
-    pub fn can_go_back(&self) -> bool {
-        !self.past.is_empty()
+    pub fn has_previous_view(&self) -> bool {
+        !self.back_history.is_empty()
     }
 
-    pub fn can_go_ahead(&self) -> bool {
-        !self.future.is_empty()
+    pub fn has_next_view(&self) -> bool {
+        !self.forward_history.is_empty()
     }
 
     /// Bodies whose name or alias begins with, then contains, the text; at most `most`.
@@ -164,7 +174,7 @@ impl Viewer {
         begins.chain(contains).take(most).collect()
     }
 
-    /// Changes the state. `height_px` is the picture's height.
+    /// Applies an action. `height_px` is the picture's height.
     pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
@@ -174,17 +184,17 @@ impl Viewer {
             Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px),
             Action::Roll(deg) => self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0),
             Action::Zoom(notches) => self.zoom(notches),
-            Action::Lens(notches) => self.lens(notches),
+            Action::ChangeFov(notches) => self.change_fov(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
             Action::LookAt(id) => self.change(|s| (s.target, s.tracks) = (id, true)),
             Action::LookFrom(id) => self.look_from(id),
-            Action::TurnWithBody(fixed) => self.turn_with_body(fixed, places),
+            Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
             Action::Track(on) => self.view.tracks = on,
-            Action::Level => self.level(),
+            Action::FaceSelected => self.face_selected(),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
             Action::RunAt(rate) => self.time_rate.run_at(rate),
-            Action::SetPace(pace) => self.time_rate.set_pace(pace),
+            Action::SetSpeed(speed) => self.time_rate.set_speed(speed),
             Action::Faster => self.time_rate.faster(),
             Action::Slower => self.time_rate.slower(),
             Action::Forward => self.time_rate.forward(),
@@ -194,8 +204,8 @@ impl Viewer {
                 self.view.tdb_s = self.now().tdb_seconds_past_j2000();
                 self.time_rate.reset();
             }
-            Action::Back => self.travel(true),
-            Action::Ahead => self.travel(false),
+            Action::PreviousView => self.step_history(true),
+            Action::NextView => self.step_history(false),
             Action::Show(mut view) => {
                 let selected = view.target;
                 if let Some(paused) = view.paused.take() {
@@ -207,11 +217,11 @@ impl Viewer {
         }
     }
 
-    /// Lets `real_s` seconds pass.
-    pub fn pass(&mut self, real_s: f64) {
+    /// Advances by `real_s` real seconds.
+    pub fn advance(&mut self, real_s: f64) {
         self.view.tdb_s += self.time_rate.scene_seconds(real_s);
         let Some((flight, goal)) = &mut self.flight else { return };
-        if !flight.pass(real_s) {
+        if !flight.advance(real_s) {
             let arrived = ViewState { tdb_s: self.view.tdb_s, ..goal.clone() };
             self.view = arrived;
             self.flight = None;
@@ -221,19 +231,19 @@ impl Viewer {
         }
     }
 
-    /// Seconds between frames that time alone asks for: none when paused, one in real time, else as fast as they come.
+    /// Interval of frames due to time alone, seconds: `None` when paused, one in real time, else 0.
     pub fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
-            _ if self.flight.is_some() || self.is_led => Some(1.0 / 60.0),
+            _ if self.flight.is_some() || self.is_in_tour => Some(1.0 / 60.0),
             0.0 => None,
             r if r <= 1.0 => Some(1.0),
             _ => Some(1.0 / 60.0),
         }
     }
 
-    /// Every frame differs.
-    pub fn races(&self) -> bool {
-        self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_led
+    /// Whether every frame differs.
+    pub fn is_animating(&self) -> bool {
+        self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
 
     /// Remembers the view, then changes it.
@@ -243,30 +253,31 @@ impl Viewer {
     }
 
     fn remember(&mut self) {
-        let here = self.settled().clone();
+        let here = self.destination().clone();
         self.flight = None;
-        if self.past.last() != Some(&here) {
-            self.past.push(here);
+        if self.back_history.last() != Some(&here) {
+            self.back_history.push(here);
         }
-        if self.past.len() > HISTORY {
-            self.past.remove(0);
+        if self.back_history.len() > MAX_HISTORY {
+            self.back_history.remove(0);
         }
-        self.future.clear();
+        self.forward_history.clear();
     }
 
-    /// The view itself; during a flight where it leads.
-    pub fn settled(&self) -> &ViewState {
+    /// The view itself; during a flight its destination.
+    pub fn destination(&self) -> &ViewState {
         self.flight.as_ref().map_or(&self.view, |(_, goal)| goal)
     }
 
-    /// The view as it is kept and shared: with it goes whether time stands still.
-    pub fn shared(&self) -> ViewState {
-        ViewState { paused: Some(self.time_rate.is_paused()), ..self.settled().clone() }
+    /// The view as it is saved and shared, including whether time is paused.
+    pub fn shareable(&self) -> ViewState {
+        ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination().clone() }
     }
 
-    fn travel(&mut self, back: bool) {
-        let here = self.settled().clone();
-        let (from, to) = if back { (&mut self.past, &mut self.future) } else { (&mut self.future, &mut self.past) };
+    fn step_history(&mut self, back: bool) {
+        let here = self.destination().clone();
+        let (from, to) =
+            if back { (&mut self.back_history, &mut self.forward_history) } else { (&mut self.forward_history, &mut self.back_history) };
         let Some(there) = from.pop() else { return };
         to.push(here);
         self.flight = None;
@@ -286,7 +297,7 @@ impl Viewer {
         self.subject(id).map_or(1.0, |s| s.radii_km.x)
     }
 
-    /// Where the eye is and how it faces, seen from a body.
+    /// Position and orientation of the camera relative to a body.
     fn pose_from(&self, body: NaifId, places: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let carrier = self.view.eye.body();
@@ -327,13 +338,13 @@ impl Viewer {
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_from(id, places);
-        // The lit side; of the Sun the side it is seen from.
+        // The lit side; for the Sun the side from which it is seen.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
         let mut orbit = Orbit::from_offset(side * radii * radius_km, radius_km, pole);
         if id != NaifId::SUN {
-            orbit.azimuth_rad += ARRIVAL_ASIDE_DEG.to_radians();
-            let above = orbit.elevation_rad + ARRIVAL_ABOVE_DEG.to_radians().copysign(orbit.elevation_rad);
+            orbit.azimuth_rad += ARRIVAL_SUN_ANGLE_DEG.to_radians();
+            let above = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
             orbit.elevation_rad = above.clamp(-1.2, 1.2);
         }
         self.remember();
@@ -361,15 +372,15 @@ impl Viewer {
         }
     }
 
-    /// Ends a flight where it leads, so that hands on the mouse have an orbit to turn.
-    fn land(&mut self) {
+    /// Ends a flight at its destination, so that a drag has an orbit to change.
+    fn end_flight(&mut self) {
         if let Some((_, goal)) = self.flight.take() {
             self.view = ViewState { tdb_s: self.view.tdb_s, ..goal };
         }
     }
 
     fn turn(&mut self, dx: f64, dy: f64, height_px: f64) {
-        self.land();
+        self.end_flight();
         let fov_rad = self.view.fov_deg.to_radians();
         match &mut self.view.eye {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
@@ -385,9 +396,9 @@ impl Viewer {
         }
     }
 
-    /// The picture follows the mouse: a drag to the right turns the gaze to the left.
+    /// The picture follows the mouse: a drag to the right turns the camera to the left.
     fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
-        self.land();
+        self.end_flight();
         let deg_per_px = self.view.fov_deg / height_px.max(1.0);
         match &mut self.view.eye {
             CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
@@ -397,7 +408,7 @@ impl Viewer {
             CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
                 *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
                 *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
-                // Who looks around follows nothing else.
+                // Looking around stops the tracking of another target.
                 self.view.target = *body;
             }
             CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
@@ -405,7 +416,7 @@ impl Viewer {
     }
 
     fn zoom(&mut self, notches: f64) {
-        self.land();
+        self.end_flight();
         match &mut self.view.eye {
             CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
                 let mut orbit = Orbit {
@@ -416,11 +427,11 @@ impl Viewer {
                 orbit.zoom(notches);
                 *distance_radii = orbit.distance_radii;
             }
-            _ => self.lens(notches),
+            _ => self.change_fov(notches),
         }
     }
 
-    fn lens(&mut self, notches: f64) {
+    fn change_fov(&mut self, notches: f64) {
         self.view.fov_deg = (self.view.fov_deg * (-notches * 0.15).exp()).clamp(MIN_FOV_DEG, MAX_FOV_DEG);
     }
 
@@ -437,12 +448,12 @@ impl Viewer {
         if from == target {
             return;
         }
-        // Wide enough for the disc and its surroundings; the wheel does the rest.
+        // Wide enough for the disc and its surroundings.
         self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (CameraPose::Centre { body: from }, target, true, 1.0, 0.0));
     }
 
-    fn turn_with_body(&mut self, want: bool, places: &dyn BodyPositions) {
-        self.land();
+    fn rotate_with_body(&mut self, want: bool, places: &dyn BodyPositions) {
+        self.end_flight();
         let CameraPose::Orbit { body, fixed, .. } = self.view.eye else { return };
         if fixed == want {
             return;
@@ -458,8 +469,8 @@ impl Viewer {
         self.view.eye = orbit_pose(body, want, orbit);
     }
 
-    fn level(&mut self) {
-        self.land();
+    fn face_selected(&mut self) {
+        self.end_flight();
         self.view.roll_deg = 0.0;
         self.view.tracks = true;
         if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {

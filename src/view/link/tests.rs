@@ -12,8 +12,8 @@ fn view() -> ViewState {
     s
 }
 
-/// Another view than those that are written here.
-fn usual() -> ViewState {
+/// A view that differs from the written ones.
+fn defaults() -> ViewState {
     let time = Instant::from_tdb_seconds_past_j2000(5.0);
     ViewState::around(NaifId::MOON, DVec3::new(0.0, 6e3, 1e3), 1737.4, DVec3::Z, time)
 }
@@ -23,9 +23,9 @@ fn catalog() -> &'static Catalog {
     CATALOG.get_or_init(Catalog::embedded)
 }
 
-fn over_usual(mut told: PartialView) -> Result<ViewState, String> {
-    told.name_bodies(catalog());
-    told.over(&usual(), catalog()).map_err(|e| e.to_string())
+fn over_usual(mut given: PartialView) -> Result<ViewState, String> {
+    given.name_bodies(catalog());
+    given.with_defaults(&defaults(), catalog()).map_err(|e| e.to_string())
 }
 
 fn of_link(link: &str) -> Result<ViewState, String> {
@@ -62,18 +62,18 @@ fn links_and_files_restore_the_view_to_the_last_bit() {
 
 #[test]
 fn what_a_link_leaves_out_is_as_the_window_begins() {
-    assert_eq!(of_link("orrery://view"), Ok(usual()));
-    // Whichever way two layers are asked for, the window's switches for them show it and can take it back.
-    let with_both = ViewState { orbits: true, bloom: true, ..usual() };
+    assert_eq!(of_link("orrery://view"), Ok(defaults()));
+    // Both ways to request these two layers set the window's switches for them.
+    let with_both = ViewState { orbits: true, bloom: true, ..defaults() };
     assert_eq!(of_link("orrery://view?layers=%2Borbits,%2Bbloom"), Ok(with_both.clone()));
     assert_eq!(of_link("orrery://view?orbits=true&bloom=true"), Ok(with_both));
-    assert_eq!(of_link("orrery://view?fov_deg=3"), Ok(ViewState { fov_deg: 3.0, ..usual() }));
+    assert_eq!(of_link("orrery://view?fov_deg=3"), Ok(ViewState { fov_deg: 3.0, ..defaults() }));
     let Ok(ViewState { eye: CameraPose::Orbit { distance_radii: 9.0, azimuth_deg, .. }, .. }) =
         of_link("orrery://view?eye.distance_radii=9")
     else {
         panic!("an orbit at 9 radii")
     };
-    assert!(matches!(usual().eye, CameraPose::Orbit { azimuth_deg: usual, .. } if usual == azimuth_deg));
+    assert!(matches!(defaults().eye, CameraPose::Orbit { azimuth_deg: defaults, .. } if defaults == azimuth_deg));
     let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|s| s.eye);
     assert_eq!(ground, Ok(standing(NaifId::MOON, 51.5, 0.0)));
     let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|s| s.eye);
@@ -82,25 +82,25 @@ fn what_a_link_leaves_out_is_as_the_window_begins() {
 
 #[test]
 fn the_body_and_the_time_of_a_link_are_found_first() {
-    let told = |query: &str| {
-        let mut told = PartialView::of_link(&format!("orrery://view?{query}"));
-        told.name_bodies(catalog());
-        told
+    let given = |query: &str| {
+        let mut given = PartialView::of_link(&format!("orrery://view?{query}"));
+        given.name_bodies(catalog());
+        given
     };
-    assert_eq!(told("").target(), NaifId::EARTH);
-    assert_eq!(told("eye.body=301").target(), NaifId::MOON);
-    assert_eq!(told("target=599&eye.body=301").target(), NaifId(599));
-    assert_eq!(told("").time(), None);
-    assert_eq!(told("tdb_s=7.5").time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
+    assert_eq!(given("").target(), NaifId::EARTH);
+    assert_eq!(given("eye.body=301").target(), NaifId::MOON);
+    assert_eq!(given("target=599&eye.body=301").target(), NaifId(599));
+    assert_eq!(given("").time(), None);
+    assert_eq!(given("tdb_s=7.5").time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
     let eclipse = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
-    assert_eq!(told("time=2024-04-08T18:17:16Z").time(), Some(eclipse));
+    assert_eq!(given("time=2024-04-08T18:17:16Z").time(), Some(eclipse));
     for (bad, names) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
-        let mut told = told(bad);
-        assert!(told.time().is_none() && told.faults.iter().any(|why| why.contains(names)), "{bad}: {:?}", told.faults);
+        let mut given = given(bad);
+        assert!(given.time().is_none() && given.faults.iter().any(|why| why.contains(names)), "{bad}: {:?}", given.faults);
     }
 }
 
-/// Every body, by its name, its name in capitals, each of its aliases and its code, where it is looked at and where it carries the eye.
+/// Every body by its name, in capitals, by each of its aliases and its code, as target and as the camera's body.
 #[test]
 fn bodies_are_named_or_given_by_code() {
     for body in catalog().bodies() {
@@ -123,14 +123,14 @@ fn bodies_are_named_or_given_by_code() {
     }
 }
 
-/// As programs of earlier versions wrote them.
+/// As earlier versions wrote them.
 #[test]
 fn names_of_earlier_versions_are_read() {
     let old = of_link("orrery://view?tone_map=plain&pixels=shaded&quality=reference&effects=-rings").expect("a view");
     let effects = EffectOverrides::parse("-rings").expect("effects");
-    assert_eq!(old, ViewState { tone_map: ToneMap::Clipped, quality: Quality::Reference, effects, ..usual() });
+    assert_eq!(old, ViewState { tone_map: ToneMap::Clipped, quality: Quality::Reference, effects, ..defaults() });
     assert!(old.to_link().contains("tone_map=clipped&") && old.to_link().contains("pixels=final&"), "{}", old.to_link());
-    assert_eq!(of_link("orrery://view?tone_map=film"), Ok(usual()));
+    assert_eq!(of_link("orrery://view?tone_map=film"), Ok(defaults()));
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn broken_links_are_refused_in_one_line() {
         ("orrery://view?quality=be%0Ast".into(), "quality"),
     ] {
         let why = over_usual(PartialView::of(&bad)).expect_err(names);
-        assert!(why.contains(names) && !why.contains('\n') && why.len() < 1000, "{}: {why}", brief(&bad));
+        assert!(why.contains(names) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
     }
     assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
     for bad in ["", "[1]", "{\"target\":", "7"] {
@@ -179,7 +179,7 @@ fn broken_links_are_refused_in_one_line() {
     }
 }
 
-/// Any few of these faults together are all told, each once, by the field's name.
+/// Any combination of a few of these errors is reported completely, each once, by the field's name.
 #[test]
 fn all_faults_of_a_link_are_listed() {
     let faults = [

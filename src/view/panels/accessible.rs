@@ -1,17 +1,17 @@
-//! Names of controls for those who cannot see them.
+//! Accessible names of controls.
 //!
-//! In: a control and what it is, in words. Out: the control, which shows the words to the mouse and tells them to a screen reader. Always: both hear
+//! In: a control and its description. Out: the control with the description as tooltip and accessible name. Always: both are
 //! the same.
 
 use crate::scene::draw::PixelView;
 use egui::{ComboBox, DragValue, Response, Ui};
 
-/// A field for a number. Its own name would be its unit.
+/// A number field. Without a name, a screen reader would only read its unit.
 pub fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response {
     ui.add(field).on_hover_text(what).accessible_name(what)
 }
 
-/// What a pixel view is called in the window.
+/// The name of a pixel view in the window.
 pub fn pixel_view(view: PixelView) -> &'static str {
     match view {
         PixelView::Final => "final image",
@@ -21,7 +21,7 @@ pub fn pixel_view(view: PixelView) -> &'static str {
     }
 }
 
-/// A list to choose a pixel view from.
+/// A list of pixel views.
 pub fn pixel_views(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response {
     let list = ComboBox::from_id_salt(what).selected_text(pixel_view(*chosen)).width(150.0).show_ui(ui, |ui| {
         for view in PixelView::ALL {
@@ -31,7 +31,7 @@ pub fn pixel_views(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response 
     list.response.on_hover_text(what).accessible_name(what)
 }
 
-/// Something is on its way.
+/// A spinner for something pending.
 pub fn coming(ui: &mut Ui, what: &str) -> Response {
     ui.spinner().accessible_name(what)
 }

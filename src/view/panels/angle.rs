@@ -1,7 +1,7 @@
 //! The angle between two places of the picture: Ctrl and a click on each.
 //!
-//! The places are directions from the eye, so that the line stays on the sky while the view turns. A click near a star or a small body means its middle. After two places a third
-//! begins anew; Escape takes the line away. Two bodies have a distance, too: that of where they are seen.
+//! The places are directions from the camera, so that the line stays in place on the sky while the view rotates. A click near a star or a small body means its centre. After two places a third
+//! starts again; Escape removes the line. Two bodies also have a distance, between their apparent positions.
 
 use super::fact::grouped;
 use super::information::degrees;
@@ -11,23 +11,23 @@ use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::DVec3;
 
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
-/// Straight pieces of the line.
-const PIECES: u32 = 48;
+/// Line segments of the great circle.
+const SEGMENTS: u32 = 48;
 
-/// Directions of the places that were clicked, ICRF unit vectors: two at most.
+/// Directions of the clicked places, ICRF unit vectors: two at most.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredAngle {
     places: Vec<Place>,
 }
 
-/// What was clicked.
+/// A clicked place.
 #[derive(Debug)]
 struct Place {
     direction: DVec3,
     body: Option<SeenBody>,
 }
 
-/// A body under a click: its name, and its apparent centre from the camera, kilometres.
+/// A body under a click: its name, and its apparent centre relative to the camera, kilometres.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SeenBody {
     pub name: String,
@@ -45,7 +45,7 @@ impl MeasuredAngle {
         self.distance().map_or_else(|| format!("Angle: {angle}"), |distance| format!("Angle: {angle}; {distance}"))
     }
 
-    /// Whether there was anything to take away.
+    /// Removes the line; whether there was one.
     pub(super) fn clear(&mut self) -> bool {
         !std::mem::take(&mut self.places).is_empty()
     }
@@ -55,7 +55,7 @@ impl MeasuredAngle {
         Some(degrees(angle_rad(a.direction, b.direction).to_degrees()))
     }
 
-    /// Between the centres of two bodies, where they are seen.
+    /// Distance between the apparent centres of two bodies.
     fn distance(&self) -> Option<String> {
         let [Place { body: Some(a), .. }, Place { body: Some(b), .. }] = &self.places[..] else { return None };
         (a != b).then(|| format!("from {} to {} {} km", a.name, b.name, grouped(a.centre_km.distance(b.centre_km), 0)))
@@ -70,7 +70,7 @@ impl MeasuredAngle {
         let angle = angle_rad(*a, *b);
         let Some(across) = (b - a * a.dot(*b)).try_normalize() else { return };
         let on_arc = |part: f64| seen(*a * (angle * part).cos() + across * (angle * part).sin());
-        let points: Vec<Option<Pos2>> = (0..=PIECES).map(|k| on_arc(f64::from(k) / f64::from(PIECES))).collect();
+        let points: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
         for run in points.split(Option::is_none).filter(|run| run.len() > 1) {
             painter.add(Shape::line(run.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }

@@ -1,6 +1,6 @@
-//! The tree of the system.
+//! The tree of bodies.
 //!
-//! In: clicks. Out: actions. Always: the row that is pressed is the row that is selected, and nothing unfolds while a button is held. It moves nothing but its own rows.
+//! In: clicks. Out: actions. Always: the pressed row is the one that is selected, and nothing expands while a button is held. It moves only its own rows.
 
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
@@ -10,17 +10,17 @@ use egui::{Id, ScrollArea, UiBuilder};
 
 #[derive(Default)]
 pub struct BodyBrowser {
-    /// The selection for which the list was last unfolded.
-    unfolded_for: Option<NaifId>,
-    /// The list itself made that selection: it need not scroll to it.
+    /// The selection for which the tree was last expanded.
+    expanded_for: Option<NaifId>,
+    /// The selection was made in the tree, so it need not scroll.
     clicked: Option<NaifId>,
-    /// Scrolled to until its fold has opened.
+    /// Scrolled to until its branch has expanded.
     shown: Option<NaifId>,
 }
 
-/// The Sun, its planets each with its moons, then the rest.
+/// The Sun, its planets each with its moons, then the other bodies.
 pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let news = to_unfold(interface, ui);
+    let news = branch_to_expand(interface, ui);
     let before = actions.len();
     let mut is_opening = false;
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
@@ -44,7 +44,7 @@ pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
                     entry(interface, ui, moon, actions);
                 }
             });
-            // An arrow alone says nothing to who cannot see it.
+            // An arrow alone has no accessible name.
             let name = format!("Moons of {}", body.name);
             arrow.widget_info(|| egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, is_open, &name));
         }
@@ -57,25 +57,25 @@ pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     }
 }
 
-/// A selection that is news to the list: its moons unfold, or those beside it, once, so that an arrow stays as a hand leaves it. From press to release
-/// the list stands still: what is selected meanwhile is unfolded after it.
-fn to_unfold(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
+/// The body of a new selection whose branch must be expanded; once, so that the user can collapse it again. Between press and release
+/// nothing expands: a selection made meanwhile is handled after it.
+fn branch_to_expand(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     let selected = interface.viewer.selected;
     let browse = &mut interface.browse;
-    if browse.unfolded_for == Some(selected) {
+    if browse.expanded_for == Some(selected) {
         return None;
     }
     if ui.input(|i| i.pointer.any_down() || i.pointer.any_released()) {
         ui.ctx().request_repaint();
         return None;
     }
-    browse.unfolded_for = Some(selected);
+    browse.expanded_for = Some(selected);
     browse.shown = (browse.clicked.take() != Some(selected)).then_some(selected);
     Some(selected)
 }
 
 fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut Vec<Action>) {
-    // A row is known by its body: known by its place it would be another one as soon as rows unfold above it, and the click that pressed it would be that one's.
+    // The id of a row depends on its body, not on its position: otherwise rows that expand above it would move the press to another body.
     let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;
     let response = ui.scope_builder(row, |ui| ui.selectable_label(is_selected, &body.name)).inner;

@@ -1,12 +1,12 @@
 //! Sizes and distances to scale, in the Information panel: the selected body beside another, and the planets along a line from the Sun.
 //!
-//! In: radii, distances at the shown time. Out: two drawings, each with a sentence that says the same. Always: one scale for all that a drawing holds.
+//! In: radii, distances at the displayed time. Out: two drawings, each with an equivalent sentence. Always: one scale within a drawing.
 
 use super::Interface;
 use super::fact::grouped;
 use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::KM_PER_AU;
-use crate::view::app::places::{BodyPositions, SessionPlaces};
+use crate::view::app::places::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
@@ -14,14 +14,14 @@ use glam::DVec3;
 
 const SIZES_HEIGHT: f32 = 110.0;
 const DISTANCES_HEIGHT: f32 = 44.0;
-/// Of a body that is too small for its scale, points.
-const LEAST: f32 = 1.0;
-/// Corners of an ellipse.
-const CORNERS: usize = 96;
+/// Smallest radius of a drawn body, points.
+const MIN_RADIUS: f32 = 1.0;
+/// Vertices of an ellipse.
+const ELLIPSE_VERTICES: usize = 96;
 const MARK: Color32 = Color32::from_rgb(255, 206, 110);
 const GREY: Color32 = Color32::from_gray(190);
 
-/// With what the selected body is compared; `None`: with the Earth, the Earth with the Moon.
+/// The body to compare with; `None`: the Earth, or the Moon for the Earth.
 #[derive(Default)]
 pub struct Comparison {
     with: Option<NaifId>,
@@ -54,9 +54,9 @@ pub fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) 
     ui.separator();
     ui.strong("Distances from the Sun to scale");
     let time = viewer.view.time();
-    let places = SessionPlaces(worker.session());
+    let places = SessionPositions(worker.session());
     let distance_km = |id: NaifId| places.between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
-    // A moon is where its planet is.
+    // A moon is marked at its planet.
     let carrier = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
     let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == carrier && s.id != NaifId::SUN);
     let along: Vec<(&str, f64, bool)> = planets.map(|s| (s.name.as_str(), distance_km(s.id) / KM_PER_AU, s.id == carrier)).collect();
@@ -83,18 +83,18 @@ fn distance_text(name: &str, au: f64) -> String {
     }
 }
 
-/// That light takes (IAU 2012 au, speed of light).
+/// Light time per au (IAU 2012 au, speed of light).
 const MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
 
-/// A drawing's ground; `said` for those who do not see it.
-fn ground(ui: &mut Ui, height: f32, said: &str) -> Rect {
+/// The background of a drawing; `description`: its accessible description.
+fn background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, said));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, description));
     ui.painter().rect_filled(rect, 4.0, Color32::BLACK);
     rect
 }
 
-/// Points per kilometre at which two discs fit beside each other.
+/// Points per kilometre at which two discs fit side by side.
 fn scale(room: [f64; 2], a: DVec3, b: DVec3) -> f64 {
     let across = 2.0 * (a.x + b.x);
     let down = 2.0 * a.z.max(b.z);
@@ -102,13 +102,13 @@ fn scale(room: [f64; 2], a: DVec3, b: DVec3) -> f64 {
 }
 
 fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
-    let rect = ground(ui, SIZES_HEIGHT, &format!("Discs of {} and {} to one scale", a.name, b.name));
+    let rect = background(ui, SIZES_HEIGHT, &format!("Discs of {} and {} to one scale", a.name, b.name));
     let inner = rect.shrink2(vec2(12.0, 16.0));
     let points = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
     for (body, colour) in [(a, MARK), (b, GREY)] {
-        let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points) as f32).max(0.5 * LEAST));
+        let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points) as f32).max(0.5 * MIN_RADIUS));
         let centre = pos2(left + half_width, inner.center().y);
         ui.painter().add(ellipse(centre, half_width, half_height, disc_colour(catalog, body.id)));
         let at = pos2(centre.x.clamp(rect.left() + 24.0, rect.right() - 24.0), rect.bottom() - 2.0);
@@ -119,13 +119,13 @@ fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
 
 fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Shape {
     let corner = |k: usize| {
-        let (sin, cos) = (k as f32 / CORNERS as f32 * std::f32::consts::TAU).sin_cos();
+        let (sin, cos) = (k as f32 / ELLIPSE_VERTICES as f32 * std::f32::consts::TAU).sin_cos();
         centre + vec2(half_width * cos, half_height * sin)
     };
-    Shape::convex_polygon((0..CORNERS).map(corner).collect(), fill, Stroke::NONE)
+    Shape::convex_polygon((0..ELLIPSE_VERTICES).map(corner).collect(), fill, Stroke::NONE)
 }
 
-/// The colour of the mean disc, as bright as a screen shows it well.
+/// The mean colour of the disc, brightened for the screen.
 fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
     let Some(body) = catalog.body(id) else { return GREY };
     let peak = body.colour.max_element().max(1e-6);
@@ -135,8 +135,8 @@ fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
 
 fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
     let farthest = along.iter().map(|p| p.1).fold(1.0, f64::max);
-    let said: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {au:.2}")).collect();
-    let rect = ground(ui, DISTANCES_HEIGHT, &format!("Distances from the Sun, au: {}", said.join(", ")));
+    let description: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {au:.2}")).collect();
+    let rect = background(ui, DISTANCES_HEIGHT, &format!("Distances from the Sun, au: {}", description.join(", ")));
     let line = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
     let at = |au: f64| from + (to - from) * (au / farthest) as f32;
@@ -145,7 +145,7 @@ fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
     painter.circle_filled(pos2(from, line), 4.0, Color32::from_rgb(255, 235, 170));
     let font: FontId = TextStyle::Small.resolve(ui.style());
     let mut free = from + 6.0;
-    // The selected one is named first: no other name takes its place.
+    // The selected body is labelled first, so that no other label displaces its own.
     let mut order: Vec<&(&str, f64, bool)> = along.iter().collect();
     order.sort_by(|a, b| b.2.cmp(&a.2).then(a.1.total_cmp(&b.1)));
     let mut taken: Option<(f32, f32)> = None;
@@ -185,11 +185,11 @@ mod tests {
 
     /// Volumes by NASA's planetary fact sheets: Saturn 8.2713e14, the Earth 1.08321e12 km³.
     #[test]
-    fn sizes_are_told_as_the_fact_sheets_have_them() {
+    fn sizes_match_the_fact_sheets() {
         let (saturn, earth) = (body("Saturn", 60_268.0, 54_364.0), body("Earth", 6378.137, 6356.752));
-        let said = size_text(&saturn, &earth);
-        assert_eq!(said, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
-        assert_eq!(size_text(&earth, &saturn), said, "the larger one is told of");
+        let description = size_text(&saturn, &earth);
+        assert_eq!(description, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
+        assert_eq!(size_text(&earth, &saturn), description, "the larger one is told of");
         assert!((82_713.0 / 108.321_f64 - 764.0).abs() < 1.0);
         assert!(distance_text("Earth", 1.0).contains("8.3 minutes"));
     }

@@ -1,7 +1,7 @@
-//! Files that are dropped on the window: layers of data over the sky or the target's ground.
+//! Files dropped on the window: layers of data over the sky or the target's surface.
 //!
-//! In: the files of a turn. Out: layers of the session, a line that says what they were read as or what is wrong, and a new picture. Always: files are read beside the pictures; what is wrong
-//! with one leaves the sky as it is.
+//! In: the files of a frame. Out: layers of the session, a message about how they were read or what is wrong, and a new picture. Always: files are read off the drawing thread; an invalid
+//! one changes nothing.
 
 use super::Interface;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -12,8 +12,8 @@ pub struct DroppedFiles {
     reading: Vec<Pending<Result<String, String>>>,
 }
 
-/// Takes what was dropped in this turn, and shows what has been read.
-pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+/// Takes the files dropped in this frame, and shows those that have been read.
+pub fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);
     for path in paths {
@@ -32,8 +32,8 @@ pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderW
         interface.message = match answer {
             Ok(what) => {
                 interface.viewer.view.layers.data = true;
-                // The same view is another picture now.
-                interface.viewport.ordered = None;
+                // The same view now gives another picture.
+                interface.viewport.requested = None;
                 what
             }
             Err(why) => why,

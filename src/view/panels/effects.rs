@@ -1,4 +1,4 @@
-//! Effects on and off: each with what the scene decided and why, and what it costs in time and light; who draws, how bright, how fine.
+//! The Effects panel: each effect with the scene's decision, its reason, and its cost in time and light; renderer, exposure, quality.
 
 use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
@@ -72,21 +72,21 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
     let of_body = interface.effects_of_one.then(|| name.clone());
-    // What is drawn or was switched off by hand has a price.
-    let priced = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
-    let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && priced(e, d)).map(|d| (e, d.on));
+    // Costs are measured for effects that are drawn or were switched off by hand.
+    let has_cost = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
+    let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
-    weigh(interface, ui.ctx(), worker, of_body, &decided);
+    measure_costs(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
-        // What is drawn, or was switched by hand, comes first; what the scene leaves out follows in short.
+        // Effects that are drawn or were switched by hand come first; the rest follows in short form.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()
             .partition(|e| asked.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
         for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.feature == effect.name());
-                row(ui, effect, decision.map(|d| (d.on, d.description())), interface.prices.known.known(&effect), short, asked);
+                row(ui, effect, decision.map(|d| (d.on, d.description())), interface.effect_costs.known.known(&effect), short, asked);
             }
             ui.separator();
         }
@@ -98,44 +98,50 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     interface.viewer.view.effects = overrides;
 }
 
-/// What the effects of the view at rest cost, as far as it is measured.
+/// Measured costs of the effects in a view at rest.
 #[derive(Default)]
-pub struct Prices {
-    /// The view, and the body that is asked about alone.
+pub struct EffectCosts {
+    /// The view, and the body if the switches apply to one body.
     of: Option<(ViewRequest, Option<String>)>,
     known: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
-/// A view is measured when it has been at rest so long.
-const WEIGHED_AFTER_S: f64 = 1.0;
+/// Delay after which a view at rest is measured, seconds.
+const MEASURE_DELAY_S: f64 = 1.0;
 
-/// Measures one effect after the other while the view rests, so that a click waits for one at most.
-fn weigh(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, of_body: Option<String>, effects: &[(Effect, bool)]) {
+/// Measures one effect at a time while the view is at rest, so that a click waits for one at most.
+fn measure_costs(
+    interface: &mut Interface,
+    ctx: &egui::Context,
+    worker: &dyn RenderWorker,
+    of_body: Option<String>,
+    effects: &[(Effect, bool)],
+) {
     let Some(drawing) = &interface.viewport.drawing else { return };
     let request = &drawing.job.request;
     let stops = drawing.scene.exposure.stops;
-    let prices = &mut interface.prices;
-    if prices.of.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
-        *prices = Prices { of: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
+    let effect_costs = &mut interface.effect_costs;
+    if effect_costs.of.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
+        *effect_costs = EffectCosts { of: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
     }
     let rested_s = interface.viewport.last_s - interface.viewport.moved_s;
-    if interface.viewer.races() {
+    if interface.viewer.is_animating() {
         return;
     }
-    if rested_s < WEIGHED_AFTER_S {
-        ctx.request_repaint_after(std::time::Duration::from_secs_f64(WEIGHED_AFTER_S - rested_s));
+    if rested_s < MEASURE_DELAY_S {
+        ctx.request_repaint_after(std::time::Duration::from_secs_f64(MEASURE_DELAY_S - rested_s));
         return;
     }
-    let unknown = |prices: &mut Prices, effect: Effect| prices.known.known(&effect).is_none();
-    if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(prices, *effect)) {
+    let unknown = |effect_costs: &mut EffectCosts, effect: Effect| effect_costs.known.known(&effect).is_none();
+    if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(effect_costs, *effect)) {
         let (request, of_body) = (request.clone(), of_body.clone());
         let question =
             move |session: &Session| session.effect_cost(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| e.to_string());
-        let _ = prices.known.get(worker, &effect, question);
+        let _ = effect_costs.known.get(worker, &effect, question);
     }
 }
 
-/// Who draws, and who shows what is drawn.
+/// Choice of the renderer and of the presentation.
 fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut DisplayPreference) {
     let (choices, now) = worker.session().renderers();
     if choices.len() < 2 {
@@ -150,8 +156,8 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
                 RendererPreference::Software => "CPU only",
             };
             if ui.selectable_label(now == preference, preference.name()).on_hover_text(hover).clicked() {
-                // Off this thread: a device may be at work.
-                worker.run(Box::new(move |session| session.choose_renderer(preference)));
+                // Off this thread, since the device may be busy.
+                worker.run(Box::new(move |session| session.set_renderer_preference(preference)));
             }
         }
     });
@@ -171,12 +177,12 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
     });
 }
 
-/// One effect: drawn or not, by whom, in which way, for what price, and why; in one line where `short`.
+/// The row of one effect: its switch, model, cost and reason; in one line if `short`.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
     decided: Option<(bool, String)>,
-    price: Option<&Result<EffectCost, String>>,
+    cost: Option<&Result<EffectCost, String>>,
     short: bool,
     overrides: &mut EffectOverrides,
 ) {
@@ -194,7 +200,7 @@ fn row(
             let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
                 for way in effect.variants() {
                     if ui.selectable_label(now == *way, *way).clicked() {
-                        // A way of the list is one that the effect has.
+                        // The list only has models of this effect.
                         let _ = overrides.choose(effect, way);
                     }
                 }
@@ -209,8 +215,8 @@ fn row(
         if asked.is_some() && ui.small_button("×").on_hover_text(format!("Reset {} to automatic", effect.name())).clicked() {
             overrides.clear_override(effect);
         }
-        if let Some(Ok(price)) = price {
-            let words = egui::RichText::new(price_words(price)).weak();
+        if let Some(Ok(cost)) = cost {
+            let words = egui::RichText::new(cost_text(cost)).weak();
             ui.add(egui::Label::new(words).truncate()).on_hover_text(
                 "Measured on a small software rendering with and without it, scaled to this image: time added, net change of light, and in parentheses \
                  the light that moves",
@@ -225,9 +231,9 @@ fn row(
     }
 }
 
-/// As `+1.2 ms, -3.9 % light (4.1 %)`.
-fn price_words(price: &EffectCost) -> String {
-    let [light, moved] = [price.light.net, price.light.moved].map(|p| 100.0 * p);
+/// Formats as `+1.2 ms, -3.9 % light (4.1 %)`.
+fn cost_text(cost: &EffectCost) -> String {
+    let [light, moved] = [cost.light.net, cost.light.moved].map(|p| 100.0 * p);
     let digits = if moved.abs() < 0.1 { 3 } else { 1 };
-    format!("{:+.1} ms, {light:+.digits$} % light ({moved:.digits$} %)", price.ms)
+    format!("{:+.1} ms, {light:+.digits$} % light ({moved:.digits$} %)", cost.ms)
 }

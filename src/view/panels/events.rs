@@ -1,14 +1,14 @@
-//! Eclipses, transits and moons' events around the shown date: searched in the background, each one click away.
+//! The Events panel: eclipses, transits and moons' events around the displayed date, searched in the background.
 //!
-//! In: kinds, a range, clicks. Out: actions that show an event, run time through it, or show it from a place. Always: rows are only added at the end of the list, nearest
-//! first, so that none moves under a click; a search goes on while the panel is closed, and stops when asked to.
+//! In: kinds, a range, clicks. Out: actions that show an event, play it, or show it from a place. Always: rows are only appended, nearest event
+//! first, so that none moves under the pointer; a search continues while the panel is closed, and stops on request.
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
-use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, SkyEvent, Watch};
-use crate::view::app::places::SessionPlaces;
+use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, Playback, SkyEvent};
+use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::Home;
 use crate::view::app::time_text::{utc_day_second, utc_minute};
 use crate::view::app::view_state::ViewState;
@@ -17,28 +17,28 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Button, ComboBox, Grid, Label, Panel, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
-/// How far from the shown date is searched.
-const REACHES: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "10 years"), (36_525.0, "100 years")];
-/// Of [`REACHES`].
-const YEAR: usize = 1;
-/// Of the line above the list, points.
+/// Ranges of the search around the displayed date, days.
+const RANGES_DAYS: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "10 years"), (36_525.0, "100 years")];
+/// Index into [`RANGES_DAYS`].
+const DEFAULT_RANGE: usize = 1;
+/// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Of the contacts of an event: five, and what is said above them.
+/// Height of the contacts of an event, points: five, and the line above them.
 const CONTACTS_HEIGHT: f32 = 146.0;
-/// A list of more is no list to read.
+/// Largest number of rows.
 const MAX_ROWS: usize = 1000;
 
-/// A line of the list.
+/// A row of the list.
 struct Row {
     event: Arc<SkyEvent>,
     title: String,
     summary: String,
 }
 
-/// One step of a search: the search as it goes on, and what it found.
+/// The answer of one search step: the advanced search, and what it found.
 type StepAnswer = (EventSearch, Result<Vec<Row>, String>);
 
-/// What a place sees of the chosen event.
+/// The chosen event as seen from a place.
 struct LocalView {
     event: Arc<SkyEvent>,
     home: Home,
@@ -48,23 +48,23 @@ struct LocalView {
 
 pub struct EventsPanel {
     kinds: [bool; EventKind::ALL.len()],
-    /// Of [`REACHES`].
-    reach: usize,
+    /// Index into [`RANGES_DAYS`].
+    range: usize,
     backward: bool,
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// What the rows answer.
-    asked: Option<String>,
+    /// The kinds and the range that the rows belong to.
+    searched: Option<String>,
     failure: Option<String>,
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
-    watch: Option<Watch>,
+    playback: Option<Playback>,
 }
 
 impl EventsPanel {
-    /// From before to after the event that is chosen.
-    pub fn watch_of_chosen(&self) -> Option<Watch> {
-        self.chosen.as_ref().map(|event| event.watched())
+    /// The span and rate at which the chosen event is played.
+    pub fn playback_of_chosen(&self) -> Option<Playback> {
+        self.chosen.as_ref().map(|event| event.playback())
     }
 }
 
@@ -72,21 +72,21 @@ impl Default for EventsPanel {
     fn default() -> Self {
         Self {
             kinds: [true, true, false, false],
-            reach: 2,
+            range: 2,
             backward: false,
             running: None,
             rows: Vec::new(),
-            asked: None,
+            searched: None,
             failure: None,
             chosen: None,
             local: None,
-            watch: None,
+            playback: None,
         }
     }
 }
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    if wanted(interface, ui) || interface.events.asked.is_none() {
+    if search_options(interface, ui) || interface.events.searched.is_none() {
         begin(interface, worker);
     }
     progress(&mut interface.events, ui);
@@ -96,8 +96,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     list(interface, ui, worker, actions);
 }
 
-/// Kinds, direction and range; true: search anew.
-fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
+/// Kinds, direction and range; returns whether to search again.
+fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     let panel = &mut interface.events;
     let mut changed = false;
     ui.horizontal_wrapped(|ui| {
@@ -109,9 +109,9 @@ fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         for (backward, name, tip) in [(false, "After", "Events after the shown date"), (true, "Before", "Events before the shown date")] {
             changed |= ui.selectable_value(&mut panel.backward, backward, name).on_hover_text(tip).changed();
         }
-        let list = ComboBox::from_id_salt("range of events").selected_text(REACHES[panel.reach].1).width(80.0).show_ui(ui, |ui| {
-            for (i, (_, name)) in REACHES.iter().enumerate() {
-                changed |= ui.selectable_value(&mut panel.reach, i, *name).changed();
+        let list = ComboBox::from_id_salt("range of events").selected_text(RANGES_DAYS[panel.range].1).width(80.0).show_ui(ui, |ui| {
+            for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
+                changed |= ui.selectable_value(&mut panel.range, i, *name).changed();
             }
         });
         list.response.on_hover_text("How far from the shown date to search").accessible_name("Range of the search");
@@ -121,9 +121,9 @@ fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     changed
 }
 
-/// Starts a search from the shown date; one that runs is dropped.
+/// Starts a search from the displayed date; a running one is dropped.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
-    begin_at(interface, worker, interface.viewer.settled().time());
+    begin_at(interface, worker, interface.viewer.destination().time());
 }
 
 fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
@@ -131,26 +131,26 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
-    panel.asked = Some(format!("{} {}", if panel.backward { "before" } else { "after" }, utc_minute(start)));
-    let search = EventSearch::new(kinds, start, REACHES[panel.reach].0 * SECONDS_PER_DAY, panel.backward);
+    panel.searched = Some(format!("{} {}", if panel.backward { "before" } else { "after" }, utc_minute(start)));
+    let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
     panel.running = next_step(search, worker);
 }
 
-/// Searches for some kinds: in the year that begins at `from`, else from the shown date on.
+/// Searches for some kinds: in the year that begins at `from`, or else from the displayed date on.
 pub fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
     panel.backward = false;
     match from {
         Some(start) => {
-            panel.reach = YEAR;
+            panel.range = DEFAULT_RANGE;
             begin_at(interface, worker, start);
         }
         None => begin(interface, worker),
     }
 }
 
-/// Asks for the next step, unless the search is over.
+/// Starts the next step, unless the search is over.
 fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pending<StepAnswer>, f32)> {
     if search.is_over() {
         return None;
@@ -165,8 +165,8 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
     Some((ask(worker, step), done))
 }
 
-/// Takes what was found and searches on; ends a watch where its event ends. Each turn, whether the panel is open or not.
-pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
+/// Takes the results of a step and starts the next; stops playback at the end of its event. Runs every frame, whether the panel is open or not.
+pub fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
     let panel = &mut interface.events;
     if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
         panel.running = None;
@@ -187,26 +187,26 @@ pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
     {
         local.seen = Some(seen);
     }
-    end_watch(interface);
+    end_playback(interface);
 }
 
-/// Time that runs through an event stands still where the event ends. Whoever has gone to another time meanwhile watches no more.
-fn end_watch(interface: &mut Interface) {
-    let Some(watch) = interface.events.watch else { return };
+/// Pauses time at the end of a played event, unless the user has gone to another time meanwhile.
+fn end_playback(interface: &mut Interface) {
+    let Some(playback) = interface.events.playback else { return };
     let view = &mut interface.viewer.view;
     let rate = interface.viewer.time_rate.rate();
-    // A slow turn passes the end by some seconds of real time.
-    let past_s = view.tdb_s - watch.to_tdb_s;
-    if past_s >= 0.0 && past_s <= 10.0 * watch.rate && rate > 0.0 {
-        view.tdb_s = watch.to_tdb_s;
+    // A slow frame passes the end by some seconds of real time.
+    let past_s = view.tdb_s - playback.to_tdb_s;
+    if past_s >= 0.0 && past_s <= 10.0 * playback.rate && rate > 0.0 {
+        view.tdb_s = playback.to_tdb_s;
         interface.viewer.time_rate.set_paused(true);
-        interface.events.watch = None;
-    } else if past_s > 0.0 || view.tdb_s < watch.from_tdb_s - 10.0 * watch.rate {
-        interface.events.watch = None;
+        interface.events.playback = None;
+    } else if past_s > 0.0 || view.tdb_s < playback.from_tdb_s - 10.0 * playback.rate {
+        interface.events.playback = None;
     }
 }
 
-/// How far a search is, or what it found; always as high, so that the list below stays where it is.
+/// Progress or result of a search; of constant height, so that the list below stays in place.
 fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     let stopped = ui.horizontal(|ui| {
         ui.set_min_height(STATUS_HEIGHT);
@@ -214,8 +214,8 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
             ui.add(ProgressBar::new(done).desired_width(180.0).show_percentage()).accessible_name("Progress of the search");
             return ui.button("Stop").on_hover_text("Stop the search; what it found stays").clicked();
         }
-        let (said, hint) = told(panel);
-        ui.add(Label::new(RichText::new(said).weak()).truncate()).on_hover_text(hint);
+        let (status, hint) = status_text(panel);
+        ui.add(Label::new(RichText::new(status).weak()).truncate()).on_hover_text(hint);
         false
     });
     if stopped.inner {
@@ -223,20 +223,20 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     }
 }
 
-/// What a search found, and what to do.
-fn told(panel: &EventsPanel) -> (String, &'static str) {
-    let asked = panel.asked.as_deref().unwrap_or_default();
+/// The result of a search, and a hint.
+fn status_text(panel: &EventsPanel) -> (String, &'static str) {
+    let searched = panel.searched.as_deref().unwrap_or_default();
     match (&panel.failure, panel.rows.len()) {
         (Some(why), _) => (why.clone(), "The theories of motion end there"),
-        (None, 0) if panel.kinds.contains(&true) => (format!("No event {asked}"), "Try a longer range or another kind"),
+        (None, 0) if panel.kinds.contains(&true) => (format!("No event {searched}"), "Try a longer range or another kind"),
         (None, 0) => ("Choose at least one kind of event.".into(), "The kinds are above"),
-        (None, 1) => (format!("1 event {asked}"), "Click it to show it"),
-        (None, MAX_ROWS) => (format!("The first {MAX_ROWS} events {asked}"), "Click one to show it"),
-        (None, n) => (format!("{n} events {asked}"), "Click one to show it"),
+        (None, 1) => (format!("1 event {searched}"), "Click it to show it"),
+        (None, MAX_ROWS) => (format!("The first {MAX_ROWS} events {searched}"), "Click one to show it"),
+        (None, n) => (format!("{n} events {searched}"), "Click one to show it"),
     }
 }
 
-/// A row of two lines: what it is; when, how large and where. Its list says that times are UTC.
+/// A row of two lines: the event; its time, size and place. The list says that times are UTC.
 fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     let response = ui.add_sized([ui.available_width(), height], Button::selectable(is_chosen, ""));
     let visuals = ui.visuals();
@@ -268,24 +268,24 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
     });
     if let Some(event) = clicked {
         actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
-        interface.events.watch = None;
+        interface.events.playback = None;
         interface.events.chosen = Some(event);
     }
 }
 
 fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent) -> ViewState {
     let session = worker.session();
-    event.view(session.catalog(), &SessionPlaces(session), &interface.viewer.view)
+    event.view(session.catalog(), &SessionPositions(session), &interface.viewer.view)
 }
 
-/// Shows an event from its best standpoint and chooses it: for whoever found it elsewhere.
+/// Selects an event that was found elsewhere and shows it from its best standpoint.
 pub fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
-    interface.events.watch = None;
+    interface.events.playback = None;
     interface.events.chosen = Some(event);
 }
 
-/// The chosen event: what to do with it, and its contacts.
+/// The chosen event: its actions, and its contacts.
 fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>, actions: &mut Vec<Action>) {
     ui.add_space(4.0);
     ui.strong(event.title(worker.session().catalog()));
@@ -293,13 +293,13 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     let home = interface.information.home;
     let is_visible = interface.events.local.as_ref().and_then(|l| l.seen.as_ref()).and_then(|s| s.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {
-        let watch = icons::button(ui, Icon::Watch, "Watch it");
-        if ui.add(watch).on_hover_text("Run time through the event in half a minute").clicked() {
-            let watch = event.watched();
+        let playback = icons::button(ui, Icon::Watch, "Watch it");
+        if ui.add(playback).on_hover_text("Run time through the event in half a minute").clicked() {
+            let playback = event.playback();
             let view = best_view(interface, worker, event);
-            actions.push(Action::Show(Box::new(ViewState { tdb_s: watch.from_tdb_s, paused: Some(false), ..view })));
-            actions.push(Action::RunAt(watch.rate));
-            interface.events.watch = Some(watch);
+            actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
+            actions.push(Action::RunAt(playback.rate));
+            interface.events.playback = Some(playback);
         }
         if ui.button("Greatest").on_hover_text("Show the moment of the greatest eclipse, from the best standpoint").clicked() {
             actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
@@ -316,7 +316,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // As high for every event and place, so that no button moves when a place is chosen.
+    // Of constant height, so that no button moves when a place is chosen.
     ui.allocate_ui(vec2(ui.available_width(), CONTACTS_HEIGHT), |ui| {
         ui.set_min_height(CONTACTS_HEIGHT);
         contacts(interface, ui, worker, event);
@@ -324,7 +324,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.add_space(4.0);
 }
 
-/// The contacts over the place of the fields, and those of the Earth as a whole where it sees none.
+/// The contacts at the chosen place, or those of the whole Earth if the event is not visible there.
 fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;

@@ -1,4 +1,4 @@
-//! One fact in a grid of two columns: what it is, and its value in letters of one width; large numbers as people read them.
+//! One fact in a two-column grid: a label and its value in a monospaced font; large numbers with grouped digits.
 
 pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.label(what);
@@ -6,7 +6,7 @@ pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.end_row();
 }
 
-/// Thousands set apart.
+/// A number with thousands separators.
 pub(super) fn grouped(value: f64, digits: usize) -> String {
     let text = format!("{:.digits$}", value.abs());
     let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));

@@ -1,4 +1,4 @@
-//! Facts about the selected body now, and where it stands in the sky over a place on the Earth.
+//! The Information panel: facts about the selected body now, and its place in the sky of an observer on the Earth.
 
 use super::comparison::{self, Comparison};
 use super::fact::{grouped, line};
@@ -28,7 +28,7 @@ impl Unit {
         }
     }
 
-    fn tell(self, km: f64, radius_km: f64) -> String {
+    fn format_length(self, km: f64, radius_km: f64) -> String {
         let (value, digits) = match self {
             Self::Kilometres => (km, 0),
             Self::AstronomicalUnits => (km / KM_PER_AU, 6),
@@ -40,24 +40,24 @@ impl Unit {
     }
 }
 
-/// Cities offered at once.
+/// Largest number of suggested cities.
 const CITIES: usize = 4;
 
-/// The answers for one body, place and minute.
+/// Answers for one body, place and minute.
 struct SkyReport {
     apparent: Option<ApparentPlace>,
     /// `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
-    /// Likewise.
+    /// `None` as above.
     day: Option<Result<RiseSetTimes, String>>,
     passage: Result<Option<DiscPassage>, String>,
-    /// Of the Sun and the Moon in that passage.
+    /// The radii of the Sun and the Moon used for the eclipse.
     radii: String,
 }
 
-/// What a report is of: it is made anew when this changes.
+/// The inputs of a report, which is computed again when they change.
 #[derive(Clone, Copy, PartialEq)]
-struct Question {
+struct ReportInputs {
     body: NaifId,
     place: [f64; 2],
     minute: i64,
@@ -68,11 +68,11 @@ pub struct InformationPanel {
     pub unit: Unit,
     pub home: Home,
     pub comparison: Comparison,
-    /// What is typed for a city's name.
+    /// Text in the field for a city.
     city: String,
-    asked: Option<Question>,
+    requested: Option<ReportInputs>,
     pending: Option<Pending<SkyReport>>,
-    report: Option<(Question, SkyReport)>,
+    report: Option<(ReportInputs, SkyReport)>,
 }
 
 impl InformationPanel {
@@ -100,9 +100,9 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     let Some(body) = interface.viewport.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.strong(&body.name);
-        from_here(ui, &body, interface.information.unit, worker.session().catalog());
+        as_seen_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();
-        over_a_place(interface, ui, worker, &body, time);
+        sky_of_a_place(interface, ui, worker, &body, time);
         ui.separator();
         comparison::panel(interface, ui, worker);
     });
@@ -116,11 +116,11 @@ pub(super) fn degrees(value: f64) -> String {
     }
 }
 
-/// As the eye of the picture sees it.
-fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog) {
+/// As seen from the camera.
+fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
-        line(ui, "distance", unit.tell(body.distance_km, radius_km));
+        line(ui, "distance", unit.format_length(body.distance_km, radius_km));
         line(ui, "light time", seconds(body.distance_km / SPEED_OF_LIGHT_KM_S));
         line(ui, "angular diameter", degrees(body.angular_diameter_deg));
         line(ui, "size on screen", format!("{:.1} px", body.diameter_px));
@@ -135,7 +135,7 @@ fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog
         if let Some(sun) = body.sub_solar {
             line(ui, "sub-solar point", point(sun));
         }
-        line(ui, "equatorial radius", unit.tell(radius_km, radius_km));
+        line(ui, "equatorial radius", unit.format_length(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
             line(ui, "geometric albedo", format!("{:.3}", known.geometric_albedo));
             for estimate in known.estimate_notes() {
@@ -160,22 +160,22 @@ fn seconds(s: f64) -> String {
     }
 }
 
-fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
+fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
     ui.strong("From a place on Earth");
     place_fields(ui, panel);
-    let question = Question {
+    let inputs = ReportInputs {
         body: body.id,
         place: [panel.home.latitude_deg, panel.home.longitude_deg],
         minute: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
     };
     if let Some(report) = panel.pending.as_ref().and_then(Pending::take) {
-        panel.report = panel.asked.map(|asked| (asked, report));
+        panel.report = panel.requested.map(|requested| (requested, report));
         panel.pending = None;
     }
-    if panel.asked != Some(question) && panel.pending.is_none() {
-        panel.asked = Some(question);
-        panel.pending = Some(ask(worker, move |session| report(session, question, time)));
+    if panel.requested != Some(inputs) && panel.pending.is_none() {
+        panel.requested = Some(inputs);
+        panel.pending = Some(ask(worker, move |session| report(session, inputs, time)));
     }
     let Some((_, report)) = panel.report.as_ref().filter(|(of, _)| of.body == body.id) else {
         ui.weak("computing…");
@@ -206,7 +206,7 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rende
     eclipse(ui, report);
 }
 
-/// The observer's place, for all panels that have one: a city, or degrees.
+/// The observer's place, shared by all panels that need one: a city, or degrees.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.city).hint_text("City").desired_width(110.0);
@@ -239,7 +239,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     });
 }
 
-/// What the Moon does to the Sun over the place that day.
+/// The solar eclipse of that day at the place, if any.
 fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     ui.add_space(6.0);
     ui.strong("Solar eclipse today");
@@ -267,18 +267,18 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     }
 }
 
-fn report(session: &Session, of: Question, time: Instant) -> SkyReport {
+fn report(session: &Session, of: ReportInputs, time: Instant) -> SkyReport {
     let place = Observer { body: NaifId::EARTH, latitude_deg: of.place[0], longitude_deg: of.place[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
-    let words = |e: crate::ephemeris::EphemerisError| e.to_string();
+    let message = |e: crate::ephemeris::EphemerisError| e.to_string();
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
     let elsewhere = (of.body != NaifId::EARTH).then_some(of.body);
     SkyReport {
         apparent: elsewhere.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
-        altitude_azimuth_deg: elsewhere.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(words)),
-        day: elsewhere.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(words)),
-        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(words),
+        altitude_azimuth_deg: elsewhere.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(message)),
+        day: elsewhere.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(message)),
+        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(message),
         radii: session.catalog().eclipse_radii_text(),
     }
 }
@@ -305,11 +305,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_told_as_people_read_them() {
+    fn numbers_are_formatted_for_people() {
         assert_eq!(grouped(-1_234_567.8, 1), "-1 234 567.8");
         assert_eq!(grouped(12.0, 0), "12");
-        assert_eq!(Unit::AstronomicalUnits.tell(KM_PER_AU, 1.0), "1.000000 au");
-        assert_eq!(Unit::BodyRadii.tell(12.0, 4.0), "3.000 radii");
+        assert_eq!(Unit::AstronomicalUnits.format_length(KM_PER_AU, 1.0), "1.000000 au");
+        assert_eq!(Unit::BodyRadii.format_length(12.0, 4.0), "3.000 radii");
         assert_eq!(latitude_longitude(-33.3, 0.1), "33.30° S, 0.10° E");
         assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.017″)");
         assert_eq!(seconds(90.0 * 60.0), "90.0 min");

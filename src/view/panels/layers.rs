@@ -1,10 +1,10 @@
-//! Layers on and off: stars, Milky Way and lines, each with what the scene decided about it.
+//! Switches of the layers (stars, Milky Way, lines), each with the scene's decision about it.
 
 use super::Interface;
 use crate::scene::request::Layers;
 use egui::Slider;
 
-/// Name of a layer, its words, and what it shows.
+/// Name of a layer, its label, and what it shows.
 const SWITCHES: [(&str, &str, &str); 16] = [
     ("stars", "Stars", "Stars, as far as the exposure shows them"),
     ("milky-way", "Milky Way", "The Milky Way's diffuse light, as far as the exposure shows it"),
@@ -24,7 +24,7 @@ const SWITCHES: [(&str, &str, &str); 16] = [
     ("data", "Data layers", "Your points, lines and images: [[layer]] of a catalog, or a file dropped on the window"),
 ];
 
-/// The switches, and how far faint light is lifted.
+/// The switches, and the brightening of stars and diffuse light.
 pub fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
     let decisions = interface.viewport.drawing.as_ref().map(|d| d.scene.sky.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;

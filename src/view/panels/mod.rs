@@ -1,7 +1,7 @@
 //! The whole interface, as egui draws it: the viewport with its labels, and the panels around it.
 //!
 //! In: finished images, egui's input. Out: shapes, and jobs for the next image. Always: the panels change only the [`Viewer`], the settings and
-//! their own state; an image that failed leaves the last valid one and says why. It needs no window, so tests press its buttons by name.
+//! their own state; after a failure the last valid image stays, with the reason. It needs no window, so tests press its buttons by name.
 
 mod accessible;
 mod angle;
@@ -35,18 +35,18 @@ mod viewport;
 mod warning;
 
 use self::render_loop::Viewport;
-pub use self::share::dialog::{FileDialog, FileQuestion};
+pub use self::share::dialog::{FileDialog, FileRequest};
 use crate::scene::request::WarpMesh;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
-use crate::view::app::places::SessionPlaces;
-use crate::view::app::settings::{Settings, usable_width};
+use crate::view::app::places::SessionPositions;
+use crate::view::app::settings::{Settings, valid_width};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
 use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
 use std::sync::Arc;
 
-/// What the right side shows.
+/// The panels on the right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tab {
     Moments,
@@ -76,7 +76,7 @@ impl Tab {
         }
     }
 
-    /// For who does not know the word.
+    /// Explanation for the tooltip.
     fn about(self) -> &'static str {
         match self {
             Self::Moments => "Well-known moments, one click away",
@@ -99,49 +99,49 @@ impl Tab {
     }
 }
 
-/// Of the panels at the left and the right, points: a window that was small for a moment leaves them as they were.
+/// Least widths of the left and the right panel, points; a temporarily small window does not change the remembered widths.
 const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
-/// So long a line of the session stays.
+/// How long a message of the session is shown.
 const NOTICE_S: f64 = 8.0;
-/// So long stays the answer to what someone did: a path has to be read.
+/// How long the reply to a user's action is shown: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
-/// The state of the interface: the viewer and what is unfolded.
+/// State of the interface: the viewer and the panels.
 pub struct Interface {
     pub viewer: Viewer,
     pub settings: Settings,
-    /// What the right side shows, if anything.
+    /// The open panel, if any.
     pub tab: Option<Tab>,
     pub bodies_shown: bool,
     pub help_shown: bool,
-    /// Effects are switched for the selected body alone.
+    /// Effect switches apply to the selected body only.
     pub effects_of_one: bool,
-    /// Someone asked to leave.
-    pub quits: bool,
-    /// The window shall fill its screen.
+    /// The user asked to quit.
+    pub quit_requested: bool,
+    /// The window should be fullscreen.
     pub fullscreen: bool,
-    /// The window is shown by the device that draws: pictures may stay there.
+    /// The window is presented by the GPU that draws: images may stay there.
     pub on_gpu: bool,
-    /// Why the window shows another view than the one it was opened with, until it is closed.
+    /// Why the window shows another view than the requested one, until the message is closed.
     pub warning: Option<String>,
-    /// What a projector's picture is drawn onto.
+    /// The mesh onto which a projector's picture is drawn.
     pub warp: Option<Arc<WarpMesh>>,
-    /// Opens dialogs of the desktop, where there are any.
+    /// Opens file dialogs of the desktop, if available.
     pub file_dialog: Option<FileDialog>,
     /// The context has the styles of both themes.
     is_styled: bool,
-    /// A control has the keyboard.
+    /// A control has the keyboard focus.
     has_keyboard: bool,
-    /// What was typed after `/` in one turn: the search field has the keyboard in the next.
+    /// Text typed after `/` in the same frame, for the search field, which gets the focus in the next.
     typed_ahead: Vec<egui::Event>,
-    /// The answer to what someone did last, for the line below the sky.
+    /// The reply to the user's last action, for the line below the sky.
     pub message: String,
-    /// What of it is shown, and until when.
+    /// The displayed reply, and until when.
     message_shown: (String, f64),
-    /// Why there is no picture of the view as it is.
+    /// Why there is no picture of the current view.
     no_picture: Option<String>,
-    /// Lines that the session says: a fallback, a map that cannot be read.
-    pub heard: Arc<Mutex<Vec<String>>>,
-    /// The last of them, and until when it shows.
+    /// Messages of the session: a fallback, a map that cannot be read.
+    pub session_messages: Arc<Mutex<Vec<String>>>,
+    /// The last of them, and until when it is shown.
     notice: Option<(String, f64)>,
     browse: body_browser::BodyBrowser,
     search: search::SearchField,
@@ -155,7 +155,7 @@ pub struct Interface {
     tour: tour::TourPlayer,
     events: events::EventsPanel,
     standpoint: standpoint::Standpoint,
-    prices: effects::Prices,
+    effect_costs: effects::EffectCosts,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
     angle: angle::MeasuredAngle,
@@ -173,7 +173,7 @@ impl Interface {
             bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
             effects_of_one: false,
-            quits: false,
+            quit_requested: false,
             fullscreen: false,
             on_gpu: false,
             warning: None,
@@ -185,7 +185,7 @@ impl Interface {
             message: String::new(),
             message_shown: Default::default(),
             no_picture: None,
-            heard: Arc::default(),
+            session_messages: Arc::default(),
             settings,
             notice: None,
             browse: body_browser::BodyBrowser::default(),
@@ -199,7 +199,7 @@ impl Interface {
             tour: tour::TourPlayer::default(),
             events: events::EventsPanel::default(),
             standpoint: standpoint::Standpoint::default(),
-            prices: effects::Prices::default(),
+            effect_costs: effects::EffectCosts::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
             angle: angle::MeasuredAngle::default(),
@@ -209,16 +209,17 @@ impl Interface {
         }
     }
 
-    /// One turn: time passes, pictures arrive, panels are shown, the next picture is ordered.
+    /// One frame: advances time, receives pictures, shows panels, requests the next picture.
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         let now_s = ui.input(|i| i.time);
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
-        self.viewer.pass(passed_s);
+        self.viewer.advance(passed_s);
         tour::advance(self, ui.ctx(), passed_s);
-        // Who draws is told where the times of frames are, and not over the picture.
-        let (of_drivers, others): (Vec<_>, Vec<_>) = self.heard.lock().drain(..).partition(|line| performance::is_about_drivers(line));
-        self.performance.messages.extend(of_drivers);
+        // Messages about drivers go to the Performance panel, not over the picture.
+        let (about_drivers, others): (Vec<_>, Vec<_>) =
+            self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
+        self.performance.messages.extend(about_drivers);
         if let Some(line) = others.into_iter().next_back() {
             self.notice = Some((line, now_s + NOTICE_S));
         }
@@ -232,35 +233,37 @@ impl Interface {
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ui.ctx());
         }
-        let looks = match self.settings.dark {
+        let theme_preference = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,
             Some(false) => egui::ThemePreference::Light,
             None => egui::ThemePreference::System,
         };
-        ui.ctx().set_theme(looks);
-        // A slider under the mouse must not move away from it while it is dragged.
+        ui.ctx().set_theme(theme_preference);
+        // A slider must not move away from the pointer while it is dragged.
         if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
             ui.ctx().set_zoom_factor(self.settings.zoom);
         }
         let mut actions = Vec::new();
         let had_tour = self.tour.is_open();
+        let panels_before = now::open_panels(self);
         shortcuts::pressed(self, ui.ctx(), &mut actions);
-        share::work(self, ui.ctx(), worker);
-        dropped::work(self, ui.ctx(), worker);
-        events::work(self, worker);
+        share::update(self, ui.ctx(), worker);
+        dropped::update(self, ui.ctx(), worker);
+        events::update(self, worker);
         egui::Panel::top("top").show(ui, |ui| top_bar::bar(self, ui, worker, &mut actions));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, &mut actions));
-        self.sides(ui, worker, &mut actions);
+        self.side_panels(ui, worker, &mut actions);
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
             shortcuts::help(self, ui.ctx());
         }
         warning::show(self, ui.ctx());
+        now::hide_after_input(self, panels_before, &actions);
         let starts_tour = !had_tour && self.tour.is_open();
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
-        let places = SessionPlaces(worker.session());
-        // A selection moves nothing: the picture stays sharp.
+        let places = SessionPositions(worker.session());
+        // A selection does not move the view, so the picture stays sharp.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.moved_s = now_s;
             if !starts_tour {
@@ -270,11 +273,11 @@ impl Interface {
         for action in actions {
             match action {
                 Action::Turn(..) | Action::LookAround(..) => self.settings.hints.drag = true,
-                Action::Zoom(_) | Action::Lens(_) => self.settings.hints.scroll = true,
+                Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
-                let view = self.viewer.settled().clone();
+                let view = self.viewer.destination().clone();
                 let name = format!("{} {}", self.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default());
                 self.settings.remember(name, view);
             }
@@ -284,19 +287,19 @@ impl Interface {
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    /// The list of bodies, and the panel that is open. Their widths are remembered as a hand left them.
-    fn sides(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-        // What a small window leaves of a panel is no wish of its user.
+    /// The list of bodies, and the open panel. Their widths are remembered as the user set them.
+    fn side_panels(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+        // A width that a small window enforces is not the user's choice.
         let most = 0.5 * ui.ctx().content_rect().width();
-        let noted = |width: f32, kept: &mut Option<f32>| {
+        let remember_width = |width: f32, kept: &mut Option<f32>| {
             if width <= most {
                 *kept = Some(width);
             }
         };
         if self.bodies_shown {
-            let width = usable_width(self.settings.panels.bodies_width, MIN_WIDTHS[0]);
+            let width = valid_width(self.settings.panels.bodies_width, MIN_WIDTHS[0]);
             let shown = egui::Panel::left("bodies").default_size(width).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
-                // Where there is little room each has its part and is scrolled.
+                // In a low window each part has its own scroll area.
                 let most = 0.6 * ui.available_height();
                 egui::Panel::bottom("stance").show(ui, |ui| {
                     egui::ScrollArea::vertical()
@@ -306,14 +309,14 @@ impl Interface {
                 });
                 body_browser::tree(self, ui, actions);
             });
-            noted(shown.response.rect.width(), &mut self.settings.panels.bodies_width);
+            remember_width(shown.response.rect.width(), &mut self.settings.panels.bodies_width);
         }
         if let Some(tab) = self.tab {
             let kept = if tab.is_wide() { self.settings.panels.wide_width } else { self.settings.panels.panel_width };
-            // A panel's width is kept by its name: source wants more room than a list.
+            // egui keeps a panel's width by its name: source needs more space than a list.
             let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
             let panel = if self.settings.panels.on_left { egui::Panel::left(name) } else { egui::Panel::right(name) };
-            let width = usable_width(kept, tab.width_points());
+            let width = valid_width(kept, tab.width_points());
             let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
@@ -328,19 +331,19 @@ impl Interface {
                 }
             });
             let panels = &mut self.settings.panels;
-            noted(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
+            remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
         }
         self.settings.panels.bodies_shown = self.bodies_shown;
         self.settings.panels.open = self.tab.map(|tab| tab.title().to_owned());
     }
 
-    /// The interface itself took so long, painting included.
-    pub fn note_painting(&mut self, took: std::time::Duration) {
+    /// Records the time of the interface itself, including painting.
+    pub fn record_interface_time(&mut self, took: std::time::Duration) {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
-    /// What to say below the sky: why there is no picture, else the answer to what someone did, else what the session said lately.
-    pub fn said(&self) -> &str {
+    /// The message below the sky: why there is no picture, else the reply to the last action, else the last message of the session.
+    pub fn message_line(&self) -> &str {
         match (&self.no_picture, self.message.as_str()) {
             (Some(why), _) => why,
             (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
@@ -348,7 +351,7 @@ impl Interface {
         }
     }
 
-    /// A picture or a run of frames is on its way to a file.
+    /// Whether a picture or sequence is being exported.
     pub fn is_saving(&self) -> bool {
         self.share.is_busy()
     }
@@ -359,14 +362,14 @@ impl Interface {
         format!("{} · {} · {} · Orrery", self.viewer.name(view.target), view.time().to_utc_iso(), self.viewer.time_rate.label())
     }
 
-    /// The title for a screen reader: without the time, whose running it would tell all the while.
+    /// The title for screen readers: without the time, whose every change would be announced.
     fn spoken_title(&self) -> String {
         format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
     }
 
-    /// Shows a kept view.
+    /// Shows a saved view.
     pub fn show(&mut self, view: ViewState, worker: &dyn RenderWorker) {
-        let places = SessionPlaces(worker.session());
+        let places = SessionPositions(worker.session());
         self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &places);
     }
 }

@@ -1,33 +1,33 @@
-//! The list of well-known moments, one click away, and the views that were kept.
+//! The Moments panel: well-known moments, tours, and *What to see now*.
 
 use super::share::dialog::{self, FileField};
 use super::{Interface, now, tour};
 use crate::catalog::moments::KINDS;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::places::SessionPlaces;
+use crate::view::app::places::SessionPositions;
 use crate::view::app::viewer::Action;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
 #[derive(Default)]
 pub struct MomentsPanel {
-    /// Part of a name.
-    wanted: String,
+    /// Filter for names.
+    filter: String,
 }
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    ui.add(egui::TextEdit::singleline(&mut interface.moments.wanted).hint_text("Filter"))
+    ui.add(egui::TextEdit::singleline(&mut interface.moments.filter).hint_text("Filter"))
         .on_hover_text("Show moments whose name contains this text");
-    let wanted = interface.moments.wanted.to_lowercase();
+    let filter = interface.moments.filter.to_lowercase();
     let catalog = worker.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        if wanted.is_empty() {
+        if filter.is_empty() {
             ui.strong("What to see now");
             ui.horizontal_wrapped(|ui| now::row(interface, ui, worker, actions));
             tours(interface, ui, worker, actions);
         }
         for kind in KINDS {
-            let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && m.name.to_lowercase().contains(&wanted)).collect();
+            let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && m.name.to_lowercase().contains(&filter)).collect();
             if of_kind.is_empty() {
                 continue;
             }
@@ -36,7 +36,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
             for moment in of_kind {
                 let hover = format!("{}\n{}\nSource: {}", moment.about, moment.time.to_utc_iso(), moment.source);
                 if ui.button(&moment.name).on_hover_text(hover).clicked() {
-                    match view_of_moment(moment, catalog, &SessionPlaces(worker.session()), &interface.viewer.view) {
+                    match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.view) {
                         Some(view) => actions.push(Action::Show(Box::new(view))),
                         None => interface.message = format!("{}: outside the range of the ephemeris", moment.name),
                     }
@@ -47,7 +47,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     });
 }
 
-/// The tours that ship, and those of files.
+/// Built-in tours, and a field for tour files.
 fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add_space(6.0);
     ui.strong("Tours");

@@ -1,7 +1,7 @@
 //! *What to see now*: a row of small pictures over the sky's lower edge, and the same in the Moments panel.
 //!
-//! In: clicks. Out: views, an event that is chosen, a panel that opens. Always: the pictures are drawn in the background, one after the other, once the sky's own is there; what cannot be shown has
-//! no picture. The row goes when one of them or its cross is clicked, and does not come back by itself; the panel always has it.
+//! In: clicks. Out: views, a selected event, an opened panel. Always: the pictures are drawn in the background, one after the other, after the first image of the sky. A view that does not exist has
+//! no picture. The row hides when the user clicks a picture or the close button or begins anything else, and stays hidden; the Moments panel always shows the pictures.
 
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
@@ -15,15 +15,15 @@ use crate::view::app::viewer::Action;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Color32, Rect, RichText, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
 
-/// Points of a picture.
+/// Size of a picture, points.
 const SIZE: [f32; 2] = [136.0, 84.0];
-/// Pixels for each point: sharp on dense screens, too.
+/// Pixels per point: sharp on dense screens, too.
 const DENSITY: f32 = 1.5;
-/// A narrower or lower sky has no room for the row.
+/// Smallest sky that has space for the row, points.
 const MIN_SKY: [f32; 2] = [760.0, 300.0];
 
 /// A view and its picture, rows top first.
-struct Drawn {
+struct DrawnTile {
     now: NowView,
     picture: Option<([u32; 2], Vec<[u8; 4]>)>,
 }
@@ -34,57 +34,57 @@ struct Tile {
 }
 
 #[derive(Default)]
-enum Place {
+enum TileState {
     #[default]
-    Unasked,
-    Coming(Pending<Option<Drawn>>),
-    Here(Box<Tile>),
+    NotRequested,
+    Loading(Pending<Option<DrawnTile>>),
+    Ready(Box<Tile>),
     /// There is no such view.
-    Nothing,
+    Missing,
 }
 
 #[derive(Default)]
 pub struct NowShowing {
-    places: [Place; NowItem::ALL.len()],
+    tiles: [TileState; NowItem::ALL.len()],
 }
 
-/// Draws what is missing while the row is in sight.
-fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+/// Draws missing pictures while the row is visible.
+fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     if interface.drawing().is_none() {
         return;
     }
-    let habits = ViewState { quality: Quality::Standard, ..interface.viewer.settled().clone() };
+    let base_view = ViewState { quality: Quality::Standard, ..interface.viewer.destination().clone() };
     let now = interface.viewer.now();
     let mut is_busy = false;
-    for (item, place) in NowItem::ALL.into_iter().zip(&mut interface.now.places) {
-        if let Place::Coming(coming) = place {
+    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now.tiles) {
+        if let TileState::Loading(coming) = state {
             match coming.take() {
                 None => is_busy = true,
-                Some(drawn) => *place = drawn.map_or(Place::Nothing, |drawn| Place::Here(Box::new(tile(ctx, drawn)))),
+                Some(drawn) => *state = drawn.map_or(TileState::Missing, |drawn| TileState::Ready(Box::new(tile(ctx, drawn)))),
             }
         }
-        if !is_busy && matches!(place, Place::Unasked) {
-            let habits = habits.clone();
-            *place = Place::Coming(ask(worker, move |session| drawn(session, item, now, &habits)));
+        if !is_busy && matches!(state, TileState::NotRequested) {
+            let base_view = base_view.clone();
+            *state = TileState::Loading(ask(worker, move |session| drawn(session, item, now, &base_view)));
             is_busy = true;
         }
     }
 }
 
-fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, habits: &ViewState) -> Option<Drawn> {
-    let now = item.view(session, now, habits)?;
+fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnTile> {
+    let now = item.view(session, now, base_view)?;
     let [width, height] = SIZE.map(|points| (points * DENSITY) as u32);
-    // The shader's own picture: what it computes for an eclipse.
+    // The pixel view of the shader's eclipse computation.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
     let view = ViewState { pixels, ..now.view.clone() };
     let picture = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
-    Some(Drawn { now, picture })
+    Some(DrawnTile { now, picture })
 }
 
-fn tile(ctx: &egui::Context, drawn: Drawn) -> Tile {
+fn tile(ctx: &egui::Context, drawn: DrawnTile) -> Tile {
     let texture = drawn.picture.map(|([width, height], rows)| {
         let name = format!("now: {}", drawn.now.title);
         ctx.load_texture(name, colour_image(width, height, rows), TextureOptions::LINEAR)
@@ -92,14 +92,28 @@ fn tile(ctx: &egui::Context, drawn: Drawn) -> Tile {
     Tile { now: drawn.now, texture }
 }
 
-/// The row over the sky, for someone who has just come.
+/// Which panels are open: the right panel and the list of bodies.
+pub fn open_panels(interface: &Interface) -> (Option<Tab>, bool) {
+    (interface.tab, interface.bodies_shown)
+}
+
+/// Hides the row for good once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's input.
+pub fn hide_after_input(interface: &mut Interface, panels_before: (Option<Tab>, bool), actions: &[Action]) {
+    // A user who stops time may still be looking at the row.
+    let acts = actions.iter().any(|action| !matches!(action, Action::TogglePause));
+    if acts || open_panels(interface) != panels_before {
+        interface.settings.panels.now_shown = false;
+    }
+}
+
+/// The row over the sky, for a user who has just started.
 pub fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, sky: Rect, actions: &mut Vec<Action>) {
     let is_wanted = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
     if !is_wanted || sky.width() < MIN_SKY[0] || sky.height() < MIN_SKY[1] {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("what to see now")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    let mut is_over = false;
+    let mut closes = false;
     area.fixed_pos(sky.center_bottom() - vec2(0.0, 10.0)).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.horizontal(|ui| {
@@ -107,26 +121,26 @@ pub fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, s
                 ui.weak("also under Moments");
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let hover = "Close; the Moments panel has them, too";
-                    is_over = icons::bare(ui, Icon::Close, "Close what to see now").on_hover_text(hover).clicked();
+                    closes = icons::bare(ui, Icon::Close, "Close what to see now").on_hover_text(hover).clicked();
                 });
             });
-            ui.horizontal(|ui| is_over |= row(interface, ui, worker, actions));
+            ui.horizontal(|ui| closes |= row(interface, ui, worker, actions));
         });
     });
-    if is_over {
+    if closes {
         interface.settings.panels.now_shown = false;
     }
 }
 
-/// The pictures, each a button; whether one was clicked.
+/// The pictures, each a button; returns whether one was clicked.
 pub fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
-    work(interface, ui.ctx(), worker);
+    update(interface, ui.ctx(), worker);
     let mut clicked = None;
-    for (item, place) in NowItem::ALL.into_iter().zip(&interface.now.places) {
-        if matches!(place, Place::Nothing) {
+    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now.tiles) {
+        if matches!(state, TileState::Missing) {
             continue;
         }
-        let tile = if let Place::Here(tile) = place { Some(tile) } else { None };
+        let tile = if let TileState::Ready(tile) = state { Some(tile) } else { None };
         if button(ui, item, tile.map(|t| &**t)) {
             clicked = tile.map(|t| (item, t.now.clone()));
         }

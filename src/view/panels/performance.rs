@@ -1,4 +1,4 @@
-//! Where the time of the last frames went: a plot, the same in words for a screen reader, and the account of the last one.
+//! Timings of the last frames: a plot, its description for screen readers, and the stages of the last frame.
 
 use super::Interface;
 use crate::session::Stage;
@@ -7,10 +7,10 @@ use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use std::collections::VecDeque;
 
-/// Frames that the plot shows.
+/// Number of frames in the plot.
 const FRAMES: usize = 240;
 
-/// One frame's account, milliseconds.
+/// Timings of one frame, milliseconds.
 struct Frame {
     by_stage: [f64; Stage::ALL.len()],
     by_pass: Vec<(String, f64)>,
@@ -20,27 +20,27 @@ struct Frame {
 #[derive(Default)]
 pub struct PerformancePanel {
     frames: VecDeque<Frame>,
-    /// When the last of them came, interface seconds.
-    came_s: VecDeque<f64>,
-    /// Of the interface itself, milliseconds.
+    /// Arrival times of the frames, interface seconds.
+    arrival_s: VecDeque<f64>,
+    /// Time of the interface itself, milliseconds.
     pub interface_ms: f64,
-    /// What the session said of drivers and devices.
+    /// The session's messages about drivers and devices.
     pub messages: Vec<String>,
-    /// The plot in words, and when they were found, interface seconds.
+    /// Description of the plot, and when it was made, interface seconds.
     said: Option<(String, f64)>,
 }
 
-/// Whether a line of the session tells only who draws or displays.
+/// Whether a session message is only about drivers and devices.
 pub fn is_about_drivers(line: &str) -> bool {
     line.contains("drawing in software") || line.contains("displaying via the CPU")
 }
 
 impl PerformancePanel {
-    /// Takes a finished frame into the account.
+    /// Adds a finished frame.
     pub fn note(&mut self, drawing: &RenderedView, now_s: f64) {
-        self.came_s.push_back(now_s);
-        while self.came_s.front().is_some_and(|first| now_s - first > RATED_S) {
-            self.came_s.pop_front();
+        self.arrival_s.push_back(now_s);
+        while self.arrival_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
+            self.arrival_s.pop_front();
         }
         let by_stage = Stage::ALL.map(|s| drawing.stages.spent(s).as_secs_f64() * 1e3);
         self.frames.push_back(Frame { by_stage, by_pass: passes_ms(drawing), whole: drawing.took_ms });
@@ -49,40 +49,40 @@ impl PerformancePanel {
         }
     }
 
-    /// What the plot shows. It stays for a while: a screen reader would speak of each frame.
-    fn words(&mut self, now_s: f64) -> String {
-        let old = |(_, found_s): &(String, f64)| now_s - found_s > RATED_S;
+    /// Description of the plot. It changes rarely, because a screen reader would read out every frame.
+    fn description(&mut self, now_s: f64) -> String {
+        let old = |(_, found_s): &(String, f64)| now_s - found_s > RATE_INTERVAL_S;
         if self.said.as_ref().is_none_or(old) {
-            self.said = Some((words_of(&self.frames), now_s));
+            self.said = Some((describe(&self.frames), now_s));
         }
-        self.said.as_ref().map_or(String::new(), |(words, _)| words.clone())
+        self.said.as_ref().map_or(String::new(), |(description, _)| description.clone())
     }
 }
 
-fn words_of(frames: &VecDeque<Frame>) -> String {
+fn describe(frames: &VecDeque<Frame>) -> String {
     if frames.is_empty() {
         return "no frame yet".into();
     }
     let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
     let most = frames.iter().map(|f| f.whole).fold(0.0, f64::max);
-    let stages: Vec<String> = SHOWN.iter().map(|s| format!("{} {:.1} ms", s.name(), mean(&|f| f.by_stage[*s as usize]))).collect();
+    let stages: Vec<String> = FRAME_STAGES.iter().map(|s| format!("{} {:.1} ms", s.name(), mean(&|f| f.by_stage[*s as usize]))).collect();
     let whole = mean(&|f| f.whole);
     format!("{} frames: mean {whole:.1} ms, maximum {most:.1} ms; {}", frames.len(), stages.join(", "))
 }
 
-/// Milliseconds by pass: of the device where it tells, of the processor in software.
+/// Milliseconds by pass: on the GPU if it has timestamps, on the CPU in software.
 fn passes_ms(drawing: &RenderedView) -> Vec<(String, f64)> {
     let software = drawing.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     drawing.by.passes_ms.iter().cloned().chain(software).collect()
 }
 
-/// Pictures are counted over so long.
-const RATED_S: f64 = 2.0;
-/// What a frame goes through.
-const SHOWN: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
+/// Interval over which the frame rate is counted, seconds.
+const RATE_INTERVAL_S: f64 = 2.0;
+/// The stages of a frame.
+const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
-    let words = interface.performance.words(interface.viewport.last_s);
+    let description = interface.performance.description(interface.viewport.last_s);
     let account = &interface.performance;
     let plot = Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
         ui,
@@ -90,10 +90,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             let line = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
                 account.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
-            for stage in SHOWN {
+            for stage in FRAME_STAGES {
                 plot.line(Line::new(stage.name(), line(&|f| f.by_stage[stage as usize])));
             }
-            // A pass that a frame has not took nothing in it.
+            // A pass that some frame lacks took no time in it.
             for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
                 let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
                 plot.line(Line::new(format!("pass {pass}"), line(&of)));
@@ -102,10 +102,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         },
     );
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Frame times"));
-    // Not every system passes on the value of a picture.
+    // Not every platform announces the value of an image.
     ui.ctx().accesskit_node_builder(plot.response.id, |node| {
-        node.set_value(words.clone());
-        node.set_description(words);
+        node.set_value(description.clone());
+        node.set_description(description);
     });
     for line in &account.messages {
         ui.add(egui::Label::new(line).wrap());
@@ -121,8 +121,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line("displayed via", if interface.on_gpu { "GPU" } else { "CPU" }.into());
         line("image", format!("{}x{} px", drawing.width, drawing.height));
         line("frame", format!("{:.1} ms", drawing.took_ms));
-        line("frame rate", format!("{:.1} per second", account.came_s.len() as f64 / RATED_S));
-        for stage in SHOWN {
+        line("frame rate", format!("{:.1} per second", account.arrival_s.len() as f64 / RATE_INTERVAL_S));
+        for stage in FRAME_STAGES {
             line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
         }
         for (pass, ms) in passes_ms(drawing) {
@@ -147,13 +147,13 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line("shaders repaired", library.healed.to_string());
         line("memory", resident_mib().map_or("not available".into(), |m| format!("{m:.0} MiB")));
     };
-    // A small window has no room for all of it.
+    // A small window does not show all of it.
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         egui::Grid::new("account").num_columns(2).striped(true).show(ui, account_of);
     });
 }
 
-/// Memory that the process holds, where the system tells.
+/// Resident memory of the process, if the system reports it.
 fn resident_mib() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let kib: f64 = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
@@ -165,16 +165,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_plot_is_told_in_words_that_stay_for_a_while() {
+    fn the_plot_has_a_description_that_changes_rarely() {
         let mut panel = PerformancePanel::default();
-        assert_eq!(panel.words(0.0), "no frame yet");
+        assert_eq!(panel.description(0.0), "no frame yet");
         for whole in [10.0, 20.0, 60.0] {
             let mut by_stage = [0.0; Stage::ALL.len()];
             by_stage[Stage::Draw as usize] = whole / 2.0;
             panel.frames.push_back(Frame { by_stage, by_pass: Vec::new(), whole });
         }
-        assert_eq!(panel.words(RATED_S), "no frame yet");
-        let words = panel.words(RATED_S + 0.1);
-        assert!(words.starts_with("3 frames: mean 30.0 ms, maximum 60.0 ms") && words.contains("draw 15.0 ms"), "{words}");
+        assert_eq!(panel.description(RATE_INTERVAL_S), "no frame yet");
+        let description = panel.description(RATE_INTERVAL_S + 0.1);
+        assert!(
+            description.starts_with("3 frames: mean 30.0 ms, maximum 60.0 ms") && description.contains("draw 15.0 ms"),
+            "{description}"
+        );
     }
 }

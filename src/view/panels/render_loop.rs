@@ -1,7 +1,7 @@
-//! From the state to the image on screen: takes finished images from the worker and asks it for the next one.
+//! The loop from the view state to the image on screen: receives finished images from the worker and requests the next one.
 //!
-//! In: the view, the viewport's size, finished images. Out: render jobs, textures. Always: while things move images are coarse, a moment later
-//! one at full resolution follows; an image that failed leaves the last valid one. It lays out no panel.
+//! In: the view, the viewport's size, finished images. Out: render jobs, textures. Always: moving images are coarse, and soon after the
+//! movement one at full resolution follows; after a failure the last valid image stays. It lays out no panel.
 
 use super::Interface;
 use crate::catalog::NaifId;
@@ -18,39 +18,39 @@ use std::sync::Arc;
 /// Seconds without input after which an image at full resolution replaces the coarse one.
 const STILL_AFTER_S: f64 = 0.18;
 /// Seconds between checks whether the GPU is ready for an image at rest.
-const READY_LOOK_S: f64 = 0.1;
+const READY_CHECK_S: f64 = 0.1;
 /// Seconds between images while time runs no faster than real time.
-const CALM_INTERVAL_S: f64 = 1.0;
+const REAL_TIME_INTERVAL_S: f64 = 1.0;
 
-/// A longer step of time than any pause between images, seconds: someone set the time.
-const LEAP_S: f64 = 120.0;
-/// Poles wander by less than this in such a leap, radians: the fastest is that of Mimas, 13.6 degrees about at 1 degree a day (PCK), 5.7e-6. A hand that
-/// moves the eye by less is answered all the same: while it moves the view is not calm.
-const WANDERING: f64 = 1e-5;
+/// Change of time, seconds, above which a new image is drawn at once: more than any interval between images, so the user set the time.
+const TIME_JUMP_S: f64 = 120.0;
+/// Upper bound of the motion of a pole in that time, radians: Mimas' is the fastest, 13.6 degrees from its mean pole at 1 degree a day (PCK), 5.7e-6. A drag
+/// that moves the camera by less is still drawn at once, because the view is then not calm.
+const POLE_MOTION: f64 = 1e-5;
 
-/// The image on screen, the one that was asked for last, and when.
+/// The image on screen, the last requested one, and when.
 pub(super) struct Viewport {
     pub(super) texture: Option<TextureHandle>,
     pub(super) drawing: Option<RenderedView>,
-    pub(super) ordered: Option<RenderJob>,
-    pub(super) ordered_s: f64,
+    pub(super) requested: Option<RenderJob>,
+    pub(super) requested_s: f64,
     pub(super) moved_s: f64,
     pub(super) last_s: f64,
-    pub(super) tempo: AdaptiveResolution,
-    /// Pixels of the sky's part of the window.
+    pub(super) resolution: AdaptiveResolution,
+    /// Size of the sky's part of the window, pixels.
     pub(super) size_px: [u32; 2],
-    /// The pixel that was clicked last, of a picture of that size.
+    /// The last clicked pixel, in a picture of that size.
     pub(super) picked_px: Option<[u32; 2]>,
-    /// How many pictures were shown.
+    /// Number of pictures shown so far.
     pub(super) drawings: u64,
-    /// Names what the modules of the pictures were made of, and who was wished to draw them.
-    pub(super) made_by: Option<(Arc<str>, RendererPreference)>,
+    /// Generator of the modules, and the renderer preference: a change of either needs a new image.
+    pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
     pub(super) marks: Vec<Label>,
-    /// The body that was right-clicked last.
-    pub(super) menu_of: Option<NaifId>,
-    /// Where that was, pixels of the picture.
+    /// The last right-clicked body.
+    pub(super) menu_body: Option<NaifId>,
+    /// The position of that click, pixels of the picture.
     pub(super) menu_px: Option<DVec2>,
-    /// The star that was clicked or found last: its place among the catalogue's stars.
+    /// Index in the catalogue of the last star that was clicked or found.
     pub(super) star: Option<usize>,
 }
 
@@ -59,17 +59,17 @@ impl Default for Viewport {
         Self {
             texture: None,
             drawing: None,
-            ordered: None,
-            ordered_s: f64::NEG_INFINITY,
+            requested: None,
+            requested_s: f64::NEG_INFINITY,
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NAN,
-            tempo: AdaptiveResolution::default(),
+            resolution: AdaptiveResolution::default(),
             size_px: [1, 1],
             picked_px: None,
             drawings: 0,
-            made_by: None,
+            drawn_with: None,
             marks: Vec::new(),
-            menu_of: None,
+            menu_body: None,
             menu_px: None,
             star: None,
         }
@@ -87,12 +87,12 @@ impl Interface {
         self.viewport.drawing.as_ref().and_then(|d| d.on_gpu.as_ref())
     }
 
-    /// Drops an image on a GPU that does not display the window: the next one replaces it.
-    pub fn lose_picture(&mut self) {
+    /// Drops an image on a GPU that does not present the window; the next one replaces it.
+    pub fn drop_gpu_image(&mut self) {
         if let Some(drawing) = &mut self.viewport.drawing {
             drawing.on_gpu = None;
         }
-        self.viewport.ordered = None;
+        self.viewport.requested = None;
     }
 
     /// Takes a finished image from the worker.
@@ -104,7 +104,7 @@ impl Interface {
                 self.no_picture = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
                 if drawing.job.sampling == SamplingQuality::of(Quality::Draft) {
-                    self.viewport.tempo.learn(pixels, drawing.took_ms);
+                    self.viewport.resolution.record(pixels, drawing.took_ms);
                 }
                 let pixels = std::mem::take(&mut drawing.rgba);
                 if drawing.on_gpu.is_some() {
@@ -117,8 +117,8 @@ impl Interface {
                     }
                 }
                 self.performance.note(&drawing, self.viewport.last_s);
-                self.adaptation.drew(&drawing.scene.exposure, drawing.job.request.exposure);
-                // The job keeps the view: the exposure on the way to it is no part of that.
+                self.adaptation.note_drawn(&drawing.scene.exposure, drawing.job.request.exposure);
+                // Saved views have automatic exposure, not the transitional one.
                 if let ExposureRequest::Gliding { .. } = drawing.job.request.exposure {
                     drawing.job.request.exposure = ExposureRequest::Auto;
                 }
@@ -128,10 +128,10 @@ impl Interface {
         }
     }
 
-    /// There is no picture of this view. Where there was none before either, who started the program hears of it on standard error, too.
+    /// Records why there is no picture of this view. Before the first picture, the reason also goes to standard error.
     fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
         if self.viewport.drawing.is_none() && self.no_picture.as_ref() != Some(&why) {
-            worker.session().tell(&why);
+            worker.session().notify(&why);
         }
         self.no_picture = Some(why);
     }
@@ -145,16 +145,18 @@ impl Interface {
 
     /// Asks for the image of the view as it is now, coarse while things move.
     pub(super) fn request_image(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
-        // The first image is coarse, too: it is there soon after the window.
-        let moving = self.viewer.races() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.drawing.is_none();
+        // The first image is coarse, too, so that it appears soon after the window.
+        let moving = self.viewer.is_animating() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.drawing.is_none();
         let [width, height] = self.viewport.size_px;
-        let divisor = if moving { self.viewport.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
+        let divisor = if moving { self.viewport.resolution.divisor(u64::from(width) * u64::from(height)) } else { 1 };
         let session = worker.session();
-        let made_by = (session.library().generator(), session.renderers().1);
+        let drawn_with = (session.library().generator(), session.renderers().1);
         let readiness = session.readiness();
-        if self.viewport.made_by.replace(made_by.clone()).is_some_and(|before| before != made_by) || readiness == Readiness::JustReady {
-            // The same view is another image now.
-            self.viewport.ordered = None;
+        if self.viewport.drawn_with.replace(drawn_with.clone()).is_some_and(|before| before != drawn_with)
+            || readiness == Readiness::JustReady
+        {
+            // The same view now gives another image.
+            self.viewport.requested = None;
         }
         let view = &self.viewer.view;
         let request = view.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
@@ -174,22 +176,22 @@ impl Interface {
         request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
         let job = RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu };
-        // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
-        let interval_s = CALM_INTERVAL_S.max(1e-2 * self.viewport.drawing.as_ref().map_or(0.0, |d| d.took_ms));
-        let calm = !moving && now_s - self.viewport.ordered_s < interval_s;
+        // At real time little moves: at most a tenth of the time is spent on drawing it.
+        let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.drawing.as_ref().map_or(0.0, |d| d.took_ms));
+        let calm = !moving && now_s - self.viewport.requested_s < interval_s;
         let stale =
-            self.viewport.ordered.as_ref().is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, calm));
-        if stale || self.adaptation.glides() {
-            self.viewport.ordered = Some(job.clone());
-            self.viewport.ordered_s = now_s;
+            self.viewport.requested.as_ref().is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, calm));
+        if stale || self.adaptation.is_adapting() {
+            self.viewport.requested = Some(job.clone());
+            self.viewport.requested_s = now_s;
             let exposure = self.adaptation.ask(&self.viewer.view, now_s);
             worker.submit(RenderJob { request: ViewRequest { exposure, ..job.request }, ..job });
         }
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
         let waits = [
             self.viewer.frame_interval_s(),
-            (moving && !self.viewer.races()).then_some(STILL_AFTER_S - (now_s - self.viewport.moved_s) + 0.005),
-            (readiness == Readiness::Preparing).then_some(READY_LOOK_S),
+            (moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.moved_s) + 0.005),
+            (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
             (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),
         ];
@@ -199,18 +201,18 @@ impl Interface {
     }
 }
 
-/// Whether a new image is needed. `calm`: time alone is no reason.
+/// Whether a new image is needed. `calm`: the passing of time alone is no reason.
 pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, calm: bool) -> bool {
     if !calm {
         return last != new;
     }
     let leap_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
-    *last != at_time_of(last, new) || leap_s.abs() > LEAP_S
+    *last != at_time_of(last, new) || leap_s.abs() > TIME_JUMP_S
 }
 
-/// A request as it would have been when the last one was made: time moves the eye a little, too, because bodies' poles wander.
+/// A request with the time of the last one. Small changes of the camera that follow from the motion of poles are ignored.
 fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
-    let near = |a: DVec3, b: DVec3| a.distance(b) <= WANDERING * a.length();
+    let near = |a: DVec3, b: DVec3| a.distance(b) <= POLE_MOTION * a.length();
     let position = match (last.position, new.position) {
         (Position::Offset { body, offset_km, axes }, Position::Offset { body: b, offset_km: o, axes: a })
             if (body, axes) == (b, a) && near(offset_km, o) =>
@@ -230,7 +232,7 @@ fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
     ViewRequest { time: last.time, position, look, up, ..new.clone() }
 }
 
-/// Opaque display bytes as an image of egui.
+/// Opaque display bytes as an egui image.
 pub(in crate::view) fn colour_image(width: u32, height: u32, rgba: Vec<[u8; 4]>) -> ColorImage {
     let pixels = rgba.into_iter().map(|[r, g, b, _]| Color32::from_rgb(r, g, b)).collect();
     ColorImage::new([width as usize, height as usize], pixels)

@@ -1,13 +1,13 @@
-//! The search field, what it may mean below it, and what becomes of a choice.
+//! The search field, its suggestions, and what a suggestion does.
 //!
-//! In: what is typed, clicks. Out: actions, panels that open. Always: a failed search says so at its field and is replaced by what is typed next; the text is selected when
-//! the field is entered again; what is only nearly the text is offered, never taken.
+//! In: typed text, clicks. Out: actions, opened panels. Always: a failed search is reported at its field and replaced by the next input; the text is selected when
+//! the field gets the focus again; similar names are offered, never chosen automatically.
 
 use super::{Interface, Tab, events};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::places::SessionPlaces;
+use crate::view::app::places::SessionPositions;
 use crate::view::app::search::{Answer, Suggestion, feature_view, names, near_names, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
@@ -17,25 +17,25 @@ use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Key, TextEdit};
 
-/// Characters of what was typed that a failed search repeats.
+/// Longest quotation of the search text, characters.
 const MAX_ECHO_CHARS: usize = 60;
-/// Suggestions shown at once.
+/// Largest number of suggestions.
 const SUGGESTIONS: usize = 8;
 
 #[derive(Default)]
 pub struct SearchField {
     wanted: String,
-    /// Of the suggestions.
+    /// Index of the highlighted suggestion.
     highlighted: usize,
-    /// The field wants the keyboard.
+    /// Request for the keyboard focus.
     pub focus: bool,
-    /// Why what was searched is not found, until it is changed.
+    /// Why the search failed, until the text changes.
     failure: Option<String>,
 }
 
 impl SearchField {
-    /// Leaves the search; what hangs below it goes with the text. False: there was nothing to leave.
-    pub fn give_up(&mut self) -> bool {
+    /// Closes the search with its suggestions and clears the text. False if there was nothing to close.
+    pub fn close(&mut self) -> bool {
         let had_any = !self.wanted.is_empty() || self.failure.is_some();
         self.wanted.clear();
         self.failure = None;
@@ -43,14 +43,14 @@ impl SearchField {
     }
 }
 
-/// All of a field's text is selected: what is typed next takes its place.
+/// Selects a field's whole text, so that typing replaces it.
 fn select_all(ctx: &egui::Context, field: Id, text: &str) {
     let mut state = TextEditState::load(ctx, field).unwrap_or_default();
     state.cursor.set_char_range(Some(CCursorRange::two(CCursor::new(0), CCursor::new(text.chars().count()))));
     state.store(ctx, field);
 }
 
-/// The search field, with what it may mean below it, or why it found nothing.
+/// The search field, with its suggestions or error.
 pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let field = TextEdit::singleline(&mut interface.search.wanted).hint_text("Search (/)").desired_width(150.0);
     let response = ui.add(field).on_hover_text(
@@ -81,32 +81,32 @@ pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         match (found.get(interface.search.highlighted), set_effects(interface)) {
             (Some(suggestion), _) => chosen = Some(suggestion.answer.clone()),
             (None, Some(Ok(()))) => {
-                interface.search.give_up();
+                interface.search.close();
             }
             (None, Some(Err(why))) => interface.search.failure = Some(why),
             (None, None) => interface.search.failure = Some(not_found(interface)),
         }
         if interface.search.failure.is_some() {
-            // Whoever mistyped types again.
+            // After an error the user types again.
             response.request_focus();
             select_all(ui.ctx(), response.id, &interface.search.wanted);
         }
     }
     below(interface, ui, catalog, response.rect, &found, &mut chosen);
     if let Some(answer) = chosen {
-        interface.search.give_up();
-        follow(interface, worker, answer, actions);
+        interface.search.close();
+        apply_answer(interface, worker, answer, actions);
     }
 }
 
-/// Why a text means nothing, and what it may have meant.
+/// The error for a text without a meaning, with similar names.
 fn not_found(interface: &Interface) -> String {
     let typed = interface.search.wanted.trim();
     let hint = did_you_mean(typed, names(&interface.viewer)).map_or(String::new(), |hint| format!("; {hint}"));
     format!("Nothing is called “{}”{hint}", echo_within(typed, MAX_ECHO_CHARS))
 }
 
-/// What hangs below the search field: suggestions, or why there are none and what is nearly called so.
+/// The list below the search field: suggestions, or the error and similar names.
 fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::Rect, found: &[Suggestion], chosen: &mut Option<Answer>) {
     let failure = interface.search.failure.as_ref();
     let near = if found.is_empty() { near_names(&interface.search.wanted, &interface.viewer) } else { Vec::new() };
@@ -119,7 +119,7 @@ fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::R
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
             if let Some(why) = failure {
                 let line = ui.colored_label(ui.visuals().warn_fg_color, why);
-                // Read out by a screen reader while the keyboard stays in the field.
+                // Announced by screen readers while the focus stays in the field.
                 ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
             }
             for (i, suggestion) in found.iter().enumerate() {
@@ -140,7 +140,7 @@ fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::R
     });
 }
 
-/// Effects as `--effects` takes them, such as `+eclipse` or `-rings`. `None`: it is no such text.
+/// Applies effects in the syntax of `--effects`, such as `+eclipse` or `-rings`. `None`: the text is none.
 fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
     let typed = interface.search.wanted.trim();
     if !typed.starts_with(['+', '-']) || !typed.contains(char::is_alphabetic) {
@@ -151,18 +151,18 @@ fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
     Some(EffectOverrides::parse(&both).map(|overrides| view.effects = overrides).map_err(|e| e.to_string()))
 }
 
-/// Does what was chosen.
-fn follow(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
+/// Applies the chosen suggestion.
+fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
     interface.settings.hints.search = true;
     let session = worker.session();
     let catalog = session.catalog();
-    let places = SessionPlaces(session);
+    let places = SessionPositions(session);
     match answer {
         Answer::Body(id) => actions.push(Action::FlyTo(id)),
         Answer::Time(time) => actions.push(Action::SetTime(time)),
         Answer::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
         Answer::City(city) => {
-            // The place of events, of rise and set, and of the eye is one.
+            // Events, rise and set, and the camera share one place.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
             interface.message = format!("{}, {}: events, rise and set are told for this place from now on", city.name, city.country);

@@ -1,12 +1,12 @@
-//! The keyboard, and the sheet that explains it.
+//! Keyboard shortcuts, and the window that lists them.
 
 use super::{Interface, Tab};
-use crate::view::app::settings::ZOOMS;
+use crate::view::app::settings::UI_SCALES;
 use crate::view::app::viewer::Action;
 use egui::{Key, Modifiers, Popup};
 
-/// What a key does, for the sheet.
-const SHEET: &[(&str, &str)] = &[
+/// Keys and their effects, for the help window.
+const SHORTCUTS: &[(&str, &str)] = &[
     ("Drag", "orbit the body; on its surface look around"),
     ("Right drag, Shift+drag", "look around"),
     ("Middle drag, [ and ]", "roll"),
@@ -38,13 +38,13 @@ const SHEET: &[(&str, &str)] = &[
     ("Ctrl+Q", "quit"),
 ];
 
-/// Pixels that an arrow key turns by.
+/// Rotation by an arrow key, as a drag in pixels.
 const ARROW_PX: f64 = 24.0;
-/// By which a key changes the size of text.
+/// Step of a key for the scale of text.
 const ZOOM_STEP: f32 = 0.1;
 
-/// In a slow turn what follows `/` may come with it: that is for the search field, which has the keyboard in the next turn, and no shortcut.
-fn hold_back(interface: &mut Interface, ctx: &egui::Context) {
+/// In a slow frame, text after `/` can arrive in the same frame: it belongs to the search field, which gets the focus in the next, and is no shortcut.
+fn defer_search_text(interface: &mut Interface, ctx: &egui::Context) {
     let slash = egui::Event::Text("/".into());
     interface.typed_ahead = ctx.input_mut(|i| {
         let Some(at) = i.events.iter().position(|e| *e == slash) else { return Vec::new() };
@@ -68,23 +68,23 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     let resized = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
     let zoom = &mut interface.settings.zoom;
     if resized(Key::Plus) || resized(Key::Equals) {
-        *zoom = (*zoom + ZOOM_STEP).min(*ZOOMS.end());
+        *zoom = (*zoom + ZOOM_STEP).min(*UI_SCALES.end());
     } else if resized(Key::Minus) {
-        *zoom = (*zoom - ZOOM_STEP).max(*ZOOMS.start());
+        *zoom = (*zoom - ZOOM_STEP).max(*UI_SCALES.start());
     } else if resized(Key::Num0) {
         *zoom = 1.0;
     }
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Q)) {
-        interface.quits = true;
+        interface.quit_requested = true;
     }
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
         interface.share.wants_picture = true;
     }
-    // Whoever types wants letters.
+    // Typed text is no shortcut.
     if ctx.egui_wants_keyboard_input() {
         return;
     }
-    hold_back(interface, ctx);
+    defer_search_text(interface, ctx);
     let text: Vec<String> = ctx.input(|i| {
         let plain = !i.modifiers.command && !i.modifiers.ctrl;
         let typed = i.events.iter().filter_map(|e| if let egui::Event::Text(t) = e { Some(t.clone()) } else { None });
@@ -109,7 +109,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
                 let fixed = matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
-                actions.push(Action::TurnWithBody(!fixed));
+                actions.push(Action::RotateWithBody(!fixed));
             }
             "[" => actions.push(Action::Roll(-5.0)),
             "]" => actions.push(Action::Roll(5.0)),
@@ -125,22 +125,22 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
         }
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
-        ctx.copy_text(interface.viewer.shared().to_link());
+        ctx.copy_text(interface.viewer.shareable().to_link());
         interface.message = "Link copied".into();
     }
     let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    // An open menu is closed by the key itself; a control that had the keyboard has lost it by now.
+    // egui closes an open menu by Escape itself; a focused control has lost the focus by now.
     if !Popup::is_any_open(ctx) && down(Key::Escape) {
         close_topmost(interface);
     }
     if ctx.memory(|m| m.focused().is_none()) && ctx.input_mut(|i| i.consume_key(Modifiers::SHIFT, Key::Backspace)) {
-        actions.push(Action::Ahead);
+        actions.push(Action::NextView);
     }
     for (key, action) in [
         (Key::PageDown, Action::SelectNext(1)),
         (Key::PageUp, Action::SelectNext(-1)),
-        (Key::Home, Action::Level),
-        (Key::Backspace, Action::Back),
+        (Key::Home, Action::FaceSelected),
+        (Key::Backspace, Action::PreviousView),
         (Key::ArrowRight, Action::Turn(ARROW_PX, 0.0)),
         (Key::ArrowLeft, Action::Turn(-ARROW_PX, 0.0)),
         (Key::ArrowUp, Action::Turn(0.0, ARROW_PX)),
@@ -152,10 +152,10 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     }
 }
 
-/// Closes what lies on top, one thing at a time: the program is left by closing its window or Ctrl+Q.
+/// Closes the topmost item. The program itself is ended by closing its window or by Ctrl+Q.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
-    if interface.warning.take().is_some() || interface.search.give_up() || had_keyboard || interface.angle.clear() || interface.tour.end() {
+    if interface.warning.take().is_some() || interface.search.close() || had_keyboard || interface.angle.clear() || interface.tour.end() {
         return;
     }
     if !std::mem::take(&mut interface.help_shown) && interface.tab.take().is_none() {
@@ -166,7 +166,7 @@ fn close_topmost(interface: &mut Interface) {
 pub fn help(interface: &mut Interface, ctx: &egui::Context) {
     egui::Window::new("Keys and mouse").open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
         egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
-            for (keys, does) in SHEET {
+            for (keys, does) in SHORTCUTS {
                 ui.strong(*keys);
                 ui.label(*does);
                 ui.end_row();

@@ -1,4 +1,4 @@
-//! Controls of the camera, below the list of bodies: where it stands and which way it looks.
+//! Camera controls below the list of bodies: position and direction of view.
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible};
@@ -7,7 +7,7 @@ use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG};
 use crate::view::app::viewer::Action;
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
-/// A place that is being chosen, degrees.
+/// A place being chosen, degrees.
 #[derive(Default)]
 pub struct Standpoint {
     latitude_deg: f64,
@@ -27,7 +27,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
             actions.push(Action::LookAt(selected));
         }
         if ui.add(level).on_hover_text("Look at the body again, north up (Home)").clicked() {
-            actions.push(Action::Level);
+            actions.push(Action::FaceSelected);
         }
     });
     from_another(interface, ui, selected, actions);
@@ -52,7 +52,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     };
     let turn = ui.add_enabled(orbits, Checkbox::new(&mut fixed, "Rotate with body"));
     if turn.on_hover_text("Body-fixed frame in place of an inertial one (f)").clicked() {
-        actions.push(Action::TurnWithBody(fixed));
+        actions.push(Action::RotateWithBody(fixed));
     }
     let mut tracks = interface.viewer.view.tracks;
     if ui.checkbox(&mut tracks, "Follow target").on_hover_text("Keep the camera pointed at the target").clicked() {
@@ -62,7 +62,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     ui.add(lens).on_hover_text("Vertical field of view, degrees");
 }
 
-/// The selected body through a lens, from the centre of another.
+/// Views the selected body from the centre of another.
 fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
     let now = match interface.viewer.view.eye {
         CameraPose::Centre { body } => interface.viewer.name(body),

@@ -1,4 +1,4 @@
-//! Facts about the star that was clicked or found: what the catalogue holds, and what follows from it.
+//! Facts about the star that was clicked or found: catalogue values, and quantities derived from them.
 
 use super::fact::line;
 use crate::catalog::stars::{Star, star_name};
@@ -11,10 +11,10 @@ use glam::DVec3;
 
 /// Light years in a parsec (IAU 2015 Resolution B2 and the Julian year).
 const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
-/// Nearer parallaxes than this, milliarcseconds, tell no distance: Hipparcos' errors are about as large.
-const LEAST_PARALLAX_MAS: f64 = 1.0;
+/// Smallest parallax that gives a distance, milliarcseconds: Hipparcos' errors are about as large.
+const MIN_PARALLAX_MAS: f64 = 1.0;
 
-/// Its proper name and its number, or what of them it has.
+/// Proper name and catalogue number, as far as the star has them.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
@@ -28,15 +28,15 @@ pub(super) fn title(star: &Star) -> String {
     format!("{}, magnitude {:.2}", name(star), star.v_magnitude)
 }
 
-/// Each fact with its words. `years`: from the catalogue's epoch to the shown time.
-fn facts_of(star: &Star, years: f64) -> Vec<(&'static str, String)> {
+/// Each fact with its label. `years`: from the catalogue's epoch to the displayed time.
+fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     let mut facts = vec![("magnitude V", format!("{:+.2}", star.v_magnitude))];
     if let Some(b_v) = star.b_v {
         facts.push(("colour index B-V", format!("{b_v:+.3}")));
         facts.push(("temperature", format!("about {:.0} K (from B-V)", (temperature_k(f64::from(b_v)) / 50.0).round() * 50.0)));
     }
     let parallax_mas = star.parallax_rad / RAD_PER_ARCSEC * 1e3;
-    if parallax_mas >= LEAST_PARALLAX_MAS {
+    if parallax_mas >= MIN_PARALLAX_MAS {
         let parsecs = 1e3 / parallax_mas;
         facts.push(("parallax", format!("{parallax_mas:.2} mas")));
         facts.push(("distance", format!("{:.1} light years ({parsecs:.1} pc)", parsecs * LIGHT_YEARS_PER_PARSEC)));
@@ -44,7 +44,7 @@ fn facts_of(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     } else {
         facts.push(("distance", "too far to tell by its parallax".into()));
     }
-    // North and east at the star.
+    // Directions of north and east at the star.
     let east = DVec3::Z.cross(star.direction).normalize_or_zero();
     let north = star.direction.cross(east);
     let mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
@@ -60,7 +60,7 @@ fn facts_of(star: &Star, years: f64) -> Vec<(&'static str, String)> {
 pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years: f64) {
     ui.strong(name(star));
     Grid::new("star").num_columns(2).striped(true).show(ui, |ui| {
-        for (what, value) in facts_of(star, years) {
+        for (what, value) in derived_facts(star, years) {
             line(ui, what, value);
         }
     });
@@ -73,11 +73,11 @@ mod tests {
 
     /// Sirius: 8.6 light years, absolute magnitude 1.45, 1339 mas a year towards 204 degrees, 9940 K (Gray & Corbally 2009 and SIMBAD; the colour gives it within 5 %).
     #[test]
-    fn sirius_has_the_facts_of_the_books() {
+    fn sirius_has_the_published_facts() {
         let stars = StarCatalog::embedded();
         let sirius = stars.hip(32_349).expect("Sirius");
         assert_eq!(title(sirius), "Sirius (HIP 32349), magnitude -1.44");
-        let facts = facts_of(sirius, 8.75);
+        let facts = derived_facts(sirius, 8.75);
         let of = |what: &str| facts.iter().find(|(name, _)| *name == what).map(|(_, value)| value.clone()).expect(what);
         assert!(of("distance").starts_with("8.6 light years (2.6 pc)"), "{}", of("distance"));
         assert_eq!(of("absolute magnitude"), "+1.45");
@@ -89,11 +89,11 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_measured_is_not_told() {
+    fn unmeasured_facts_are_omitted() {
         let far = StarCatalog::parse("one", "ra_deg,dec_deg,v_mag\n10,90,5\n").expect("a star");
         let star = &far.stars()[0];
         assert_eq!(title(star), "Star without a Hipparcos number, magnitude 5.00");
-        let facts = facts_of(star, 0.0);
+        let facts = derived_facts(star, 0.0);
         assert!(facts.iter().all(|(what, _)| !["temperature", "parallax", "absolute magnitude"].contains(what)), "{facts:?}");
         assert!(facts.iter().all(|(_, value)| !value.contains("NaN")), "{facts:?}");
     }

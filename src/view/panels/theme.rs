@@ -1,15 +1,15 @@
-//! Colours, sizes of text and spaces of the panels, one set for each theme.
+//! Colours, text sizes and spacing of the panels, for each theme.
 //!
-//! In: nothing. Out: egui's styles. Always: text has at least 4.5 times the luminance of what it lies on, or the inverse (WCAG 2.2, contrast, level AA); `tests/view/contrast`
-//! measures it on what is painted. Not here: colours over the picture (`scene::marks`) and of source code (`shader::text`).
+//! In: nothing. Out: egui's styles. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast`
+//! measures it on the painted output. Not here: colours over the picture (`scene::marks`) and of source code (`shader::text`).
 
 use super::icons;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
-/// Sizes of text in points, from captions to headings.
+/// Text sizes in points, from captions to headings.
 pub const SMALL: f32 = 11.0;
 pub const BODY: f32 = 13.0;
-/// Of source code.
+/// For source code.
 pub const CODE: f32 = 12.0;
 pub const HEADING: f32 = 18.0;
 

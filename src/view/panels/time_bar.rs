@@ -1,4 +1,4 @@
-//! The line below the sky: calendar and clock, the rate of time, steps, the next event of a kind; and the timeline below it.
+//! The bar below the sky: calendar and clock, the rate of time, steps, the next event of a kind; and the timeline below it.
 
 use super::icons::{self, Icon};
 use super::top_bar::caption;
@@ -8,7 +8,7 @@ use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
-use crate::view::app::time_rate::{FASTEST, SLOWEST, pace_text};
+use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, speed_text};
 use crate::view::app::viewer::Action;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
@@ -16,18 +16,18 @@ use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit};
 use std::sync::Arc;
 
-/// An event on its way.
+/// A pending event search.
 type FirstEvent = Pending<Result<Option<SkyEvent>, String>>;
 
 pub struct TimeBar {
-    /// What is being typed; empty while the field shows the view's time.
+    /// The typed text; empty while the field shows the view's time.
     typed: Option<String>,
-    /// The month that the calendar shows, by its first day; that of the view until another is chosen.
+    /// The displayed month of the calendar, by its first day; `None`: that of the view.
     month: Option<NaiveDate>,
     kind: EventKind,
-    /// The event that is being looked for.
+    /// The running search for an event.
     coming: Option<FirstEvent>,
-    /// A key asked for the event before, or the next.
+    /// A key requested the previous event, or the next.
     pub wants: [bool; 2],
 }
 
@@ -37,9 +37,9 @@ impl Default for TimeBar {
     }
 }
 
-/// Steps that a button takes: seconds and name.
+/// Time steps of the buttons: seconds and name.
 const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (SECONDS_PER_DAY, "d"), (365.25 * SECONDS_PER_DAY, "yr")];
-/// How far the next event is looked for, and how far from the shown time, seconds: the one that is shown is not the next.
+/// Length of the search for the next event, and least distance from the displayed time, seconds: the displayed event is not the next.
 const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
 const EVENT_GAP_S: f64 = 60.0;
 
@@ -73,7 +73,7 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     });
 }
 
-/// The date, to be read and typed, and whose clock it is of.
+/// The date field, and its time zone.
 fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
     let clock = interface.settings.clock;
@@ -106,7 +106,7 @@ fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
     }
 }
 
-/// A date as it was typed, on the clock that is shown; a text that says UTC or Z is UTC.
+/// A typed date in the displayed time zone; a text with UTC or Z is UTC.
 fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
     let lower = typed.trim().to_lowercase();
@@ -134,7 +134,7 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     }
 }
 
-/// A month's days and the time of day; the answer is what was chosen.
+/// The days of a month and the time of day; returns the chosen time.
 fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Option<NaiveDateTime> {
     let of_view = civil.date().with_day(1)?;
     let month = bar.month.unwrap_or(of_view);
@@ -186,7 +186,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
     chosen
 }
 
-/// Which way and how fast time runs.
+/// Direction and rate of time.
 fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time_rate = &interface.viewer.time_rate;
     let paused = time_rate.is_paused();
@@ -201,19 +201,19 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
         }
     }
     caption(ui, "Rate");
-    let mut pace = time_rate.pace();
-    let slider = Slider::new(&mut pace, SLOWEST..=FASTEST).logarithmic(true).show_value(false);
+    let mut speed = time_rate.speed();
+    let slider = Slider::new(&mut speed, MIN_SPEED..=MAX_SPEED).logarithmic(true).show_value(false);
     let slider = ui.add(slider).on_hover_text("Rate of time: from real time to a year a second (, and .)").accessible_name("Rate of time");
     if slider.changed() {
-        actions.push(Action::SetPace(pace));
+        actions.push(Action::SetSpeed(speed));
     }
-    // As wide as its widest, so that nothing beside it moves.
-    let text = if paused { format!("paused ({})", pace_text(pace)) } else { time_rate.label() };
+    // As wide as the longest text, so that nothing beside it moves.
+    let text = if paused { format!("paused ({})", speed_text(speed)) } else { time_rate.label() };
     let size = [100.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }
 
-/// The event of a kind before the shown time, and the one after it.
+/// Buttons for the previous and the next event of a kind.
 fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     if let Some(found) = interface.clock.coming.as_ref().and_then(Pending::take) {
         interface.clock.coming = None;
@@ -243,7 +243,7 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
     }
     if let Some(backward) = backward {
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
-        let start = interface.viewer.settled().time().plus_seconds(gap_s);
+        let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let search = EventSearch::new(vec![kind], start, EVENT_REACH_S, backward);
         interface.clock.coming =
             Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| e.to_string())));
@@ -266,7 +266,7 @@ mod tests {
                 assert_eq!(typed(text, clock).to_utc_iso(), "2024-04-08T18:17:00Z", "{text}");
             }
             assert_eq!(typed("now", clock), now);
-            // What is shown is what was typed.
+            // The displayed text is read back as the same time.
             let text = "2024-04-08 18:17:00";
             assert_eq!(clock.shown(typed(text, clock)).map(civil_text), Some(text.to_owned()));
         }

@@ -1,7 +1,7 @@
-//! The timeline below the sky: dates around the shown time, with the events among them.
+//! The timeline below the sky: dates around the displayed time, and events.
 //!
-//! In: drags, clicks, the wheel, keys. Out: actions that move time or show an event; a span in the settings. Always: the shown time is in its middle, so that a drag moves time as it moves the
-//! dates; events are searched in the background and appear as they are found; moons' events, of which there are dozens a week, while the span is short. Not here: where a date is (`app::timeline`).
+//! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; a span in the settings. Always: the displayed time is in the middle, so that a drag moves time with the
+//! dates; events are searched in the background and appear when found; moons' events, dozens a week, only on short spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
 use super::{Interface, events};
@@ -17,43 +17,43 @@ use egui::{Align2, Color32, EventFilter, Key, Rect, Response, Sense, Stroke, Tex
 use std::sync::Arc;
 
 const HEIGHT: f32 = 34.0;
-/// Of the lower part, which has the dates.
-const DATES_HEIGHT: f32 = 15.0;
-/// So far from an event's mark a click means it, points.
-const REACH: f64 = 5.0;
-/// Radii of marks: of what is total or annular, and of the rest.
-const RADII: [f32; 2] = [4.0, 2.5];
-/// Longer spans have the great events alone, seconds.
-const ALL_EVENTS_S: f64 = 40.0 * 365.25 * SECONDS_PER_DAY;
-/// Longer spans have no moons' events, seconds.
-const MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
-/// Part of the span that an arrow key moves time by.
-const KEY_PART: f64 = 0.02;
+/// Height of the lower part with the dates.
+const LABEL_HEIGHT: f32 = 15.0;
+/// Distance from an event's mark within which a click selects it, points.
+const CLICK_DISTANCE: f64 = 5.0;
+/// Radii of marks: of notable events, and of the others.
+const MARK_RADII: [f32; 2] = [4.0, 2.5];
+/// Span above which only notable events are shown, seconds.
+const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * 365.25 * SECONDS_PER_DAY;
+/// Span above which moons' events are hidden, seconds.
+const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
+/// Fraction of the span by which an arrow key changes the time.
+const KEY_STEP: f64 = 0.02;
 
-const FAR: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
-const NEAR: &[EventKind] = &[EventKind::Moons];
+const RARE: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
+const FREQUENT: &[EventKind] = &[EventKind::Moons];
 
-/// Events of some kinds as far as they are found.
-struct Strip {
+/// Known events of some kinds and the running search for more.
+struct EventTrack {
     known: KnownEvents,
     running: Option<(NextSearch, Pending<Option<Vec<KnownEvent>>>)>,
 }
 
 pub struct Timeline {
-    far: Strip,
-    near: Strip,
+    far: EventTrack,
+    near: EventTrack,
 }
 
 impl Default for Timeline {
     fn default() -> Self {
-        let strip = |kinds, step_days| Strip { known: KnownEvents::new(kinds, step_days), running: None };
-        Self { far: strip(FAR, 500.0), near: strip(NEAR, 3.0) }
+        let strip = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
+        Self { far: strip(RARE, 500.0), near: strip(FREQUENT, 3.0) }
     }
 }
 
-impl Strip {
-    /// Takes what was found and asks on.
-    fn work(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
+impl EventTrack {
+    /// Takes the results of a search and starts the next.
+    fn update(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
         if let Some((of, found)) = self.running.take() {
             match found.take() {
                 Some(found) => self.known.take(&of, found),
@@ -94,33 +94,33 @@ pub fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, 
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());
     let axis = TimeAxis { middle_s: interface.viewer.view.tdb_s, span_s, width: f64::from(rect.width()) };
     if interface.drawing().is_some() {
-        interface.timeline.far.work(&axis, worker);
-        if span_s <= MOONS_S {
-            interface.timeline.near.work(&axis, worker);
+        interface.timeline.far.update(&axis, worker);
+        if span_s <= MAX_SPAN_MOONS_S {
+            interface.timeline.near.update(&axis, worker);
         }
     }
     notches += wheel(ui, &response) + keys(ui, &response, &axis, actions);
     paint(interface, ui, rect, &axis, response.has_focus());
-    told(interface, &response);
+    announce(interface, &response);
     let response = hover(interface, response, rect, &axis);
-    hands(interface, ui, &response, rect, &axis, worker, actions);
+    drag_and_click(interface, ui, &response, rect, &axis, worker, actions);
     interface.settings.panels.timeline_span_s = zoomed_span_s(span_s, notches);
 }
 
-/// Marks of the events that show, with their places.
+/// The displayed events, with their positions.
 fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
     let Timeline { far, near } = &interface.timeline;
     let (from_s, to_s, span_s) = (axis.from_s(), axis.to_s(), axis.span_s);
     let axis = *axis;
-    let near = if span_s <= MOONS_S { near.known.between(from_s, to_s) } else { &[] };
-    let far = far.known.between(from_s, to_s).iter().filter(move |e| span_s <= ALL_EVENTS_S || e.event.is_great());
-    near.iter().chain(far).map(move |e| (axis.place(e.tdb_s), e))
+    let near = if span_s <= MAX_SPAN_MOONS_S { near.known.between(from_s, to_s) } else { &[] };
+    let far = far.known.between(from_s, to_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
+    near.iter().chain(far).map(move |e| (axis.position(e.tdb_s), e))
 }
 
-/// The event whose mark is nearest to a place, if one is near.
+/// The event whose mark is nearest to a position, if one is near.
 fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, points: f64) -> Option<&'t KnownEvent> {
     let away = |place: f64| (place - points).abs();
-    let near = marks(interface, axis).filter(|(place, _)| away(*place) <= REACH);
+    let near = marks(interface, axis).filter(|(place, _)| away(*place) <= CLICK_DISTANCE);
     near.min_by(|a, b| away(a.0).total_cmp(&away(b.0))).map(|(_, event)| event)
 }
 
@@ -148,25 +148,25 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     let outline = if is_focused { visuals.selection.stroke } else { visuals.widgets.noninteractive.bg_stroke };
     painter.rect(rect, 3.0, visuals.extreme_bg_color, outline, egui::StrokeKind::Inside);
     let x = |points: f64| rect.left() + points as f32;
-    let dates = rect.bottom() - DATES_HEIGHT;
+    let dates = rect.bottom() - LABEL_HEIGHT;
     let font = TextStyle::Small.resolve(ui.style());
     for tick in axis.ticks(interface.settings.clock) {
-        let at = x(axis.place(tick.tdb_s));
+        let at = x(axis.position(tick.tdb_s));
         painter.vline(at, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
         painter.text(pos2(at + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
     let middle = 0.5 * (rect.top() + dates);
     for (place, event) in marks(interface, axis) {
-        let radius = RADII[usize::from(!event.event.is_great())];
+        let radius = MARK_RADII[usize::from(!event.event.is_notable())];
         painter.circle_filled(pos2(x(place), middle), radius, colour(ui, event.event.kind()));
     }
     let needle = Stroke::new(1.5, visuals.strong_text_color());
     painter.vline(rect.center().x, rect.top()..=dates, needle);
 }
 
-/// For those who do not see it: a slider of time.
-fn told(interface: &Interface, response: &Response) {
-    // In whole minutes: a screen reader is told of each change.
+/// For screen readers: a slider of time.
+fn announce(interface: &Interface, response: &Response) {
+    // In whole minutes, since a screen reader announces each change.
     let time = interface.viewer.view.time();
     let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
     response.widget_info(|| egui::WidgetInfo {
@@ -175,7 +175,7 @@ fn told(interface: &Interface, response: &Response) {
     });
 }
 
-/// Says what is under the mouse.
+/// The tooltip of the event or date under the pointer.
 fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis) -> Response {
     let Some(at) = response.hover_pos() else {
         return response.on_hover_text("Drag to move time, scroll to zoom, click an event to show it");
@@ -188,8 +188,8 @@ fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis)
     response.on_hover_text_at_pointer(said)
 }
 
-/// Drags and clicks.
-fn hands(
+/// Handles drags and clicks.
+fn drag_and_click(
     interface: &mut Interface,
     ui: &Ui,
     response: &Response,
@@ -211,7 +211,7 @@ fn hands(
     }
 }
 
-/// Notches of the wheel over it.
+/// Wheel notches over the timeline.
 fn wheel(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;
@@ -220,7 +220,7 @@ fn wheel(ui: &Ui, response: &Response) -> f64 {
     if pinch == 0.0 { wheel } else { pinch }
 }
 
-/// Arrow keys while it has the keyboard; and what a screen reader asks for. The answer is notches.
+/// Arrow keys while it has the focus, and increments from assistive technology. Returns notches.
 fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) -> f64 {
     if !response.has_focus() {
         return 0.0;
@@ -232,7 +232,7 @@ fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>
     let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft) + asked(egui::accesskit::Action::Increment)
         - asked(egui::accesskit::Action::Decrement);
     if steps != 0.0 {
-        actions.push(Action::Step(steps * KEY_PART * axis.span_s));
+        actions.push(Action::Step(steps * KEY_STEP * axis.span_s));
     }
     pressed(Key::ArrowUp) - pressed(Key::ArrowDown)
 }

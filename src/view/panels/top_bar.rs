@@ -1,6 +1,6 @@
-//! The line over the sky: what there is to explore, see, understand and share.
+//! The bar above the sky, in groups: explore, see, understand, share.
 //!
-//! In: clicks. Out: panels that open, switches, actions. Always: each button has an icon, a word and, in its tooltip, its key.
+//! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a text and a tooltip with its key.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, search};
@@ -9,7 +9,7 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{PopupCloseBehavior, Ui};
 
-/// Points from which on the groups of the bar have names.
+/// Window width above which the groups of the bar have captions, points.
 const CAPTIONED_WIDTH: f32 = 1500.0;
 
 impl Tab {
@@ -32,10 +32,10 @@ pub fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, ac
         caption(ui, "Explore");
         icons::toggle(ui, Icon::Bodies, &mut interface.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
         search::field(interface, ui, worker, actions);
-        let can_go = [interface.viewer.can_go_back(), interface.viewer.can_go_ahead()];
+        let can_go = [interface.viewer.has_previous_view(), interface.viewer.has_next_view()];
         for (can_go, icon, name, hover, action) in [
-            (can_go[0], Icon::Back, "Back", "Previous view (Backspace)", Action::Back),
-            (can_go[1], Icon::Forward, "Forward", "Next view (Shift+Backspace)", Action::Ahead),
+            (can_go[0], Icon::Back, "Back", "Previous view (Backspace)", Action::PreviousView),
+            (can_go[1], Icon::Forward, "Forward", "Next view (Shift+Backspace)", Action::NextView),
         ] {
             let button = ui.add_enabled_ui(can_go, |ui| icons::bare(ui, icon, name)).inner;
             if button.on_hover_text(hover).clicked() {
@@ -68,7 +68,7 @@ fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
     }
 }
 
-/// A list of switches that stays open while they are pressed.
+/// A menu of switches that stays open while they are pressed.
 fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Layers, "Layers");
@@ -76,7 +76,7 @@ fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     button.on_hover_text("Names, markers, orbits, outline (n, m, o, x)");
 }
 
-/// What is shown beside the bodies.
+/// Switches of everything besides the bodies.
 fn layers(interface: &mut Interface, ui: &mut Ui) {
     let settings = &mut interface.settings;
     ui.toggle_value(&mut settings.names, "Names").on_hover_text("Label bodies with their names (n)");
@@ -97,7 +97,7 @@ fn layers(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// The name of a group of controls, where there is room.
+/// The caption of a group of controls, in a wide window.
 pub fn caption(ui: &mut Ui, name: &str) {
     if ui.ctx().content_rect().width() >= CAPTIONED_WIDTH {
         ui.small(name);

@@ -1,7 +1,7 @@
-//! A tour that is played over the sky: its text, and buttons to pause it, to go from stop to stop, and to end it.
+//! Playback of a tour over the sky: its text, and buttons to pause it, to go from stop to stop, and to end it.
 //!
-//! In: a [`Tour`], passing time. Out: the view, and a line of text with controls over the sky's lower edge. Always: whoever moves the view by hand pauses the tour and keeps
-//! the view; quality and what the window shows beside the sky are the user's. Not here: ways and views ([`crate::view::app::tour`]).
+//! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the sky's lower edge. Always: moving the view by hand pauses the tour and keeps
+//! the view; quality and panels stay the user's. Not here: camera paths and views ([`crate::view::app::tour`]).
 
 use super::Interface;
 use super::icons::{self, Icon};
@@ -16,23 +16,23 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What plays, if anything.
+/// The tour being played, if any.
 #[derive(Default)]
 pub struct TourPlayer {
-    playing: Option<Playing>,
-    /// The file that *Open tour* reads.
+    playing: Option<Playback>,
+    /// The file name in the field of *Open tour*.
     pub file: String,
 }
 
-struct Playing {
+struct Playback {
     tour: Arc<Tour>,
     passed_s: f64,
     is_paused: bool,
 }
 
-/// Between two turns while nothing moves: the bar goes on.
-const QUIET_TURN: Duration = Duration::from_millis(200);
-/// Of the text, points at the most.
+/// Interval between frames while nothing moves, for the progress bar.
+const IDLE_INTERVAL: Duration = Duration::from_millis(200);
+/// Greatest width of the text, points.
 const TEXT_WIDTH: f32 = 560.0;
 
 impl TourPlayer {
@@ -40,30 +40,30 @@ impl TourPlayer {
         self.playing.is_some()
     }
 
-    /// Whoever takes the view into their own hands keeps it.
+    /// Pauses the tour when the user moves the view.
     pub fn pause(&mut self) {
         if let Some(playing) = &mut self.playing {
             playing.is_paused = true;
         }
     }
 
-    /// The tour that is open.
+    /// The current tour.
     pub fn playing_tour(&self) -> Option<Arc<Tour>> {
         self.playing.as_ref().map(|playing| Arc::clone(&playing.tour))
     }
 
-    /// Ends the tour; the view stays. Whether there was one.
+    /// Ends the tour and keeps the view. Whether there was one.
     pub fn end(&mut self) -> bool {
         self.playing.take().is_some()
     }
 }
 
-/// Starts a tour from its text; *Back* leads to the view before it.
+/// Starts a tour from its text; *Back* returns to the view before it.
 pub fn start(interface: &mut Interface, session: &Session, text: &str, actions: &mut Vec<Action>) {
     match Tour::parse(text, session, interface.viewer.now()) {
         Ok(tour) => {
-            actions.push(Action::Show(Box::new(of_user(tour.at(0.0).view, &interface.viewer.view, true))));
-            interface.tour.playing = Some(Playing { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
+            actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
+            interface.tour.playing = Some(Playback { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
         }
         Err(e) => interface.message = e.to_string(),
     }
@@ -77,24 +77,24 @@ pub fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Acti
     }
 }
 
-/// A tour's view with the user's quality; `paused`: time stands still from here on.
-fn of_user(view: ViewState, shown: &ViewState, paused: bool) -> ViewState {
+/// A tour's view with the user's quality; `paused`: time is paused from here on.
+fn with_user_settings(view: ViewState, shown: &ViewState, paused: bool) -> ViewState {
     ViewState { quality: shown.quality, paused: paused.then_some(true), ..view }
 }
 
-/// Lets seconds pass.
+/// Advances the tour.
 pub fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
-    interface.viewer.is_led = false;
+    interface.viewer.is_in_tour = false;
     let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };
     playing.passed_s += seconds.max(0.0);
     let moment = playing.tour.at(playing.passed_s);
     playing.is_paused = playing.passed_s >= playing.tour.length_s();
-    interface.viewer.view = of_user(moment.view, &interface.viewer.view, false);
-    interface.viewer.is_led = moment.moves && !playing.is_paused;
-    ctx.request_repaint_after(if moment.moves { Duration::ZERO } else { QUIET_TURN });
+    interface.viewer.view = with_user_settings(moment.view, &interface.viewer.view, false);
+    interface.viewer.is_in_tour = moment.moves && !playing.is_paused;
+    ctx.request_repaint_after(if moment.moves { Duration::ZERO } else { IDLE_INTERVAL });
 }
 
-/// The text and the controls, over the sky.
+/// Draws the text and the controls over the sky.
 pub fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
     let Some(playing) = &mut interface.tour.playing else { return };
     let stop = playing.tour.at(playing.passed_s).stop;
@@ -107,7 +107,7 @@ pub fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
             ui.set_max_width(TEXT_WIDTH.min(sky.width() - 40.0).max(120.0));
             ui.add(Label::new(RichText::new(format!("{}: {} of {}", playing.tour.title, stop + 1, playing.tour.stops())).small()));
             let text = ui.label(playing.tour.text(stop));
-            // Read out by a screen reader without being gone to.
+            // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
             let part = playing.passed_s / playing.tour.length_s().max(1e-9);
             ui.horizontal(|ui| {

@@ -1,4 +1,4 @@
-//! The image, its labels, and the mouse on it.
+//! The viewport: the image, its labels, and the mouse on it.
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use crate::scene::marks::{
     self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
 };
-use crate::view::app::orbit::NOTCH;
+use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::panels::theme::{BODY, HEADING};
 use crate::view::window::primitives::ON_GPU;
@@ -17,7 +17,7 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = BODY;
-/// A narrower sky has no room for hints, points.
+/// Least width of the sky for hints, points.
 const HINTS_WIDTH: f32 = 440.0;
 const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
 const SELECTED_COLOUR: Color32 = opaque(marks::SELECTED_COLOUR);
@@ -37,10 +37,10 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     tour::show(interface, ui, rect);
     let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
-        if interface.said().is_empty() {
+        if interface.message_line().is_empty() {
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(HEADING), NAME_COLOUR);
         } else {
-            say(interface, ui, rect);
+            show_message(interface, ui, rect);
         }
         return;
     };
@@ -63,7 +63,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         take_click(interface, worker, click);
     }
     menu(interface, &response, &place, actions);
-    say(interface, ui, rect);
+    show_message(interface, ui, rect);
     now::over_sky(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() {
         hints(interface, ui, rect);
@@ -73,16 +73,16 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     }
 }
 
-/// Where the picture lies. Its field of view spans its height: at the sky's height each body of a picture that was drawn for another shape is where the next
-/// picture will have it. Such a one is cut at its sides or leaves the sky's black, and is never stretched.
+/// Position of the picture in the window. Its field of view spans its height, so at the sky's height the bodies of a picture with another aspect ratio are where the next
+/// picture will have them. Such a picture is cropped at its sides or leaves black margins; it is never stretched.
 struct ImagePlacement {
     picture: Rect,
-    /// Points of the interface per pixel of the picture, which may be coarse.
+    /// Points per pixel of the picture, which may be coarse.
     points_per_px: f64,
 }
 
 impl ImagePlacement {
-    /// `sky_px`: the sky's sides. The picture's may be those divided by a whole number and rounded up to whole pixels.
+    /// `sky_px`: size of the sky. The picture's may be that divided by an integer and rounded up.
     fn of([width, height]: [u32; 2], sky: Rect, sky_px: [u32; 2]) -> Self {
         let [across, down] = sky_px.map(u64::from);
         let is_of_this_shape = (u64::from(width) * down).abs_diff(u64::from(height) * across) <= across.max(down);
@@ -94,22 +94,22 @@ impl ImagePlacement {
         Self { picture, points_per_px: f64::from(points_per_px) }
     }
 
-    /// The pixel of the picture under a point of the interface; in the right picture of a side-by-side pair, where the left one has it.
+    /// The pixel of the picture under a point of the interface; in the right half of a side-by-side pair, the same place of the left half.
     fn px_of(&self, at: Pos2, scene: &Scene) -> DVec2 {
         let in_picture = at - self.picture.min;
         scene.geometry.one_eye_px(DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / self.points_per_px)
     }
 
-    /// The part of the picture that lies in a rectangle within it, 0 to 1.
+    /// The part of the picture inside a rectangle, as texture coordinates.
     fn part(&self, within: Rect) -> Rect {
         let at = |p: Pos2| ((p - self.picture.min) / self.picture.size()).to_pos2();
         Rect::from_min_max(at(within.min), at(within.max))
     }
 }
 
-/// What is worth saying, over the lower edge, so that no line moves the picture.
-fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
-    let said = interface.said();
+/// The message line over the lower edge, which does not move the picture.
+fn show_message(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+    let said = interface.message_line();
     if said.is_empty() {
         return;
     }
@@ -118,17 +118,17 @@ fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((rect.width() - 40.0).max(60.0));
             let line = ui.colored_label(ui.visuals().warn_fg_color, said);
-            // Read out by a screen reader without being gone to.
+            // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
         });
     });
 }
 
-/// A new user's first three gestures, each until it was made once.
+/// Hints for the first three gestures of a new user, each until it has been used.
 fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let used = interface.settings.hints;
     let all = [(used.drag, "Drag to turn"), (used.scroll, "Scroll to zoom"), (used.search, "Press / to search")];
-    if all.iter().all(|(used, _)| *used) || !interface.said().is_empty() || rect.width() < HINTS_WIDTH {
+    if all.iter().all(|(used, _)| *used) || !interface.message_line().is_empty() || rect.width() < HINTS_WIDTH {
         return;
     }
     let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
@@ -147,17 +147,17 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     });
 }
 
-/// What can be done with the body under a right click, or with the view where there is none.
+/// The context menu of a body, or of the view.
 fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
         let at = response.interact_pointer_pos().zip(interface.drawing()).map(|(at, drawing)| place.px_of(at, &drawing.scene));
         let found = at.zip(interface.drawing()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
-        interface.viewport.menu_of = found;
+        interface.viewport.menu_body = found;
         interface.viewport.menu_px = at;
         actions.extend(found.map(Action::Select));
     }
     response.context_menu(|ui| {
-        if let Some(body) = interface.viewport.menu_of {
+        if let Some(body) = interface.viewport.menu_body {
             ui.strong(interface.viewer.name(body));
             for (name, hover, action) in [
                 ("Fly there", "Fly to its lit side (double-click, g)", Action::FlyTo(body)),
@@ -184,10 +184,10 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
             && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.drawing.as_ref())
         {
             let at_px = snapped_px(&interface.viewport.marks, &drawing.scene, at_px);
-            measure(interface, at_px, interface.viewport.menu_of);
+            measure(interface, at_px, interface.viewport.menu_body);
         }
         if ui.button("Copy link to this view").on_hover_text("A link that restores it (Ctrl+C)").clicked() {
-            ui.ctx().copy_text(interface.viewer.shared().to_link());
+            ui.ctx().copy_text(interface.viewer.shareable().to_link());
             interface.message = "Link copied".into();
         }
         if ui.button("Save image").on_hover_text("As the Share panel says (Ctrl+S)").clicked() {
@@ -207,7 +207,7 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePl
         if interface.settings.markers && radius < marker {
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
-        // A body that fills the picture says its name in the title.
+        // A body that fills the picture is named in the title instead.
         let side = mark.named.or_else(|| selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
             && interface.settings.names
@@ -222,7 +222,7 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePl
     }
 }
 
-/// A ring around the star that was clicked, while the exposure shows it.
+/// A ring around the clicked star, while the exposure shows it.
 fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePlacement) {
     let at_px = interface.viewport.star.zip(interface.drawing()).and_then(|(star, drawing)| star_px(&drawing.scene, star));
     if let Some(at_px) = at_px {
@@ -235,7 +235,7 @@ fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
-/// Measures from a place, or keeps what was clicked.
+/// Handles a click: measures an angle, or selects a pixel and a star.
 fn take_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     if let Some((at_px, body)) = click.measured {
         measure(interface, at_px, body);
@@ -261,9 +261,9 @@ fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
 /// A click on the picture.
 struct Click {
     pixel: [u32; 2],
-    /// The star that it means, where no body is there.
+    /// The star at the click, if there is no body.
     star: Option<usize>,
-    /// It measures an angle from here, pixels of the picture, and the body there.
+    /// Ctrl+click, to measure an angle: position in the picture, pixels, and the body there.
     measured: Option<(DVec2, Option<NaifId>)>,
 }
 
@@ -289,19 +289,19 @@ fn mouse(
         actions.push(Action::Roll(dx * 0.25));
     }
     if response.hovered() {
-        // A notch of most wheels is fifty points.
+        // One notch of most wheels is fifty points.
         let (wheel, pinch, lens) =
-            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / NOTCH, i.modifiers.alt));
-        // Fingers that go apart to twice their distance halve that of the ground.
+            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / ZOOM_PER_NOTCH, i.modifiers.alt));
+        // Spreading two fingers to twice their distance halves the height.
         let notches = if pinch == 0.0 { wheel } else { pinch };
         if notches != 0.0 {
-            actions.push(if lens { Action::Lens(notches) } else { Action::Zoom(notches) });
+            actions.push(if lens { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
     let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };
     let at_px = place.px_of(at, &drawing.scene);
     let meant = || hit(&interface.viewport.marks, &drawing.scene, at_px);
-    // Two quick clicks measure too.
+    // Also when two quick clicks count as a double-click.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
         let measured = Some((snapped_px(&interface.viewport.marks, &drawing.scene, at_px), meant()));
         return Some(Click { pixel: [0, 0], star: None, measured });
@@ -318,7 +318,7 @@ fn mouse(
     None
 }
 
-/// Where the pixel probe looks.
+/// A cross at the pixel of the probe.
 fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let Some([x, y]) = interface.viewport.picked_px else { return };
     let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
@@ -334,7 +334,7 @@ mod tests {
     use super::*;
     use egui::pos2;
 
-    /// Pictures of a window's shape at any coarseness fill it; those of any other shape keep their own, at the sky's height, middle on middle.
+    /// Pictures with the window's aspect ratio fill it at any coarseness; others keep their own, at the sky's height and centred.
     #[test]
     fn a_picture_is_never_stretched() {
         let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];

@@ -1,4 +1,4 @@
-//! What went wrong before the window opened, told in it until it is closed.
+//! An error from before the window opened, shown until it is closed.
 
 use super::Interface;
 use egui::accesskit::Live;

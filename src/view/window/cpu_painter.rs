@@ -1,8 +1,8 @@
-//! Paints the interface on the processor: egui's triangles into a window's pixels, without Vulkan, GL or any driver.
+//! Paints the interface on the CPU: egui's triangles into a window's pixels, without Vulkan, GL or any driver.
 //!
-//! In: tessellated meshes in points, textures as egui hands them over. Out: opaque pixels, 0x00RRGGBB, row by row. Always: colours are blended
+//! In: tessellated meshes in points, textures as egui provides them. Out: opaque pixels, 0x00RRGGBB, row by row. Always: colours are blended
 //! as egui defines it (premultiplied, in gamma space, `dst = src + dst (1 - a)`); edges fall on 1/256 pixels with the top-left rule, so that
-//! neighbouring triangles neither overlap nor gap; a row's result does not depend on the number of threads. It knows nothing of what is painted.
+//! neighbouring triangles neither overlap nor leave gaps; a row's result does not depend on the number of threads. It knows nothing of the interface's content.
 
 use crate::image::{self, Level, SharedTexture, TexelFormat};
 use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
@@ -13,7 +13,7 @@ use std::sync::{Arc, OnceLock};
 
 /// Rows that one task paints.
 const BAND_ROWS: usize = 64;
-/// Steps of a pixel on which corners fall.
+/// Subpixel steps per pixel of vertex positions.
 const STEPS: f32 = 256.0;
 
 pub struct Texture {
@@ -22,24 +22,24 @@ pub struct Texture {
     texels: Vec<Color32>,
     pub smooth: bool,
     pub repeats: bool,
-    /// As a renderer takes it; made when one asks first.
+    /// For a GPU renderer; created when first needed.
     shared: OnceLock<SharedTexture>,
 }
 
-/// The textures that the interface holds.
+/// The interface's textures.
 #[derive(Default)]
 pub struct Painter {
     textures: HashMap<TextureId, Texture>,
 }
 
-/// Where to paint: `width * height` pixels.
+/// The target: `width * height` pixels.
 pub struct Canvas<'a> {
     pub width: usize,
     pub height: usize,
     pub pixels: &'a mut [u32],
 }
 
-/// Pixels that may be touched, half open.
+/// Pixels that may be written, half open.
 #[derive(Clone, Copy)]
 pub struct Bounds {
     pub left: usize,
@@ -60,7 +60,7 @@ impl Bounds {
 }
 
 impl Painter {
-    /// Takes a new texture or a patch of one. A patch outside its texture is left out.
+    /// Sets a new texture or updates a part of one. A part outside its texture is ignored.
     pub fn set_texture(&mut self, id: TextureId, delta: &ImageDelta) {
         let egui::epaint::ImageData::Color(image) = &delta.image;
         let [width, height] = image.size;
@@ -88,7 +88,7 @@ impl Painter {
         self.textures.remove(&id);
     }
 
-    /// Paints over what the canvas holds.
+    /// Paints over the canvas.
     pub fn paint(&self, canvas: &mut Canvas<'_>, pixels_per_point: f32, primitives: &[egui::ClippedPrimitive]) {
         let (width, height) = (canvas.width, canvas.height);
         if width == 0 || height == 0 {
@@ -121,7 +121,7 @@ struct Band<'a> {
     width: usize,
     first: usize,
     rows: &'a mut [u32],
-    /// Taps of a rectangle's columns, and the texels under one of its rows, mixed of two of the texture's; kept for their memory.
+    /// Taps of a rectangle's columns, and interpolated texels for one of its rows; kept to reuse the memory.
     columns: Vec<Tap>,
     mixed: Vec<Mixed>,
 }
@@ -132,7 +132,7 @@ impl Band<'_> {
         let mut triangles = mesh.indices.chunks_exact(3).peekable();
         while let Some(first) = triangles.next() {
             let (Some(a), Some(b), Some(c)) = (corner(first[0]), corner(first[1]), corner(first[2])) else { continue };
-            // Glyphs and pictures come as two triangles of one upright rectangle.
+            // Glyphs and images come as two triangles of one axis-aligned rectangle.
             let second = triangles.peek().map(|t| (corner(t[0]), corner(t[1]), corner(t[2])));
             if let Some((Some(d), Some(e), Some(f))) = second
                 && let Some((min, max)) = upright([a, b, c], [d, e, f])
@@ -150,7 +150,7 @@ impl Band<'_> {
         &mut self.rows[start + left..start + right]
     }
 
-    /// One colour, texture upright.
+    /// A rectangle of one colour with an axis-aligned texture.
     fn rectangle(&mut self, bounds: Bounds, min: Vertex, max: Vertex, texture: &Texture) {
         let first_centre = |v: f32, least: usize| (((v * STEPS).round() / STEPS - 0.5).ceil().max(0.0) as usize).max(least);
         let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
@@ -160,14 +160,14 @@ impl Band<'_> {
         }
         let step_u = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
         let step_v = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
-        let plain = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
-        if let Some(colour) = plain {
+        let without_source_line = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
+        if let Some(colour) = without_source_line {
             for y in top..bottom {
                 lay(colour, self.row(y, left, right));
             }
             return;
         }
-        // The texels of a column are the same in every row, and those under a row are mixed once for all of its pixels.
+        // The taps of a column are the same in every row, and the texels of a row are interpolated once for all of its pixels.
         let (mut columns, mut mixed) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.mixed));
         columns.clear();
         columns.extend((left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
@@ -206,19 +206,19 @@ impl Band<'_> {
         let left = x0.max(bounds.left as i64);
         let right = (x1 + 1).min(bounds.right as i64);
         let one_colour = a.color == b.color && b.color == c.color;
-        let plain = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
+        let without_source_line = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
         let uniform_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.at(a.uv.x, a.uv.y));
-        // A point on an edge belongs to the triangle whose top or left it is.
+        // Top-left rule: a point on an edge belongs to the triangle whose top or left edge it is.
         let owns = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
         let keep = [owns(pb, pc), owns(pc, pa), owns(pa, pb)];
-        // What one pixel to the right adds.
+        // Change of the edge functions from one pixel to the next.
         let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * 256);
         for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
             let at = [left * 256 + 128, y * 256 + 128];
             let mut w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
             let Some((from, to)) = span_within(w, steps, keep, right - left) else { continue };
             let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
-            if let Some(colour) = plain {
+            if let Some(colour) = without_source_line {
                 lay(colour, pixels);
                 continue;
             }
@@ -236,12 +236,12 @@ impl Band<'_> {
     }
 }
 
-/// Twice the area of a triangle, in steps squared; positive when it turns clockwise on the screen.
+/// Twice the signed area of a triangle, in subpixel steps squared; positive if clockwise on screen.
 fn cross(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The steps k of `0..count`, half open, for which each `at + step k` is at least `keep`.
+/// The range of k in `0..count`, half open, in which each `at + step k` is at least `keep`.
 fn span_within(at: [i64; 3], step: [i64; 3], keep: [i64; 3], count: i64) -> Option<(i64, i64)> {
     let (mut from, mut to) = (0, count);
     for i in 0..3 {
@@ -256,7 +256,7 @@ fn span_within(at: [i64; 3], step: [i64; 3], keep: [i64; 3], count: i64) -> Opti
     (from < to).then_some((from, to))
 }
 
-/// The least and greatest corner when two triangles make one upright rectangle of one colour with an upright texture.
+/// The least and greatest corner if two triangles form one axis-aligned rectangle of one colour with an axis-aligned texture.
 fn upright(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> {
     let all = [first[0], first[1], first[2], second[0], second[1], second[2]];
     let at_least = |v: &&Vertex| all.iter().all(|o| v.pos.x <= o.pos.x && v.pos.y <= o.pos.y);
@@ -267,7 +267,7 @@ fn upright(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> 
             && (v.pos.y == min.pos.y && v.uv.y == min.uv.y || v.pos.y == max.pos.y && v.uv.y == max.uv.y)
             && v.color == min.color
     };
-    // Two triangles on one diagonal: together they have each of the other corners once.
+    // Two triangles that share a diagonal: each has one of the other two corners.
     let other = |t: &[Vertex; 3]| t.iter().find(|v| v.pos != min.pos && v.pos != max.pos).map(|v| v.pos);
     let halves = matches!((other(&first), other(&second)), (Some(p), Some(q)) if p != q);
     (halves && min.pos.x < max.pos.x && min.pos.y < max.pos.y && all.iter().all(is_corner)).then_some((*min, *max))
@@ -300,7 +300,7 @@ fn over(source: Color32, below: u32) -> u32 {
     u32::from_be_bytes([0, r.saturating_add(times(br, left)), g.saturating_add(times(bg, left)), b.saturating_add(times(bb, left))])
 }
 
-/// One colour over a run of pixels.
+/// Blends one colour over a row of pixels.
 fn lay(colour: Color32, pixels: &mut [u32]) {
     if colour.a() == 255 {
         pixels.fill(over(colour, 0));
@@ -309,7 +309,7 @@ fn lay(colour: Color32, pixels: &mut [u32]) {
     }
 }
 
-/// Two neighbouring texels of a row or a column, and the weight of the second of 256.
+/// Two neighbouring texels of a row or a column, and the weight of the second in 256ths.
 #[derive(Clone, Copy)]
 struct Tap {
     near: usize,
@@ -317,7 +317,7 @@ struct Tap {
     weight: u32,
 }
 
-/// Two texels of a column mixed, 256-fold: red and blue, green and alpha in the halves of a word each, so that one product serves two channels.
+/// Two interpolated texels, times 256: red and blue, green and alpha in the halves of one word each, so that one product serves two channels.
 #[derive(Clone, Copy, Default)]
 struct Mixed {
     red_blue: u64,
@@ -336,7 +336,7 @@ impl Tap {
         Mixed { red_blue: pair(nr, nb) * of_near + pair(fr, fb) * of_far, green_alpha: pair(ng, na) * of_near + pair(fg, fa) * of_far }
     }
 
-    /// The mixture of two that are mixed the other way, rounded.
+    /// Interpolates two values of the other direction, rounded.
     fn of_mixed(self, near: Mixed, far: Mixed) -> Color32 {
         const HALF: u64 = 0x8000_0000_8000;
         let (of_near, of_far) = self.weights();
@@ -352,7 +352,7 @@ impl Tap {
 }
 
 impl Texture {
-    /// The texels for a renderer; the same ones until they change.
+    /// The texels for a GPU renderer; the same allocation until they change.
     pub fn shared(&self) -> SharedTexture {
         let make = || {
             let bytes = bytemuck::cast_slice(&self.texels).to_vec();
@@ -362,7 +362,7 @@ impl Texture {
         self.shared.get_or_init(make).clone()
     }
 
-    /// The texels of a row (or a column) of `size` at a coordinate of 0 to 1.
+    /// The taps in a row (or column) of `size` texels at a coordinate of 0 to 1.
     fn tap(&self, coordinate: f32, size: usize) -> Tap {
         let inside = |v: i64| {
             let size = size as i64;
@@ -374,7 +374,7 @@ impl Texture {
             return Tap { near, far: near, weight: 0 };
         }
         let first = (texels - 0.5).floor();
-        // Weights of 1/256 suffice for bytes; a texel hit in its middle comes out as it is.
+        // Weights of 1/256 suffice for bytes; at a texel's centre its value is exact.
         let weight = ((texels - 0.5 - first) * 256.0) as u32;
         Tap { near: inside(first as i64), far: inside(first as i64 + 1), weight }
     }
@@ -423,7 +423,7 @@ mod tests {
         Mesh { indices, vertices, texture_id: WHITE }
     }
 
-    /// A slanted quadrilateral of half-clear triangles: were a pixel of the shared edge painted twice it would be brighter, or black if never.
+    /// A slanted quadrilateral of two half-transparent triangles: a pixel of the shared edge would be brighter if painted twice, or black if never.
     #[test]
     fn triangles_that_share_an_edge_cover_each_pixel_once() {
         let half = Color32::from_rgba_premultiplied(100, 100, 100, 100);
@@ -436,13 +436,13 @@ mod tests {
             let pixels = drawn(&painter(), fan(&[at(0.0), at(1.0), at(2.0), at(3.0)], half), 40);
             let once = u32::from_be_bytes([0, 100, 100, 100]);
             assert!(pixels.iter().all(|p| *p == 0 || *p == once), "turned by {angle}");
-            // A quarter of a pixel all around is what a lattice may take or give.
+            // The subpixel grid may add or remove a quarter of a pixel all around.
             let covered = pixels.iter().filter(|p| **p == once).count() as f32;
             assert!((covered - 2.0 * 17.3 * 17.3).abs() < 25.0, "{covered} pixels");
         }
     }
 
-    /// The quick way for rectangles paints what two triangles paint.
+    /// The fast path for rectangles gives the same result as two triangles.
     #[test]
     fn a_rectangle_is_its_two_triangles() {
         let mut painter = painter();
@@ -453,7 +453,7 @@ mod tests {
         let rect = Rect::from_min_max(pos2(3.2, 5.7), pos2(29.4, 26.5));
         mesh.add_rect_with_uv(rect, Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0)), Color32::WHITE);
         let quick = drawn(&painter, mesh.clone(), 32);
-        // A third triangle without area between the two hides that they are a pair.
+        // A degenerate third triangle between the two hides that they are a pair.
         let pair = mesh.indices.clone();
         mesh.indices = [&pair[..3], &[0, 0, 0], &pair[3..]].concat();
         let slow = drawn(&painter, mesh, 32);

@@ -1,7 +1,7 @@
 //! The event loop: winit events in, egui between, pixels out by a [`Presenter`].
 //!
-//! In: an [`Interface`] and a session. Out: a window, until it is closed; its place goes into the settings. Always: the window is redrawn only when
-//! input, a finished picture or running time asks for it; a thread of its own draws the pictures; a window shrunk to nothing draws nothing.
+//! In: an [`Interface`] and a session. Out: a window, until it is closed; its placement goes into the settings. Always: the window is redrawn only for
+//! input, a finished picture or running time; pictures are drawn on a thread of their own; a window of size zero draws nothing.
 
 pub mod cpu_painter;
 pub mod file_dialog;
@@ -15,7 +15,7 @@ use crate::session::{Readiness, Session};
 use crate::view::panels::Interface;
 use crate::view::window::cpu_painter::Painter;
 use crate::view::window::placement::{Monitor, WindowPlacement};
-use crate::view::window::presenter::{Presenter, Unshown};
+use crate::view::window::presenter::{PresentError, Presenter};
 use crate::view::window::shader_watcher::ShaderWatcher;
 use crate::view::worker::render_worker::{RenderWorker, ThreadedWorker};
 use egui_winit::accesskit_winit;
@@ -30,26 +30,26 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::monitor::MonitorHandle;
 use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
-/// The window could not be opened or lost what it needs.
+/// The window could not be opened or lost a resource.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
     #[error("no window can be opened here ({0}); to draw to a file: orrery render --target earth -o earth.png")]
     NoDisplay(String),
     #[error("the window stopped: {0}")]
     Stopped(String),
-    /// What `keep` says.
+    /// The error of `keep`.
     #[error(transparent)]
     NotKept(WriteError),
 }
 
-/// When to try again where the system took no picture.
-const NO_ROOM: Duration = Duration::from_millis(250);
-/// So long what is at work may take to end by itself after the window.
-const PATIENCE: Duration = Duration::from_millis(250);
+/// Delay before the next attempt if the system accepted no frame.
+const RETRY_DELAY: Duration = Duration::from_millis(250);
+/// Time for running work to end by itself after the window is closed.
+const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
 
-/// What wakes the loop besides input.
+/// Events that wake the loop besides input.
 enum Wake {
-    /// A picture or an answer is there.
+    /// A picture or an answer has arrived.
     Ready,
     Access(accesskit_winit::Event),
 }
@@ -60,25 +60,25 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watch`: fragments that are read again when they change. `keep` is called once the window is gone,
-/// whatever is still at work then.
+/// Opens the window and runs until it is closed. `watch`: fragments that are reloaded when they change. `keep` is called after the window is closed,
+/// even if work is still running.
 pub fn run(
     interface: &mut Interface,
     session: &Session,
     watch: Option<&ShaderWatcher>,
     keep: impl FnOnce(&Interface) -> Result<(), WriteError>,
 ) -> Result<(), WindowError> {
-    let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(plain(&e.to_string())))?;
+    let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(without_source_line(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
-    let bell = Mutex::new(proxy.clone());
+    let event_proxy = Mutex::new(proxy.clone());
     let worker = ThreadedWorker::new(session, move || {
-        // A loop that has ended wants no waking.
-        let _ = bell.lock().send_event(Wake::Ready);
+        // The loop may have ended.
+        let _ = event_proxy.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
         let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
         if let Some(watch) = watch {
-            scope.spawn(|| watch.work(&worker, || worker.is_closed()));
+            scope.spawn(|| watch.watch_until(&worker, || worker.is_closed()));
         }
         let mut app = App {
             interface,
@@ -87,7 +87,7 @@ pub fn run(
             egui: egui::Context::default(),
             painter: Painter::default(),
             shown: None,
-            refused: false,
+            gpu_failed: false,
             due: None,
             failure: None,
         };
@@ -99,21 +99,21 @@ pub fn run(
         keep(interface).map_err(WindowError::NotKept)?;
         let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
         let closed = Moment::now();
-        while at_work() && closed.elapsed() < PATIENCE {
+        while at_work() && closed.elapsed() < SHUTDOWN_GRACE {
             std::thread::sleep(Duration::from_millis(5));
         }
         if at_work() && !interface.is_saving() {
-            end_at_once();
+            exit_now();
         }
         Ok(())
     })
 }
 
-/// Ends the process beside a picture, a question or a driver's compiler that is at work. A usual end would wait for them: a driver takes down at the
-/// process's exit what its compiler still stands on. Files are written whole or not at all, so that nothing is left half done.
-fn end_at_once() -> ! {
+/// Exits the process while a picture, a query or a driver's compiler is still running. A normal exit would wait for them, since a driver's exit handlers free
+/// what its compiler uses. Files are written atomically, so none is left half written.
+fn exit_now() -> ! {
     #[cfg(unix)]
-    // SAFETY: it takes any status, runs nothing at the process's exit and does not return.
+    // SAFETY: it takes any status, runs no exit handlers and does not return.
     unsafe {
         libc::_exit(0)
     }
@@ -121,44 +121,44 @@ fn end_at_once() -> ! {
     std::process::exit(0)
 }
 
-/// winit puts its own source line before the reason: the reason alone is for people.
-fn plain(message: &str) -> String {
+/// Removes winit's source location from the start of a message.
+fn without_source_line(message: &str) -> String {
     let after_place = message.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, reason)| reason);
     after_place.trim_end_matches('.').to_owned()
 }
 
-/// The screens that there are, the primary one first.
-fn screens(event_loop: &ActiveEventLoop) -> Vec<Monitor> {
+/// All monitors, the primary one first.
+fn monitors(event_loop: &ActiveEventLoop) -> Vec<Monitor> {
     let primary = event_loop.primary_monitor();
     let others = event_loop.available_monitors().filter(|m| primary.as_ref() != Some(m));
-    primary.iter().cloned().chain(others).map(|m| screen(&m)).collect()
+    primary.iter().cloned().chain(others).map(|m| monitor_info(&m)).collect()
 }
 
-fn screen(monitor: &MonitorHandle) -> Monitor {
+fn monitor_info(monitor: &MonitorHandle) -> Monitor {
     Monitor { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
 }
 
-/// The monitor that shows most of a window; `None` where the system does not tell, and knows by itself. (On X11 winit's own answer is that of the last
-/// move of which it heard.)
+/// The monitor that shows most of a window; `None` if the system does not tell. (On X11 winit's own answer dates from the last
+/// move event.)
 fn monitor_of(window: &Window) -> Option<MonitorHandle> {
     let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
-    let shown = |m: &MonitorHandle| screen(m).shows_px(corner, size);
+    let shown = |m: &MonitorHandle| monitor_info(m).shows_px(corner, size);
     window.available_monitors().filter(|m| shown(m) > 0).max_by_key(shown)
 }
 
-/// Tells the desktop which program the window is of, as its desktop file does.
+/// Tells the desktop which program the window belongs to, as its desktop file does.
 #[cfg(target_os = "linux")]
-fn named(attributes: WindowAttributes) -> WindowAttributes {
+fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     winit::platform::wayland::WindowAttributesExtWayland::with_name(attributes, "orrery", "orrery")
 }
 
 #[cfg(not(target_os = "linux"))]
-fn named(attributes: WindowAttributes) -> WindowAttributes {
+fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     attributes
 }
 
-/// On Wayland egui drops the first movement of two fingers, and what it has not used when they are lifted: there each movement counts alike.
-fn scrolled_whole(event: WindowEvent) -> Option<WindowEvent> {
+/// On Wayland egui drops the first movement of a two-finger scroll, and the rest when the fingers are lifted: this makes every movement count.
+fn normalised_scroll(event: WindowEvent) -> Option<WindowEvent> {
     match event {
         WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
             Some(WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Moved })
@@ -168,18 +168,18 @@ fn scrolled_whole(event: WindowEvent) -> Option<WindowEvent> {
     }
 }
 
-struct Shown {
+struct OpenWindow {
     presenter: Presenter,
     window: Arc<Window>,
     input: egui_winit::State,
     title: String,
-    /// As the interface last asked; a desktop may have its own way to it.
+    /// As the interface last requested; a desktop may change it by itself.
     fullscreen: bool,
     place: WindowPlacement,
 }
 
-impl Shown {
-    /// Looks where the window is. Maximised or over its whole screen it keeps the place that it comes back to; minimised it has none.
+impl OpenWindow {
+    /// Records the window's placement. A maximised or fullscreen window keeps the one that it returns to; a minimised one has none.
     fn note_place(&mut self) {
         let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
         self.place.maximised = self.window.is_maximized();
@@ -199,38 +199,38 @@ struct App<'a> {
     egui: egui::Context,
     /// The interface's textures, which outlive a window.
     painter: Painter,
-    shown: Option<Shown>,
-    /// A device was asked to show a window and could not.
-    refused: bool,
-    /// When the interface wants its next turn.
+    shown: Option<OpenWindow>,
+    /// A GPU failed to present in a window.
+    gpu_failed: bool,
+    /// When the interface wants its next frame.
     due: Option<Moment>,
     failure: Option<WindowError>,
 }
 
 impl App<'_> {
-    fn open(&self, event_loop: &ActiveEventLoop) -> Result<Shown, String> {
-        // Screen readers are served from before the window shows.
-        let place = self.interface.settings.place.unwrap_or_default().on(&screens(event_loop));
+    fn open(&self, event_loop: &ActiveEventLoop) -> Result<OpenWindow, String> {
+        // Accessibility must be set up before the window is shown.
+        let place = self.interface.settings.place.unwrap_or_default().on(&monitors(event_loop));
         let [width, height] = place.size;
-        let mut attributes = named(Window::default_attributes()).with_title("Orrery").with_visible(false);
+        let mut attributes = with_app_name(Window::default_attributes()).with_title("Orrery").with_visible(false);
         attributes = attributes.with_inner_size(LogicalSize::new(width, height));
         if let Some([x, y]) = place.corner_px {
             attributes = attributes.with_position(PhysicalPosition::new(x, y));
         }
         let window = Arc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
-        let presenter = Presenter::new(&window, self.refused)?;
+        let presenter = Presenter::new(&window, self.gpu_failed)?;
         let scale = Some(window.scale_factor() as f32);
         let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
-        // A window manager hears of this only once it has the window.
+        // A window manager accepts this only for an existing window.
         if place.maximised {
             window.set_maximized(true);
         }
-        Ok(Shown { presenter, window, input, title: String::new(), fullscreen: false, place })
+        Ok(OpenWindow { presenter, window, input, title: String::new(), fullscreen: false, place })
     }
 
-    /// Ends the loop; the place of the window is kept.
+    /// Ends the loop and records the window's placement.
     fn leave(&mut self, event_loop: &ActiveEventLoop) {
         if let Some(shown) = &mut self.shown {
             shown.note_place();
@@ -239,12 +239,12 @@ impl App<'_> {
         event_loop.exit();
     }
 
-    fn redraw(&mut self) -> Result<(), Unshown> {
+    fn redraw(&mut self) -> Result<(), PresentError> {
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let size = shown.window.inner_size();
         let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
         if let Some(line) = shown.presenter.follow(self.worker.session(), self.interface.settings.shown_by)? {
-            self.worker.session().tell(&line);
+            self.worker.session().notify(&line);
         }
         self.interface.on_gpu = shown.presenter.is_on_gpu();
         let input = shown.input.take_egui_input(&shown.window);
@@ -260,11 +260,11 @@ impl App<'_> {
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
         let lost = self.interface.gpu_image().is_some_and(|p| !shown.presenter.holds(p));
         if lost {
-            self.interface.lose_picture();
+            self.interface.drop_gpu_image();
         }
         let sky = self.interface.gpu_image();
         let drawn = shown.presenter.show(self.worker.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
-        self.interface.note_painting(start.elapsed());
+        self.interface.record_interface_time(start.elapsed());
         for id in textures.free.drain() {
             self.painter.free_texture(id);
         }
@@ -284,16 +284,16 @@ impl App<'_> {
         } else if is_shown {
             wait
         } else {
-            wait.min(NO_ROOM)
+            wait.min(RETRY_DELAY)
         });
         Ok(())
     }
 
-    /// A window that the processor shows takes the place of one that the device showed.
-    fn open_anew(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
+    /// Replaces a window that the GPU presented by one that the CPU presents.
+    fn reopen(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
-            self.refused = true;
-            self.worker.session().tell(&format!("{why}: displaying via the CPU"));
+            self.gpu_failed = true;
+            self.worker.session().notify(&format!("{why}: displaying via the CPU"));
         }
         if let Some(mut shown) = self.shown.take() {
             shown.note_place();
@@ -354,21 +354,21 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if matches!(event, WindowEvent::RedrawRequested) {
             let shown = match self.redraw() {
-                Err(Unshown::ByDevice(why)) => self.open_anew(event_loop, why),
-                Err(Unshown::AtAll(why)) => Err(why),
+                Err(PresentError::Gpu(why)) => self.reopen(event_loop, why),
+                Err(PresentError::Cpu(why)) => Err(why),
                 Ok(()) => Ok(()),
             };
             if let Err(e) = shown {
                 self.failure = Some(WindowError::Stopped(e));
                 event_loop.exit();
             }
-            if self.interface.quits {
+            if self.interface.quit_requested {
                 self.leave(event_loop);
             }
             return;
         }
         let Some(shown) = &mut self.shown else { return };
-        let Some(event) = scrolled_whole(event) else { return };
+        let Some(event) = normalised_scroll(event) else { return };
         let wants = shown.input.on_window_event(&shown.window, &event).repaint;
         if matches!(event, WindowEvent::Resized(_) | WindowEvent::Moved(_)) {
             shown.note_place();
@@ -381,7 +381,7 @@ impl ApplicationHandler<Wake> for App<'_> {
         }
     }
 
-    /// What is shown goes before the connection to the system on which it was made: a driver's surface on a connection that is gone ends the process.
+    /// The presenter is dropped before the connection to the display server: a driver's surface on a closed connection ends the process.
     fn exiting(&mut self, _: &ActiveEventLoop) {
         self.shown = None;
     }
@@ -397,7 +397,7 @@ mod tests {
 
     #[test]
     fn a_reason_loses_its_source_line() {
-        assert_eq!(plain("os error at /a/winit/src/linux/mod.rs:765: neither A nor B is set."), "neither A nor B is set");
-        assert_eq!(plain("no such thing"), "no such thing");
+        assert_eq!(without_source_line("os error at /a/winit/src/linux/mod.rs:765: neither A nor B is set."), "neither A nor B is set");
+        assert_eq!(without_source_line("no such thing"), "no such thing");
     }
 }

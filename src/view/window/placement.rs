@@ -1,15 +1,15 @@
 //! Position and size of the window: saved between runs, and always on a monitor.
 //!
-//! In: the saved placement, the monitors. Out: where to open. Always: a size that fits the monitor; a position only where the window can be seen
-//! and moved. It knows no window.
+//! In: the saved placement, the monitors. Out: where to open. Always: a size that fits the monitor; a position only if the window can be seen
+//! and moved there. It knows no window.
 
 use serde::{Deserialize, Serialize};
 
-/// A window's place on the desktop, as it is when it is neither maximised nor over its whole screen.
+/// A window's placement on the desktop when it is neither maximised nor fullscreen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WindowPlacement {
-    /// Upper left corner of the frame, pixels of the desktop; `None` where the system does not tell.
+    /// Upper left corner of the frame, pixels of the desktop; `None` if the system does not tell.
     pub corner_px: Option<[i32; 2]>,
     /// Width and height without the frame, points.
     pub size: [f64; 2],
@@ -22,26 +22,26 @@ impl Default for WindowPlacement {
     }
 }
 
-/// A screen of the desktop.
+/// A monitor of the desktop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor {
     pub corner_px: [i32; 2],
     pub size_px: [u32; 2],
-    /// Pixels of a point.
+    /// Pixels per point.
     pub scale: f64,
 }
 
-/// A smaller window shows nothing.
-const MINIMAL: [f64; 2] = [320.0, 240.0];
-/// What a frame and a taskbar may take of a screen, points.
-const FRAME: [f64; 2] = [16.0, 64.0];
-/// A system that knows of no screen tells of one of a pixel.
+/// Smallest useful size of a window, points.
+const MIN_SIZE: [f64; 2] = [320.0, 240.0];
+/// Space for a frame and a taskbar, points.
+const DECORATIONS: [f64; 2] = [16.0, 64.0];
+/// A system without monitors reports one of a pixel; smaller ones are ignored.
 const MIN_SCREEN: f64 = 64.0;
-/// So far below the upper edge a window is grabbed.
-const GRIP_PX: f64 = 8.0;
+/// Distance from the upper edge at which a window is grabbed.
+const TITLE_BAR_PX: f64 = 8.0;
 
 impl Monitor {
-    fn holds(&self, at_px: [f64; 2]) -> bool {
+    fn contains(&self, at_px: [f64; 2]) -> bool {
         (0..2).all(|k| {
             let from = f64::from(self.corner_px[k]);
             (from..from + f64::from(self.size_px[k])).contains(&at_px[k])
@@ -58,24 +58,24 @@ impl Monitor {
         along(0) * along(1)
     }
 
-    /// Points; `None`: the system does not tell.
-    fn room(&self) -> Option<[f64; 2]> {
+    /// Space for a window, points; `None`: the system does not tell.
+    fn available_size(&self) -> Option<[f64; 2]> {
         let sides = self.size_px.map(|side| f64::from(side) / self.scale);
         let told = sides.iter().all(|side| side.is_finite() && *side >= MIN_SCREEN);
-        told.then(|| [0, 1].map(|k| (sides[k] - FRAME[k]).max(MIN_SCREEN)))
+        told.then(|| [0, 1].map(|k| (sides[k] - DECORATIONS[k]).max(MIN_SCREEN)))
     }
 }
 
 impl WindowPlacement {
-    /// Where to open on these screens, the first of which is the usual one: a corner is kept if the middle of the upper edge is on a screen.
-    pub fn on(&self, screens: &[Monitor]) -> Self {
+    /// Where to open on these monitors, the first of which is the default: the position is kept if the middle of the upper edge is on a monitor.
+    pub fn on(&self, monitors: &[Monitor]) -> Self {
         let grip_on = |screen: &Monitor, [x, y]: [i32; 2]| {
-            screen.holds([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + GRIP_PX * screen.scale])
+            screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_PX * screen.scale])
         };
-        let held = self.corner_px.and_then(|corner| screens.iter().find(|screen| grip_on(screen, corner)));
-        let room = held.or(screens.first()).and_then(Monitor::room).unwrap_or([f64::INFINITY; 2]);
+        let held = self.corner_px.and_then(|corner| monitors.iter().find(|screen| grip_on(screen, corner)));
+        let available_size = held.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
         let usual = Self::default().size;
-        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MINIMAL[k]) } else { usual[k] }.min(room[k]));
+        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MIN_SIZE[k]) } else { usual[k] }.min(available_size[k]));
         Self { corner_px: self.corner_px.filter(|_| held.is_some()), size, maximised: self.maximised }
     }
 }
@@ -104,8 +104,8 @@ mod tests {
     #[test]
     fn a_place_on_no_screen_is_forgotten_and_its_size_is_not() {
         let gone = WindowPlacement { corner_px: None, ..at(0, 0) };
-        // The right screen is gone, or the upper edge is over, below or beside all of them.
-        for (place, screens) in [
+        // The right monitor is gone, or the upper edge is above, below or beside all of them.
+        for (place, monitors) in [
             (at(1600, 300), &[LEFT][..]),
             (at(100, -200), &[LEFT, RIGHT]),
             (at(100, 1195), &[LEFT, RIGHT]),
@@ -113,7 +113,7 @@ mod tests {
             (at(-600, 100), &[LEFT, RIGHT]),
             (at(100, 100), &[]),
         ] {
-            assert_eq!(place.on(screens), gone, "{place:?}");
+            assert_eq!(place.on(monitors), gone, "{place:?}");
         }
     }
 
@@ -121,10 +121,10 @@ mod tests {
     fn no_window_is_larger_than_its_screen_or_too_small_to_see() {
         let of = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
         let everywhere = [LEFT, RIGHT, BELOW];
-        // On the screen of two pixels a point there is room for 640 by 360 points with their frame.
+        // The monitor with two pixels per point has room for 640 by 360 points with their frame.
         assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
         assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
-        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MINIMAL);
+        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
         assert_eq!(of([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
         let untold = Monitor { size_px: [1, 1], ..LEFT };
         assert_eq!(of([1000.0, 700.0], None).on(&[untold]).size, [1000.0, 700.0]);

@@ -6,7 +6,7 @@
 use crate::render::plan::GpuImage;
 use crate::session::{DeviceSurface, DisplayPreference, PresenterChoice, Session};
 use crate::view::window::cpu_painter::{Canvas, Painter};
-use crate::view::window::primitives::pieces;
+use crate::view::window::primitives::ui_primitives;
 use egui::ClippedPrimitive;
 use softbuffer::{Context, Surface};
 use std::num::NonZeroU32;
@@ -20,21 +20,21 @@ enum PresentBackend {
     Device(Box<DeviceSurface>),
 }
 
-/// The way in which one window is shown.
+/// The presentation of one window.
 pub struct Presenter {
     window: Arc<Window>,
-    /// `None` only while one way is exchanged for another.
-    way: Option<PresentBackend>,
-    /// A device could not show this window: it is not asked again.
-    refused: bool,
+    /// `None` only during a change of backend.
+    backend: Option<PresentBackend>,
+    /// A GPU failed to present in this window and is not tried again.
+    gpu_failed: bool,
 }
 
-/// Why a window shows nothing.
-pub enum Unshown {
-    /// The device cannot, for this reason if it is news: the processor can, in a new window.
-    ByDevice(Option<String>),
-    /// Nothing can.
-    AtAll(String),
+/// Why a window cannot be presented.
+pub enum PresentError {
+    /// The GPU failed, with the reason if it is new; the CPU can present a new window.
+    Gpu(Option<String>),
+    /// The CPU failed too.
+    Cpu(String),
 }
 
 fn of_processor(window: &Arc<Window>) -> Result<PresentBackend, String> {
@@ -43,65 +43,65 @@ fn of_processor(window: &Arc<Window>) -> Result<PresentBackend, String> {
 }
 
 impl Presenter {
-    /// By the processor at first: that waits for no driver.
+    /// Starts with the CPU, which needs no driver.
     ///
     /// # Errors
-    /// Why the system takes no pixels.
-    pub fn new(window: &Arc<Window>, refused: bool) -> Result<Self, String> {
-        Ok(Self { window: window.clone(), way: Some(of_processor(window)?), refused })
+    /// Why the system accepts no pixels.
+    pub fn new(window: &Arc<Window>, gpu_failed: bool) -> Result<Self, String> {
+        Ok(Self { window: window.clone(), backend: Some(of_processor(window)?), gpu_failed })
     }
 
-    /// Whether pictures may stay on the device.
+    /// Whether images may stay on the GPU.
     pub fn is_on_gpu(&self) -> bool {
-        matches!(self.way, Some(PresentBackend::Device(_)))
+        matches!(self.backend, Some(PresentBackend::Device(_)))
     }
 
-    /// Whether a picture that stayed on a device can be shown: it lies on the one that shows this window.
+    /// Whether an image on a GPU can be presented: it must be on the GPU that presents this window.
     pub fn holds(&self, picture: &GpuImage) -> bool {
-        matches!(&self.way, Some(PresentBackend::Device(screen)) if screen.holds(picture))
+        matches!(&self.backend, Some(PresentBackend::Device(screen)) if screen.holds(picture))
     }
 
-    /// Follows the renderer and the wish: the device that draws shall show, too. Answers a line worth saying.
+    /// Follows the renderer and the preference: the GPU that draws should also present. Returns a message, if any.
     ///
     /// # Errors
-    /// The device draws no more, or shall not show.
-    pub fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, Unshown> {
-        let screen = match &self.way {
+    /// The GPU no longer draws, or should no longer present.
+    pub fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
+        let screen = match &self.backend {
             Some(PresentBackend::Device(screen)) => Some(&**screen),
             _ => None,
         };
-        match session.shown_by(screen, preference) {
-            PresenterChoice::AsBefore => return Ok(None),
-            PresenterChoice::Processor => return Err(Unshown::ByDevice(None)),
-            PresenterChoice::AnotherDevice if self.refused => return Ok(None),
-            PresenterChoice::AnotherDevice => {}
+        match session.presenter_choice(screen, preference) {
+            PresenterChoice::Unchanged => return Ok(None),
+            PresenterChoice::Cpu => return Err(PresentError::Gpu(None)),
+            PresenterChoice::OtherGpu if self.gpu_failed => return Ok(None),
+            PresenterChoice::OtherGpu => {}
         }
-        // A window has one owner of its pixels at a time.
+        // Only one backend at a time can own the window's surface.
         let was_on_device = self.is_on_gpu();
-        self.way = None;
-        match session.screen(self.window.clone()) {
+        self.backend = None;
+        match session.window_surface(self.window.clone()) {
             Some(Ok(screen)) => {
-                self.way = Some(PresentBackend::Device(Box::new(screen)));
+                self.backend = Some(PresentBackend::Device(Box::new(screen)));
                 Ok(None)
             }
-            Some(Err(why)) if was_on_device => Err(Unshown::ByDevice(Some(why.to_string()))),
+            Some(Err(why)) if was_on_device => Err(PresentError::Gpu(Some(why.to_string()))),
             Some(Err(why)) => {
-                self.refused = true;
-                self.way = Some(of_processor(&self.window).map_err(Unshown::AtAll)?);
+                self.gpu_failed = true;
+                self.backend = Some(of_processor(&self.window).map_err(PresentError::Cpu)?);
                 Ok(Some(format!("{why}: displaying via the CPU")))
             }
-            None if was_on_device => Err(Unshown::ByDevice(None)),
+            None if was_on_device => Err(PresentError::Gpu(None)),
             None => {
-                self.way = Some(of_processor(&self.window).map_err(Unshown::AtAll)?);
+                self.backend = Some(of_processor(&self.window).map_err(PresentError::Cpu)?);
                 Ok(None)
             }
         }
     }
 
-    /// Shows the interface, with the sky's picture where that lies on the device. False: the system takes no picture just now.
+    /// Presents the interface, with the sky's image if it is on the GPU. False: the system accepts no frame at present.
     ///
     /// # Errors
-    /// Why not.
+    /// Why it failed.
     pub fn show(
         &mut self,
         session: &Session,
@@ -110,17 +110,17 @@ impl Presenter {
         pixels_per_point: f32,
         primitives: &[ClippedPrimitive],
         sky: Option<&GpuImage>,
-    ) -> Result<bool, Unshown> {
-        match &mut self.way {
+    ) -> Result<bool, PresentError> {
+        match &mut self.backend {
             Some(PresentBackend::Device(screen)) => {
                 let size = [width.get(), height.get()];
-                let pieces = pieces(painter, size, pixels_per_point, primitives, sky);
-                // On Wayland the next turn waits until the system has shown this one: a picture that is never sent would be the last.
-                let about_to_show = || self.window.pre_present_notify();
-                session.show(screen, pieces, size, about_to_show).map_err(|why| Unshown::ByDevice(Some(why.to_string())))
+                let ui_primitives = ui_primitives(painter, size, pixels_per_point, primitives, sky);
+                // On Wayland the next frame waits for the presentation of this one: after a frame that is never sent there would be no other.
+                let before_present = || self.window.pre_present_notify();
+                session.show(screen, ui_primitives, size, before_present).map_err(|why| PresentError::Gpu(Some(why.to_string())))
             }
             Some(PresentBackend::Processor(surface)) => {
-                let failed = |e: softbuffer::SoftBufferError| Unshown::AtAll(e.to_string());
+                let failed = |e: softbuffer::SoftBufferError| PresentError::Cpu(e.to_string());
                 surface.resize(width, height).map_err(failed)?;
                 let mut buffer = surface.buffer_mut().map_err(failed)?;
                 buffer.fill(0);
@@ -130,7 +130,7 @@ impl Presenter {
                 buffer.present().map_err(failed)?;
                 Ok(true)
             }
-            None => Err(Unshown::ByDevice(None)),
+            None => Err(PresentError::Gpu(None)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The interface's triangles as a renderer takes them.
+//! The interface's triangles as primitives for a renderer.
 //!
 //! In: egui's tessellated meshes, the painter's textures, the sky's image if it is on the GPU. Out: [`UiPrimitive`]s in drawing order. Always: what
 //! the painter would skip is skipped. It draws nothing.
@@ -8,11 +8,11 @@ use crate::view::window::cpu_painter::{Bounds, Painter};
 use egui::epaint::{Mesh, Primitive};
 use egui::{ClippedPrimitive, TextureId};
 
-/// What the interface calls a picture that lies on the device.
+/// The texture id of an image that is on the GPU.
 pub const ON_GPU: TextureId = TextureId::User(0);
 
-/// `size`: the window's, pixels.
-pub fn pieces(
+/// `size`: of the window, pixels.
+pub fn ui_primitives(
     painter: &Painter,
     [width, height]: [u32; 2],
     pixels_per_point: f32,

@@ -9,12 +9,12 @@ use parking_lot::Mutex;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Files are looked at this often.
-const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// The end of the window is noticed this soon.
-const NOTICE: Duration = Duration::from_millis(50);
+/// Interval of checks.
+const CHECK_INTERVAL: Duration = Duration::from_secs(1);
+/// Interval at which the end of the window is noticed.
+const CLOSE_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The folder, and what it was like when it was read.
+/// The folder, and its state when it was last read.
 pub struct ShaderWatcher {
     folder: PathBuf,
     read: Mutex<FragmentTimes>,
@@ -27,34 +27,34 @@ impl ShaderWatcher {
     /// What cannot be read, or that there is no fragment.
     pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
         let stamps = fragment_times(folder)?;
-        session.make_shaders_of(read_fragments(folder, &stamps)?);
+        session.set_fragments(read_fragments(folder, &stamps)?);
         Ok(Self { folder: folder.to_owned(), read: Mutex::new(stamps) })
     }
 
-    /// Reads the folder again if a file changed since.
-    pub fn look(&self, worker: &dyn RenderWorker) {
+    /// Reads the folder again if a file has changed.
+    pub fn check_files(&self, worker: &dyn RenderWorker) {
         let Ok(now) = fragment_times(&self.folder) else { return };
         let mut before = self.read.lock();
         if *before == now {
             return;
         }
         match read_fragments(&self.folder, &now) {
-            Ok(fragments) => worker.run(Box::new(move |session| session.make_shaders_of(fragments))),
-            // Said once for each state of the folder.
-            Err(why) => worker.run(Box::new(move |session| session.tell(&why.to_string()))),
+            Ok(fragments) => worker.run(Box::new(move |session| session.set_fragments(fragments))),
+            // Reported once for each state of the folder.
+            Err(why) => worker.run(Box::new(move |session| session.notify(&why.to_string()))),
         }
         *before = now;
     }
 
-    /// Looks once a second until `closed`: for a thread of its own.
-    pub fn work(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
+    /// Checks once a second until `closed`: for a thread of its own.
+    pub fn watch_until(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
         let mut waited = Duration::ZERO;
         while !closed() {
-            std::thread::sleep(NOTICE);
-            waited += NOTICE;
-            if waited >= LOOK_EVERY {
+            std::thread::sleep(CLOSE_CHECK_INTERVAL);
+            waited += CLOSE_CHECK_INTERVAL;
+            if waited >= CHECK_INTERVAL {
                 waited = Duration::ZERO;
-                self.look(worker);
+                self.check_files(worker);
             }
         }
     }

@@ -1,30 +1,30 @@
 //! The resolution of images while things move, so that they keep the frame rate.
 //!
-//! In: pixels and milliseconds of finished images. Out: the whole number that divides the window's sides for the next moving image. It reads no
+//! In: pixels and milliseconds of finished images. Out: the divisor of the window's width and height for the next moving image. It reads no
 //! clock.
 
-/// Milliseconds that a moving frame may take: 30 a second, with room for the interface.
+/// Time budget of a moving frame, milliseconds: 30 per second, with room for the interface.
 const BUDGET_MS: f64 = 26.0;
-/// Coarser than this is no picture.
-pub const COARSEST: u32 = 5;
+/// Largest divisor; coarser images would be unrecognisable.
+pub const MAX_DIVISOR: u32 = 5;
 /// Weight of the last frame in the running mean.
-const NEWEST: f64 = 0.4;
+const NEWEST_WEIGHT: f64 = 0.4;
 
-/// What frames cost lately.
+/// Recent cost of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AdaptiveResolution {
-    /// Running mean; a frame's fixed cost is counted as if it were its pixels'.
+    /// Running mean; a frame's fixed cost is attributed to its pixels.
     ms_per_megapixel: Option<f64>,
 }
 
 impl AdaptiveResolution {
-    /// A frame of so many pixels took so long.
-    pub fn learn(&mut self, pixels: u64, ms: f64) {
+    /// Records the time of a frame of `pixels`.
+    pub fn record(&mut self, pixels: u64, ms: f64) {
         if pixels == 0 || !ms.is_finite() {
             return;
         }
         let new = ms / (pixels as f64 / 1e6);
-        self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(new, |old| old + NEWEST * (new - old)));
+        self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(new, |old| old + NEWEST_WEIGHT * (new - old)));
     }
 
     /// The divisor of both sides for a moving frame in a window of `pixels`.
@@ -32,7 +32,7 @@ impl AdaptiveResolution {
         let Some(cost) = self.ms_per_megapixel else { return 3 };
         let whole_ms = cost * pixels as f64 / 1e6;
         let side = (whole_ms / BUDGET_MS).max(1.0).sqrt();
-        (side.ceil() as u32).clamp(1, COARSEST)
+        (side.ceil() as u32).clamp(1, MAX_DIVISOR)
     }
 }
 
@@ -41,18 +41,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dear_frames_shrink_and_cheap_ones_are_whole() {
+    fn slow_frames_lower_the_resolution_and_fast_ones_restore_it() {
         let mut tempo = AdaptiveResolution::default();
         for _ in 0..20 {
-            tempo.learn(1_000_000, 10.0);
+            tempo.record(1_000_000, 10.0);
         }
         assert_eq!(tempo.divisor(1_000_000), 1);
         for _ in 0..20 {
-            tempo.learn(1_000_000, 4.0 * BUDGET_MS);
+            tempo.record(1_000_000, 4.0 * BUDGET_MS);
         }
         assert_eq!(tempo.divisor(1_000_000), 2);
-        assert_eq!(tempo.divisor(1_000_000_000), COARSEST);
-        tempo.learn(0, f64::NAN);
+        assert_eq!(tempo.divisor(1_000_000_000), MAX_DIVISOR);
+        tempo.record(0, f64::NAN);
         assert_eq!(tempo.divisor(1_000_000), 2);
     }
 }

@@ -1,4 +1,4 @@
-//! Work off the window's thread: images, answers to questions, and how large an image may be while things move.
+//! Work off the window's thread: images, answers to queries, and the resolution of moving images.
 
 pub mod adaptive_resolution;
 pub mod query_cache;

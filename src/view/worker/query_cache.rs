@@ -1,6 +1,6 @@
 //! Answers that are computed off the window's thread, each once.
 //!
-//! In: a key and a question. Out: the answer, some frames later. Always: a key is asked once until it is forgotten; asking never blocks.
+//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until the cache is cleared; asking never blocks.
 
 use crate::session::Session;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -21,22 +21,22 @@ impl<K, T> Default for QueryCache<K, T> {
     }
 }
 
-/// Kept at a time; one more, and all are asked anew.
-const MOST: usize = 600;
+/// Capacity; when it is exceeded, the cache is cleared.
+const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
-    /// The answer, if it is there; else `question` is asked, unless it is on its way.
-    pub fn get(&mut self, worker: &dyn RenderWorker, key: &K, question: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
+    /// The answer, if it has arrived; otherwise starts `query`, unless it is running.
+    pub fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
         if !self.0.contains_key(key) {
-            if self.0.len() >= MOST {
+            if self.0.len() >= CAPACITY {
                 self.0.clear();
             }
-            self.0.insert(key.clone(), Answer::Coming(ask(worker, question)));
+            self.0.insert(key.clone(), Answer::Coming(ask(worker, query)));
         }
         self.known(key)
     }
 
-    /// The answer, if it was asked for and is there.
+    /// The answer, if it was requested and has arrived.
     pub fn known(&mut self, key: &K) -> Option<&T> {
         let answer = self.0.get_mut(key)?;
         if let Answer::Coming(pending) = answer

@@ -1,7 +1,7 @@
-//! Renders images and answers questions off the window's thread, so that no click waits for either.
+//! Renders images and answers queries off the window's thread, so that no click waits for either.
 //!
-//! In: render jobs (a view at a size) and tasks (anything asked of the session). Out: images and answers, when they are done. Always: of several
-//! jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. It does not decide what is in view.
+//! In: render jobs (a view at a size) and tasks (any query of the session). Out: images and answers, when they are done. Always: of several
+//! jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. It does not decide what is drawn.
 
 use crate::render::plan::{GpuImage, SamplingQuality, SimpleDraw};
 use crate::scene::Scene;
@@ -18,18 +18,18 @@ use std::time::Instant as Moment;
 pub struct RenderJob {
     pub request: ViewRequest,
     pub sampling: SamplingQuality,
-    /// The window is shown by the device: the picture may stay there.
+    /// The window is presented by the GPU: the image may stay there.
     pub on_gpu: bool,
 }
 
-/// A drawn job.
+/// The result of a job.
 pub struct RenderedView {
     pub job: RenderJob,
     pub scene: Scene,
     pub simple_draws: Vec<SimpleDraw>,
     pub width: u32,
     pub height: u32,
-    /// Rows top first, opaque; none where the picture stayed on the device.
+    /// Rows top first, opaque; empty if the image stayed on the GPU.
     pub rgba: Vec<[u8; 4]>,
     pub on_gpu: Option<GpuImage>,
     pub by: DrawnBy,
@@ -41,24 +41,24 @@ pub struct RenderedView {
     pub library: Statistics,
 }
 
-/// Something asked of the session.
+/// Work that needs the session.
 pub type Task = Box<dyn FnOnce(&Session) + Send>;
 
 /// The session, and the threads that use it for the window.
 pub trait RenderWorker {
     fn session(&self) -> &Session;
-    /// Asks for an image; an older job that has not begun is dropped.
+    /// Requests an image; an older job that has not begun is dropped.
     fn submit(&self, job: RenderJob);
-    /// The newest finished picture, once.
+    /// The newest finished image, once.
     fn take(&self) -> Option<Result<RenderedView, SessionError>>;
-    /// Runs a task when there is time.
+    /// Runs a task when the thread is free.
     fn run(&self, task: Task);
 }
 
-/// An answer that may not be there yet.
+/// An answer that may not have arrived.
 pub struct Pending<T>(Arc<Mutex<Option<T>>>);
 
-/// Of a question that was not asked: no answer comes.
+/// Without a query: no answer will come.
 impl<T> Default for Pending<T> {
     fn default() -> Self {
         Self(Arc::default())
@@ -66,24 +66,24 @@ impl<T> Default for Pending<T> {
 }
 
 impl<T> Pending<T> {
-    /// An answer that comes from elsewhere, and the way to give it.
-    pub fn promised() -> (Self, impl FnOnce(T)) {
+    /// An empty answer, and the function that fills it.
+    pub fn with_sender() -> (Self, impl FnOnce(T)) {
         let slot = Arc::new(Mutex::new(None));
         let answer = Arc::clone(&slot);
         (Self(slot), move |given| *locked(&answer) = Some(given))
     }
 
-    /// The answer, once it is there.
+    /// The answer, if it has arrived.
     pub fn take(&self) -> Option<T> {
         locked(&self.0).take()
     }
 }
 
-/// Asks the session something; the ticket gets what `question` answers.
-pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, question: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
+/// Runs a query on the worker; the result receives its answer.
+pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    worker.run(Box::new(move |session| *locked(&answer) = Some(question(session))));
+    worker.run(Box::new(move |session| *locked(&answer) = Some(query(session))));
     Pending(slot)
 }
 
@@ -94,7 +94,7 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 /// Renders a job now.
 ///
 /// # Errors
-/// Why there is no picture, in one line.
+/// Why there is no image, in one line.
 pub fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
     let start = Moment::now();
@@ -116,7 +116,7 @@ pub fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionEr
     })
 }
 
-/// Does everything at once on the caller's thread, for tests.
+/// Runs everything at once on the caller's thread, for tests.
 pub struct InlineWorker<'a> {
     session: &'a Session,
     done: Mutex<Option<Result<RenderedView, SessionError>>>,
@@ -151,7 +151,7 @@ struct Work {
     closed: bool,
 }
 
-/// Two threads that work for a window: one draws its pictures, one answers its questions, so that neither waits for the other.
+/// Two threads for a window: one draws its images, one answers its queries, so that neither waits for the other.
 pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,
@@ -160,7 +160,7 @@ pub struct ThreadedWorker<'a> {
 }
 
 impl<'a> ThreadedWorker<'a> {
-    /// `wake` is called after each finished picture and task.
+    /// `wake` is called after each finished image and task.
     pub fn new(session: &'a Session, wake: impl Fn() + Send + Sync + 'a) -> Self {
         Self { session, work: Mutex::default(), called: Condvar::new(), wake: Box::new(wake) }
     }
@@ -174,7 +174,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Does what is asked until [`Self::close`]: for a thread of its own.
+    /// Runs tasks until [`Self::close`]: for a thread of its own.
     pub fn answer(&self) {
         while let Some(task) = self.next(|work| work.tasks.pop_front()) {
             task(self.session);
@@ -182,7 +182,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Waits for something to do; `None`: the worker is closed.
+    /// Waits for work; `None`: the worker is closed.
     fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
         let mut work = locked(&self.work);
         loop {
@@ -200,7 +200,7 @@ impl<'a> ThreadedWorker<'a> {
         locked(&self.work).closed
     }
 
-    /// Ends the work; what is being drawn is finished first.
+    /// Ends the work after the current image and task.
     pub fn close(&self) {
         locked(&self.work).closed = true;
         self.called.notify_all();

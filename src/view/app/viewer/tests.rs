@@ -1,6 +1,6 @@
 use super::*;
 
-/// The Sun at the origin, bodies on the x axis, all turned alike.
+/// The Sun at the origin, bodies on the x axis, all with the same orientation.
 struct Line;
 
 impl BodyPositions for Line {
@@ -14,7 +14,7 @@ impl BodyPositions for Line {
         };
         Some(DVec3::new(x(to)? - x(from)?, 0.0, 0.0))
     }
-    /// Light takes no time here.
+    /// Without light time.
     fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
         Some(self.between_km(body, carrier, time)? + offset_km)
     }
@@ -45,20 +45,20 @@ fn viewer() -> Viewer {
     Viewer::new(subjects, view, || Instant::from_jd_tdb(2_460_000.5))
 }
 
-fn do_it(v: &mut Viewer, action: Action) {
+fn apply(v: &mut Viewer, action: Action) {
     v.apply(action, 800.0, &Line);
 }
 
 #[test]
-fn a_flight_ends_at_the_lit_side_and_back_leads_home() {
+fn a_flight_ends_at_the_lit_side_and_back_returns() {
     let mut v = viewer();
     let home = v.view.clone();
-    do_it(&mut v, Action::FlyTo(SATURN));
-    assert!(v.is_flying() && v.races());
-    v.pass(0.5);
+    apply(&mut v, Action::FlyTo(SATURN));
+    assert!(v.is_flying() && v.is_animating());
+    v.advance(0.5);
     assert!(matches!(v.view.eye, CameraPose::Free { body: SATURN, .. }));
     for _ in 0..20 {
-        v.pass(0.2);
+        v.advance(0.2);
     }
     assert!(!v.is_flying());
     let CameraPose::Orbit { body, distance_radii, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
@@ -67,32 +67,32 @@ fn a_flight_ends_at_the_lit_side_and_back_leads_home() {
     let pose = v.pose_from(SATURN, &Line).expect("a place");
     let to_sun = DVec3::NEG_X;
     assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the Sun is behind the viewer");
-    do_it(&mut v, Action::Back);
+    apply(&mut v, Action::PreviousView);
     assert_eq!((v.view.eye, v.view.target), (home.eye, home.target));
-    do_it(&mut v, Action::Ahead);
+    apply(&mut v, Action::NextView);
     assert_eq!(v.view.target, SATURN);
-    assert!(!v.can_go_ahead() && v.can_go_back());
+    assert!(!v.has_next_view() && v.has_previous_view());
 }
 
 #[test]
-fn hands_on_the_mouse_end_a_flight() {
+fn a_drag_ends_a_flight() {
     let mut v = viewer();
-    do_it(&mut v, Action::FlyTo(NaifId::MOON));
-    v.pass(0.1);
-    do_it(&mut v, Action::Turn(10.0, 0.0));
+    apply(&mut v, Action::FlyTo(NaifId::MOON));
+    v.advance(0.1);
+    apply(&mut v, Action::Turn(10.0, 0.0));
     assert!(!v.is_flying() && matches!(v.view.eye, CameraPose::Orbit { body: NaifId::MOON, .. }));
 }
 
 #[test]
-fn the_other_frame_leaves_the_eye_where_it_is() {
+fn changing_the_frame_keeps_the_camera_in_place() {
     let mut v = viewer();
     v.view.tdb_s = 4321.0;
-    do_it(&mut v, Action::Turn(133.0, 57.0));
+    apply(&mut v, Action::Turn(133.0, 57.0));
     let before = v.pose_from(NaifId::EARTH, &Line).expect("a place");
-    do_it(&mut v, Action::TurnWithBody(true));
+    apply(&mut v, Action::RotateWithBody(true));
     let after = v.pose_from(NaifId::EARTH, &Line).expect("a place");
     assert!((before.offset_km - after.offset_km).length() < 1e-6 * before.offset_km.length());
-    // Later the frame has turned, and the eye with it.
+    // Later the frame has rotated, and the camera with it.
     v.view.tdb_s += 1000.0;
     let later = v.pose_from(NaifId::EARTH, &Line).expect("a place");
     let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
@@ -111,43 +111,43 @@ fn names_complete_from_their_beginning_first() {
 #[test]
 fn time_steps_sets_and_runs() {
     let mut v = viewer();
-    do_it(&mut v, Action::Step(-60.0));
+    apply(&mut v, Action::Step(-60.0));
     assert_eq!(v.view.tdb_s, -60.0);
-    do_it(&mut v, Action::Faster);
-    v.pass(0.1);
+    apply(&mut v, Action::Faster);
+    v.advance(0.1);
     assert!((v.view.tdb_s + 59.0).abs() < 1e-9);
-    do_it(&mut v, Action::Now);
+    apply(&mut v, Action::Now);
     assert!((v.view.time().jd_tdb() - 2_460_000.5).abs() < 1e-9);
     assert_eq!(v.frame_interval_s(), Some(1.0));
-    do_it(&mut v, Action::TogglePause);
+    apply(&mut v, Action::TogglePause);
     assert_eq!(v.frame_interval_s(), None);
 }
 
 #[test]
-fn who_stands_on_the_ground_looks_around_and_zooms_by_the_lens() {
+fn on_the_ground_drags_look_around_and_zoom_changes_the_field_of_view() {
     let mut v = viewer();
-    do_it(&mut v, Action::StandOn(95.0, 190.0));
+    apply(&mut v, Action::StandOn(95.0, 190.0));
     let CameraPose::Ground { latitude_deg, longitude_deg, azimuth_deg, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
     assert_eq!((latitude_deg, longitude_deg, azimuth_deg), (90.0, -170.0, 180.0));
     let fov = v.view.fov_deg;
-    do_it(&mut v, Action::Zoom(3.0));
+    apply(&mut v, Action::Zoom(3.0));
     assert!(v.view.fov_deg < fov);
-    do_it(&mut v, Action::Turn(80.0, 0.0));
+    apply(&mut v, Action::Turn(80.0, 0.0));
     let CameraPose::Ground { azimuth_deg, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
     assert!(azimuth_deg < 180.0);
 }
 
 #[test]
-fn nothing_is_far_or_near_enough_to_break_the_eye() {
+fn extreme_zooms_keep_the_camera_finite() {
     let mut v = viewer();
     for notches in [1e4, -1e4, f64::NAN.max(5.0)] {
-        do_it(&mut v, Action::Zoom(notches));
-        do_it(&mut v, Action::Lens(notches));
+        apply(&mut v, Action::Zoom(notches));
+        apply(&mut v, Action::ChangeFov(notches));
         let pose = v.pose_from(NaifId::EARTH, &Line).expect("a place");
         assert!(pose.offset_km.length() > 6378.1 && pose.offset_km.is_finite());
         assert!((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&v.view.fov_deg));
     }
-    do_it(&mut v, Action::FlyTo(NaifId(12345)));
-    do_it(&mut v, Action::SelectNext(-3));
+    apply(&mut v, Action::FlyTo(NaifId(12345)));
+    apply(&mut v, Action::SelectNext(-3));
     assert!(v.subject(v.selected).is_some());
 }

@@ -1,7 +1,7 @@
-//! How far each pixel of the left picture may be from the reference quality's: colours by doubling numbers of 255ths, with a legend.
+//! Error bounds of the left picture relative to reference quality: colours for powers of two of 255ths, with a legend.
 //!
-//! In: a request. Out: the picture of bounds and what part of it each colour has. Always: the bounds are those of `render --error`, made off the window's thread and only while they are
-//! looked at; while things move the last ones stay.
+//! In: a request. Out: a picture of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`, computed off the window's thread and only while they are
+//! shown; while the view moves the last ones stay.
 
 use super::pair;
 use crate::measure::error_bounds;
@@ -12,8 +12,8 @@ use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
-/// The most that each colour stands for, 255ths, and the colour: from dark to bright, so that those who see no hues read it too.
-const STEPS: [(u8, Color32); 7] = [
+/// Largest bound of each colour, 255ths, and the colour: from dark to bright, so that colour-blind users can read it too.
+const COLOUR_STEPS: [(u8, Color32); 7] = [
     (1, Color32::from_rgb(20, 20, 60)),
     (2, Color32::from_rgb(48, 45, 125)),
     (4, Color32::from_rgb(115, 50, 140)),
@@ -23,49 +23,49 @@ const STEPS: [(u8, Color32); 7] = [
     (255, Color32::from_rgb(252, 250, 190)),
 ];
 
-/// Which colour a bound has.
-fn step_of(levels: u8) -> usize {
-    STEPS.iter().position(|(most, _)| levels <= *most).unwrap_or(STEPS.len() - 1)
+/// Index of the colour of a bound.
+fn colour_index(levels: u8) -> usize {
+    COLOUR_STEPS.iter().position(|(max, _)| levels <= *max).unwrap_or(COLOUR_STEPS.len() - 1)
 }
 
-/// What a colour stands for.
+/// The label of a colour.
 fn name_of(step: usize) -> String {
-    match (step, STEPS[step].0) {
-        (0, most) => format!("up to {most}"),
-        (k, u8::MAX) => format!("over {}", STEPS[k - 1].0),
-        (k, most) => format!("{} to {most}", STEPS[k - 1].0 + 1),
+    match (step, COLOUR_STEPS[step].0) {
+        (0, max) => format!("up to {max}"),
+        (k, u8::MAX) => format!("over {}", COLOUR_STEPS[k - 1].0),
+        (k, max) => format!("{} to {max}", COLOUR_STEPS[k - 1].0 + 1),
     }
 }
 
-/// Bounds of a picture.
+/// Error bounds of a picture.
 pub struct Bounds {
     width: u32,
     height: u32,
     rgba: Vec<[u8; 4]>,
-    /// Part of the pixels that each colour has.
-    parts: [f64; STEPS.len()],
+    /// Fraction of the pixels with each colour.
+    fractions: [f64; COLOUR_STEPS.len()],
     mean: f64,
-    most: u8,
+    max: u8,
 }
 
 impl Bounds {
-    /// Of the worst channel of each pixel.
+    /// From the worst channel of each pixel.
     fn of(width: u32, height: u32, display: &[[u8; 4]]) -> Self {
-        let (mut counts, mut sum, mut most) = ([0_usize; STEPS.len()], 0.0, 0);
+        let (mut counts, mut sum, mut max) = ([0_usize; COLOUR_STEPS.len()], 0.0, 0);
         let rgba = display.iter().map(|pixel| {
             let worst = pixel[..3].iter().copied().max().unwrap_or(0);
-            counts[step_of(worst)] += 1;
+            counts[colour_index(worst)] += 1;
             sum += f64::from(worst);
-            most = most.max(worst);
-            STEPS[step_of(worst)].1.to_array()
+            max = max.max(worst);
+            COLOUR_STEPS[colour_index(worst)].1.to_array()
         });
         let rgba = rgba.collect();
         let pixels = display.len().max(1) as f64;
-        Self { width, height, rgba, parts: counts.map(|n| n as f64 / pixels), mean: sum / pixels, most }
+        Self { width, height, rgba, fractions: counts.map(|n| n as f64 / pixels), mean: sum / pixels, max }
     }
 }
 
-/// What is shown, and what is on its way.
+/// The displayed bounds, and the pending ones.
 #[derive(Default)]
 pub struct BoundView {
     asked: Option<ViewRequest>,
@@ -74,7 +74,7 @@ pub struct BoundView {
 }
 
 impl BoundView {
-    /// Asks for the bounds of another request, where none is on its way.
+    /// Starts the computation for another request, unless one is running.
     pub fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         if self.coming.is_some() || self.asked.as_ref() == Some(request) {
             return;
@@ -107,7 +107,7 @@ impl BoundView {
                 legend(ui, bounds);
                 let size = Vec2::new(bounds.width as f32, bounds.height as f32);
                 pair::picture(ui, texture.id(), size, &format!("Error bound of each pixel of {name}"));
-                ui.label(format!("mean {:.1}, maximum {} of 255; against the reference quality", bounds.mean, bounds.most));
+                ui.label(format!("mean {:.1}, maximum {} of 255; against the reference quality", bounds.mean, bounds.max));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => {}
@@ -115,14 +115,14 @@ impl BoundView {
     }
 }
 
-/// Colours with what they stand for and how much of the picture they have.
+/// Colours with their bounds and fractions.
 fn legend(ui: &mut Ui, bounds: &Bounds) {
     ui.horizontal_wrapped(|ui| {
         ui.label("Error bound, 255ths:");
-        for (k, (_, colour)) in STEPS.iter().enumerate() {
+        for (k, (_, colour)) in COLOUR_STEPS.iter().enumerate() {
             let (rect, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
             ui.painter().rect_filled(rect, 2.0, *colour);
-            ui.label(format!("{} ({:.1} %)", name_of(k), 100.0 * bounds.parts[k]));
+            ui.label(format!("{} ({:.1} %)", name_of(k), 100.0 * bounds.fractions[k]));
         }
     });
 }
@@ -133,12 +133,12 @@ mod tests {
 
     #[test]
     fn colours_stand_for_doubling_bounds_and_parts_make_one() {
-        assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(step_of), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
+        assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(colour_index), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
         assert_eq!([0, 2, 6].map(name_of), ["up to 1", "3 to 4", "over 32"]);
         let bounds = Bounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);
-        assert!((bounds.parts.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert_eq!((bounds.parts[0], bounds.most, bounds.mean), (0.5, 40, 12.75));
+        assert!((bounds.fractions.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_eq!((bounds.fractions[0], bounds.max, bounds.mean), (0.5, 40, 12.75));
         let brightness = |c: &Color32| u32::from(c.r()) * 3 + u32::from(c.g()) * 6 + u32::from(c.b());
-        assert!(STEPS.windows(2).all(|pair| brightness(&pair[0].1) < brightness(&pair[1].1)));
+        assert!(COLOUR_STEPS.windows(2).all(|pair| brightness(&pair[0].1) < brightness(&pair[1].1)));
     }
 }

@@ -1,13 +1,13 @@
-//! Two ways to draw the view that is on screen, side by side: quality, effects, what pixels show, who computes.
+//! The Compare panel: the current view drawn in two variants (quality, effects, pixel view, renderer), side by side.
 //!
-//! In: the view, two ways. Out: their pictures, the difference and figures. Always: both are drawn off the window's thread, from one request
-//! but for what the ways say; while things move the last pair stays.
+//! In: the view, two variants. Out: their pictures, the difference and statistics. Always: both are drawn off the window's thread from one request,
+//! except for what the variants change; while the view moves the last pair stays.
 
 mod bound;
 pub mod pair;
 
 use self::bound::BoundView;
-use self::pair::{Half, Pair, PairView};
+use self::pair::{ComparedPicture, Pair, PairView};
 use super::{Interface, accessible};
 use crate::image::DisplayImage;
 use crate::render::plan::SamplingQuality;
@@ -21,14 +21,14 @@ use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
 use std::time::Instant as Moment;
 
-/// Who computes.
+/// The renderer of a variant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Renderer {
-    /// As the window does.
+    /// The same as the window's.
     #[default]
     Window,
     Software,
-    /// In software, in f64.
+    /// Software, in f64.
     Double,
 }
 
@@ -41,35 +41,35 @@ impl Renderer {
     }
 }
 
-/// One way to draw the view.
+/// One variant of the view.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Way {
+struct Variant {
     quality: Quality,
-    /// What is typed: as `--effects` takes them, over those of the view.
+    /// Typed overrides in the syntax of `--effects`, on top of those of the view.
     effects: String,
     pixels: PixelView,
     renderer: Renderer,
 }
 
-/// What is drawn: the ways and the view that they share.
+/// The variants and the view that they share.
 #[derive(Clone, PartialEq)]
-struct Asked {
+struct ComparisonInput {
     request: ViewRequest,
-    variants: [Way; 2],
+    variants: [Variant; 2],
     view_effects: EffectOverrides,
 }
 
-impl Asked {
-    /// What one of the ways asks for.
-    fn request_of(&self, way: usize) -> Result<ViewRequest, String> {
-        let way = &self.variants[way];
-        let text = format!("{},{}", self.view_effects.to_text(), way.effects);
+impl ComparisonInput {
+    /// The request of one of the variants.
+    fn request_of(&self, variant: usize) -> Result<ViewRequest, String> {
+        let variant = &self.variants[variant];
+        let text = format!("{},{}", self.view_effects.to_text(), variant.effects);
         let effects = EffectOverrides::parse(&text).map_err(|e| e.to_string())?;
-        Ok(ViewRequest { effects, quality: way.quality, pixel_view: way.pixels, ..self.request.clone() })
+        Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixels, ..self.request.clone() })
     }
 
-    /// Equal but for a size that a line more or less beside the picture makes.
-    fn is_as_good_as(&self, other: &Self) -> bool {
+    /// Whether two differ at most by a small change of size, as when a line appears beside the picture.
+    fn is_close_to(&self, other: &Self) -> bool {
         const STEP_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
         let near = a.width.abs_diff(b.width) < STEP_PX && a.height.abs_diff(b.height) < STEP_PX;
@@ -80,19 +80,19 @@ impl Asked {
 
 #[derive(Default)]
 pub struct ComparePanel {
-    variants: Option<[Way; 2]>,
-    asked: Option<Asked>,
+    variants: Option<[Variant; 2]>,
+    input: Option<ComparisonInput>,
     coming: Option<Pending<Result<Pair, String>>>,
     pair: Option<Result<Arc<Pair>, String>>,
     view: PairView,
     bound: BoundView,
 }
 
-/// At the start the view itself against the quickest one.
-fn first_ways(view: &ViewState) -> [Way; 2] {
-    let as_seen = Way { quality: view.quality, pixels: view.pixels, ..Way::default() };
+/// Initially the view itself and the fastest variant.
+fn initial_variants(view: &ViewState) -> [Variant; 2] {
+    let as_seen = Variant { quality: view.quality, pixels: view.pixels, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
-    [as_seen.clone(), Way { quality, ..as_seen }]
+    [as_seen.clone(), Variant { quality, ..as_seen }]
 }
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
@@ -108,17 +108,17 @@ impl ComparePanel {
             self.pair = Some(done.map(Arc::new));
         }
         let view = &interface.viewer.view;
-        let mut variants = self.variants.take().unwrap_or_else(|| first_ways(view));
+        let mut variants = self.variants.take().unwrap_or_else(|| initial_variants(view));
         ui.columns(2, |columns| {
-            for ((ui, way), side) in columns.iter_mut().zip(&mut variants).zip(["Left", "Right"]) {
-                choose(ui, way, side);
+            for ((ui, variant), side) in columns.iter_mut().zip(&mut variants).zip(["Left", "Right"]) {
+                choose(ui, variant, side);
             }
         });
         let mut swapped = false;
         ui.horizontal(|ui| {
             swapped = ui.button("Swap").on_hover_text("Swap left and right").clicked();
             if ui.button("Reset").on_hover_text("Compare the current view with draft quality").clicked() {
-                variants = first_ways(view);
+                variants = initial_variants(view);
             }
             if self.coming.is_some() {
                 accessible::coming(ui, "Drawing both images");
@@ -129,8 +129,8 @@ impl ComparePanel {
             variants.swap(0, 1);
         }
         ui.separator();
-        let wrong = variants.iter().zip(["Left", "Right"]).find_map(|(way, side)| {
-            let e = EffectOverrides::parse(&way.effects).err()?;
+        let wrong = variants.iter().zip(["Left", "Right"]).find_map(|(variant, side)| {
+            let e = EffectOverrides::parse(&variant.effects).err()?;
             Some(format!("{side}: {e}"))
         });
         if let Some(wrong) = wrong {
@@ -142,7 +142,7 @@ impl ComparePanel {
         self.variants = Some(variants);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
             Some(Ok(pair)) => {
-                if let Some(request) = self.asked.as_ref().filter(|_| self.view.shows_bound()).and_then(|asked| asked.request_of(0).ok()) {
+                if let Some(request) = self.input.as_ref().filter(|_| self.view.shows_bound()).and_then(|input| input.request_of(0).ok()) {
                     self.bound.ask(worker, &request);
                 }
                 self.view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.bound.show(ui, name)));
@@ -152,85 +152,85 @@ impl ComparePanel {
         });
     }
 
-    /// Asks for both once the view stands still.
-    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Way; 2]) {
+    /// Draws both once the view is at rest.
+    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
         let Some(drawing) = interface.drawing() else { return };
         let quality = interface.viewer.view.quality;
         let still = drawing.job.request.quality == quality && drawing.job.sampling == SamplingQuality::of(quality);
-        if self.coming.is_some() || !still || interface.viewer.races() {
+        if self.coming.is_some() || !still || interface.viewer.is_animating() {
             return;
         }
-        let asked = Asked {
+        let input = ComparisonInput {
             request: sized(&drawing.job.request, ui),
             variants: variants.clone(),
             view_effects: interface.viewer.view.effects.clone(),
         };
-        if self.asked.as_ref().is_some_and(|before| before.is_as_good_as(&asked)) {
+        if self.input.as_ref().is_some_and(|before| before.is_close_to(&input)) {
             return;
         }
-        self.asked = Some(asked.clone());
+        self.input = Some(input.clone());
         self.coming = Some(ask(worker, move |session| {
-            let [left, right] = [0, 1].map(|side| draw(session, &asked.request_of(side)?, &asked.variants[side]));
+            let [left, right] = [0, 1].map(|side| draw(session, &input.request_of(side)?, &input.variants[side]));
             Pair::of(left, right)
         }));
-        // An inline worker has the answer already.
+        // An inline worker has answered already.
         ui.ctx().request_repaint();
     }
 }
 
-/// The longer side of a compared picture, pixels, at most.
+/// Longer side of a compared picture, pixels.
 const MAX_PX: f32 = 1024.0;
 
-/// The request at the panel's size, in the shape of the sky.
+/// The request at the panel's size, with the sky's aspect ratio.
 fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
     let [width, height] = [request.width, request.height].map(|side| side.max(1) as f32);
     let room = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
-    // One scale for both sides: the pair shows what the sky shows.
+    // One scale for both sides keeps the aspect ratio.
     let room = room * (MAX_PX / room.max_elem()).min(1.0);
     let [width, height] = [room.x, room.y].map(|side| side.round().max(1.0) as u32);
     ViewRequest { width, height, ..request.clone() }
 }
 
-fn choose(ui: &mut egui::Ui, way: &mut Way, side: &str) {
+fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     ui.strong(side);
     ui.horizontal(|ui| {
         for quality in Quality::ALL {
             let hover = format!("{side}: {} quality", quality.name());
-            ui.selectable_value(&mut way.quality, quality, quality.name()).on_hover_text(hover);
+            ui.selectable_value(&mut variant.quality, quality, quality.name()).on_hover_text(hover);
         }
     });
     ui.horizontal(|ui| {
         ui.label("Show");
-        accessible::pixel_views(ui, &mut way.pixels, &format!("{side}: show"));
+        accessible::pixel_views(ui, &mut variant.pixels, &format!("{side}: show"));
     });
     ui.horizontal(|ui| {
-        let shown = ComboBox::new((side, "renderer"), "renderer").width(150.0).selected_text(way.renderer.name()).show_ui(ui, |ui| {
+        let shown = ComboBox::new((side, "renderer"), "renderer").width(150.0).selected_text(variant.renderer.name()).show_ui(ui, |ui| {
             for (renderer, name) in Renderer::ALL {
-                ui.selectable_value(&mut way.renderer, renderer, name);
+                ui.selectable_value(&mut variant.renderer, renderer, name);
             }
         });
         shown.response.on_hover_text(format!("{side}: renderer"));
     });
-    let field = TextEdit::singleline(&mut way.effects).hint_text("+eclipse=linear,-normal").desired_width(f32::INFINITY);
+    let field = TextEdit::singleline(&mut variant.effects).hint_text("+eclipse=linear,-normal").desired_width(f32::INFINITY);
     ui.add(field).on_hover_text(format!("{side}: effects in addition to those of the view"));
 }
 
-fn name_of(way: &Way) -> String {
-    let mut words = vec![way.quality.name()];
-    words.extend((way.pixels != PixelView::Final).then(|| accessible::pixel_view(way.pixels)));
-    words.extend((!way.effects.trim().is_empty()).then_some(way.effects.trim()));
-    words.extend((way.renderer != Renderer::Window).then_some(way.renderer.name()));
+fn name_of(variant: &Variant) -> String {
+    let mut words = vec![variant.quality.name()];
+    words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view(variant.pixels)));
+    words.extend((!variant.effects.trim().is_empty()).then_some(variant.effects.trim()));
+    words.extend((variant.renderer != Renderer::Window).then_some(variant.renderer.name()));
     words.join(" ")
 }
 
-fn draw(session: &Session, request: &ViewRequest, way: &Way) -> Result<Half, String> {
+fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedPicture, String> {
     let sampling = SamplingQuality::of(request.quality);
     let failed = |e: crate::session::SessionError| e.to_string();
-    // Modules and maps come in before the clock runs.
+    // Load modules and maps before timing.
     session.plan(request, sampling).map_err(failed)?;
-    let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
+    let double = if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
     let start = Moment::now();
-    let (frame, by) = if way.renderer == Renderer::Window {
+    let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, false).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)
     } else {
@@ -239,5 +239,9 @@ fn draw(session: &Session, request: &ViewRequest, way: &Way) -> Result<Half, Str
         (renderer.render(&plan, session.library(), false).map_err(|e| e.to_string())?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
-    Ok(Half { picture: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })
+    Ok(ComparedPicture {
+        picture: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display },
+        by: by.to_owned(),
+        took_ms,
+    })
 }

@@ -1,6 +1,6 @@
-//! Two pictures of one size, beside each other, split by a line, or as their difference, with figures.
+//! Two pictures of one size, side by side, split by a line, or as their difference, with statistics.
 //!
-//! In: drawn pictures. Out: shapes. Always: what is shown belongs to one pair; differences are of display bytes, as `orrery compare` counts them.
+//! In: drawn pictures. Out: shapes. Always: everything shown belongs to one pair; differences are of display bytes, as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
 use crate::view::panels::render_loop::colour_image;
@@ -9,16 +9,16 @@ use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOpt
 use std::sync::Arc;
 
 /// One drawn picture.
-pub struct Half {
+pub struct ComparedPicture {
     pub picture: DisplayImage,
-    /// What drew it.
+    /// The renderer or device.
     pub by: String,
     pub took_ms: f64,
 }
 
-/// Two pictures and what lies between them.
+/// Two pictures and their difference.
 pub struct Pair {
-    pub halves: [Half; 2],
+    pub halves: [ComparedPicture; 2],
     pub apart: image::Difference,
     pub difference: DisplayImage,
 }
@@ -26,7 +26,7 @@ pub struct Pair {
 impl Pair {
     /// # Errors
     /// Why one could not be drawn, or that the sizes differ.
-    pub fn of(left: Result<Half, String>, right: Result<Half, String>) -> Result<Self, String> {
+    pub fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
         let left = left.map_err(|e| format!("left: {e}"))?;
         let right = right.map_err(|e| format!("right: {e}"))?;
         let apart = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
@@ -35,7 +35,7 @@ impl Pair {
     }
 }
 
-/// How a pair is shown.
+/// Display modes of a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Shows {
     #[default]
@@ -54,35 +54,35 @@ impl Shows {
     ];
 }
 
-/// Shows the error bounds of a picture by its name.
+/// Shows the error bounds of a picture, given its name.
 pub type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
 
-/// Shows a pair.
+/// State of the display of a pair.
 #[derive(Default)]
 pub struct PairView {
     of: Option<Arc<Pair>>,
     /// Left, right, difference.
     textures: Vec<TextureHandle>,
     shows: Shows,
-    /// Of the width, that the left picture has.
+    /// Fraction of the width that shows the left picture.
     split: Option<f32>,
 }
 
-/// Room for the buttons above and the figures below a picture.
+/// Height of the buttons above and the statistics below a picture.
 const FIGURES_POINTS: f32 = 70.0;
-/// A picture may be this high even where the panel has to be scrolled for it.
+/// A picture may have this height even if the panel must then scroll.
 const MIN_POINTS: f32 = 330.0;
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
-    /// Whether it shows bounds in place of the pictures.
+    /// Whether it shows error bounds instead of the pictures.
     pub fn shows_bound(&self) -> bool {
         self.shows == Shows::Bound
     }
 
-    /// `names`: of the left and the right picture; `bound`: shows those of the left one by its name, where it can.
+    /// `names`: of the left and the right picture; `bound`: shows the error bounds of the left one, if available.
     pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
-        self.take_in(ui.ctx(), pair);
+        self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
             for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
                 ui.selectable_value(&mut self.shows, shows, name).on_hover_text(about);
@@ -112,7 +112,7 @@ impl PairView {
         figures(ui, pair);
     }
 
-    fn take_in(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
+    fn load_textures(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
         if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, pair)) {
             return;
         }
@@ -145,7 +145,7 @@ impl PairView {
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(BODY);
         for (at, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
-            // On a plate, since the picture below may be white.
+            // With a background, since the picture below may be white.
             let words = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
             let place = align.anchor_size(pos2(x + at, rect.top() + 4.0), words.size());
             painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
@@ -154,7 +154,7 @@ impl PairView {
     }
 }
 
-/// As large as there is room for across, and no higher than the panel is.
+/// As wide as possible, but no higher than the panel.
 pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
     let most = (ui.available_height() - FIGURES_POINTS).max(MIN_POINTS);
@@ -162,16 +162,16 @@ pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     size * scale
 }
 
-/// A picture with a name for those who do not see it.
+/// A picture with an accessible name.
 pub fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
     let size = fitted(ui, size);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
-    // A column gives all of its width; the picture keeps its shape in it.
+    // A column is stretched to its full width; the picture keeps its aspect ratio.
     ui.painter().image(texture, Rect::from_center_size(rect.center(), size), WHOLE, Color32::WHITE);
 }
 
-/// The figures as one line each: also for the clipboard.
+/// The statistics as two lines, also for the clipboard.
 pub fn figures_text(pair: &Pair) -> [String; 2] {
     let psnr = pair.apart.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     let d = &pair.apart;

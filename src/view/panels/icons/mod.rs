@@ -1,7 +1,7 @@
-//! Icons before the words of buttons.
+//! Icons in front of the text of buttons.
 //!
-//! In: a control's word. Out: the control with a glyph of the Phosphor font before it. Always: a screen reader hears the word alone, because a glyph is painted and is no text; it has the word's
-//! colour. The font holds the glyphs that are named here and no others. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), cut down by fonttools:
+//! In: a control's text. Out: the control with a glyph of the Phosphor font in front. Always: a screen reader reads only the text, because the glyph is painted and is no text; the glyph has the text's
+//! colour. The font contains only the glyphs listed here. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), reduced by fonttools:
 //! `pyftsubset Phosphor.ttf --unicodes=... --layout-features='' --no-hinting`.
 
 use egui::{Align2, Atom, Button, FontData, FontDefinitions, FontFamily, FontId, Response, TextStyle, Ui, Vec2};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 /// Name of the font's family.
 const FAMILY: &str = "icons";
-/// Of a glyph, in sizes of the text beside it.
+/// Size of a glyph, relative to the text beside it.
 const SIZE: f32 = 1.2;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +103,7 @@ fn family() -> FontFamily {
     FontFamily::Name(FAMILY.into())
 }
 
-/// The usual fonts and that of the icons.
+/// egui's default fonts and the icon font.
 pub fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     fonts.font_data.insert(FAMILY.into(), Arc::new(FontData::from_static(include_bytes!("phosphor.ttf"))));
@@ -111,7 +111,7 @@ pub fn fonts() -> FontDefinitions {
     fonts
 }
 
-/// The glyph, in the colour of the words beside it; its room alone before the font is there, which takes a turn.
+/// The glyph, in the colour of the text; only its space until the font is loaded, which takes one frame.
 fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
     let side = (TextStyle::Button.resolve(ui.style()).size * SIZE).round();
     Atom::paint(Vec2::splat(side), move |ui, place| {
@@ -122,12 +122,12 @@ fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
     })
 }
 
-/// A button with an icon and a word.
+/// A button with an icon and text.
 pub fn button<'a>(ui: &Ui, icon: Icon, word: &'a str) -> Button<'a> {
     Button::new((atom(ui, icon), word))
 }
 
-/// A button with an icon alone; `name` is for those who do not see it.
+/// A button with only an icon; `name` is its accessible name.
 pub fn bare(ui: &mut Ui, icon: Icon, name: &str) -> Response {
     let button = Button::new(atom(ui, icon));
     ui.add(button).accessible_name(name)
@@ -139,7 +139,7 @@ pub fn selectable(ui: &mut Ui, icon: Icon, on: bool, word: &str) -> Response {
     ui.add(button)
 }
 
-/// A switch.
+/// A toggle button.
 pub fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, word: &str) -> Response {
     let response = selectable(ui, icon, *on, word);
     if response.clicked() {
@@ -196,7 +196,7 @@ mod tests {
         ]
     };
 
-    /// The font has each glyph, no two controls have the same, and what is no icon is not in it.
+    /// The font has each glyph, no two controls share one, and it has no others.
     #[test]
     fn every_icon_is_a_glyph_of_its_own() {
         let ctx = egui::Context::default();
@@ -211,7 +211,7 @@ mod tests {
                 assert!(!fonts.has_glyph(&font, 'a'));
             });
         });
-        // Nobody draws this pass: its textures go nowhere.
+        // This pass is not painted, so its textures are dropped.
         output.textures_delta.clear();
     }
 }

@@ -1,8 +1,8 @@
-//! What lies between two keys: whether views can need them, source by feature, cost, pictures.
+//! The difference of two keys: whether views can need them, source by feature, cost, pictures.
 
-use super::text::{feature_colour, job};
-use super::work::{Examined, Swap, Work};
-use super::{Seen, ShaderPanel};
+use super::queries::{KeySwap, LoadedModule, ShaderQueries};
+use super::text::{feature_colour, layout_job};
+use super::{Inspected, ShaderPanel};
 use crate::scene::request::ViewRequest;
 use crate::shader::ModuleId;
 use crate::shader::compare::FeatureDiff;
@@ -16,15 +16,15 @@ use std::sync::Arc;
 
 #[derive(Default)]
 pub struct ChangeView {
-    /// The view drawn with both keys.
+    /// The comparison is of the current view.
     in_view: bool,
     pair: PairView,
     last: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
-/// The two keys that are compared and what they are called.
-fn two(panel: &ShaderPanel, seen: &Seen<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
-    let (drawn, key) = (seen.drawn?, seen.key()?);
+/// The two compared keys and their labels.
+fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
+    let (drawn, key) = (inspected.drawn?, inspected.key()?);
     Some(match panel.pins {
         [Some(a), Some(b)] => ([a, b], ["A", "B"]),
         [Some(a), None] => ([a, key], ["A", "this key"]),
@@ -33,10 +33,10 @@ fn two(panel: &ShaderPanel, seen: &Seen<'_>) -> Option<([ShaderKey; 2], [&'stati
     })
 }
 
-/// Whether a view can need it, and the change in a line or two.
-pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let Some((keys, names)) = two(panel, seen) else { return };
-    if let (Some(key), Some(reachable)) = (seen.key(), panel.work.reachable(seen.worker)) {
+/// Whether a view can need the key, and the change in a line or two.
+pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let Some((keys, names)) = compared_keys(panel, inspected) else { return };
+    if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
         let of = reachable.len();
         match reachable.contains(&key) {
             true => ui.label(format!("Reachable: one of {of} keys that views of this catalog can need.")),
@@ -58,25 +58,25 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    let Some((first, second)) = both(&mut panel.work, seen.worker, &ids) else {
+    let Some((first, second)) = both(&mut panel.queries, inspected.worker, &ids) else {
         accessible::coming(ui, "Loading both modules");
         return;
     };
-    let lines = match panel.work.difference(seen.worker, &ids) {
+    let lines = match panel.queries.difference(inspected.worker, &ids) {
         Some(Ok(by_feature)) => lines_text(&by_feature),
         Some(Err(e)) => e,
         None => String::new(),
     };
     let [a, b] = names;
-    let change = |what: &str, of: fn(&Examined) -> usize| format!("{what} {}", signed(of(&first), of(&second)));
+    let change = |what: &str, of: fn(&LoadedModule) -> usize| format!("{what} {}", signed(of(&first), of(&second)));
     let costs =
         [change("operations", lane_operations), change("texture reads", |m| m.ir.texture_reads as usize), change("registers", registers)];
     ui.label(RichText::new(format!("From {a} to {b}: {lines}; {}.", costs.join(", "))).strong());
 }
 
-fn both(work: &mut Work, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<(Arc<Examined>, Arc<Examined>)> {
-    // Both are asked for before either is waited for.
-    let [first, second] = [work.whole(worker, &ids[0]), work.whole(worker, &ids[1])];
+fn both(queries: &mut ShaderQueries, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<(Arc<LoadedModule>, Arc<LoadedModule>)> {
+    // Request both before waiting for either.
+    let [first, second] = [queries.whole(worker, &ids[0]), queries.whole(worker, &ids[1])];
     Some((first?, second?))
 }
 
@@ -91,42 +91,42 @@ fn signed(from: usize, to: usize) -> String {
     if from == to { format!("{to} (unchanged)") } else { format!("{from} to {to} ({:+})", to as i64 - from as i64) }
 }
 
-/// Operations over lanes of the software renderer's tapes.
-pub fn lane_operations(m: &Examined) -> usize {
+/// Lane operations of the software renderer's tapes.
+pub fn lane_operations(m: &LoadedModule) -> usize {
     m.tapes.iter().flat_map(|t| t.operations.values()).sum()
 }
 
-/// Values kept at a time: slots of a lane and registers of all, of the fragment stage.
-pub fn registers(m: &Examined) -> usize {
+/// Live values of the fragment stage: slots of a lane and registers of all.
+pub fn registers(m: &LoadedModule) -> usize {
     m.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
 }
 
 /// Cost, pictures and source of both keys.
-pub fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let Some((keys, names)) = two(panel, seen) else { return };
+pub fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if keys[0] == keys[1] {
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    pictures(panel, ui, seen, &keys, names);
-    in_view(panel, ui, seen);
-    let Some((first, second)) = both(&mut panel.work, seen.worker, &ids) else { return };
+    pictures(panel, ui, inspected, &keys, names);
+    in_view(panel, ui, inspected);
+    let Some((first, second)) = both(&mut panel.queries, inspected.worker, &ids) else { return };
     CollapsingHeader::new("Cost of both").default_open(true).show(ui, |ui| {
         grid(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
-        timing(&mut panel.work, ui, seen.worker, &ids, names);
+        timing(&mut panel.queries, ui, inspected.worker, &ids, names);
     });
-    if let Some(Ok(by_feature)) = panel.work.difference(seen.worker, &ids) {
+    if let Some(Ok(by_feature)) = panel.queries.difference(inspected.worker, &ids) {
         CollapsingHeader::new("Source by feature").default_open(true).show(ui, |ui| {
             by_feature.iter().for_each(|d| feature(ui, d));
         });
     }
 }
 
-fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
+fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
     ui.horizontal(|ui| {
         for (key, name) in keys.iter().zip(names) {
             ui.vertical(|ui| {
-                super::gallery::sample(&mut panel.work, ui, seen.worker, key, &format!("The sample body drawn by {name}"));
+                super::gallery::sample(&mut panel.queries, ui, inspected.worker, key, &format!("The sample body drawn by {name}"));
                 ui.weak(name);
             });
         }
@@ -134,20 +134,20 @@ fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, keys: &
     });
 }
 
-/// The view on screen with this key in place of the drawn one.
-fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let (Some(draw), Some(key), true) = (seen.draw, seen.key(), seen.is_changed()) else { return };
+/// The current view with this key in place of the drawn one.
+fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let (Some(draw), Some(key), true) = (inspected.draw, inspected.key(), inspected.is_changed()) else { return };
     ui.checkbox(&mut panel.change.in_view, "Draw in this view").on_hover_text("Draw the current view with this key in place of its own");
     if !panel.change.in_view {
         return;
     }
-    let swap = Swap { body: draw.body, part: draw.part.name(), key, view: seen.view };
-    let request = smaller(&seen.drawing.job.request);
+    let swap = KeySwap { body: draw.body, part: draw.part.name(), key, view: inspected.view };
+    let request = reduced_request(&inspected.drawing.job.request);
     let change = &mut panel.change;
-    if let Some(drawn) = panel.work.swap(seen.worker, &swap, &request) {
+    if let Some(drawn) = panel.queries.swap(inspected.worker, &swap, &request) {
         change.last = Some((key, drawn));
     }
-    // Until the next one is there the last stays, as long as it is of this key.
+    // The last picture of this key stays until the next one arrives.
     match change.last.as_ref().filter(|(of, _)| *of == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
@@ -156,17 +156,17 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
 }
 
 /// At most 480 pixels wide.
-fn smaller(request: &ViewRequest) -> ViewRequest {
+fn reduced_request(request: &ViewRequest) -> ViewRequest {
     let divisor = request.width.div_ceil(480).max(1);
     ViewRequest { width: request.width.div_ceil(divisor), height: request.height.div_ceil(divisor), ..request.clone() }
 }
 
-fn timing(work: &mut Work, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[ModuleId; 2], names: [&str; 2]) {
+fn timing(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[ModuleId; 2], names: [&str; 2]) {
     if ui.button("Time both").on_hover_text("Draw a megapixel of the sample body with each key, in software").clicked() {
-        ids.iter().for_each(|id| work.time(worker, id));
+        ids.iter().for_each(|id| queries.time(worker, id));
     }
     for (id, name) in ids.iter().zip(names) {
-        match work.timed(id) {
+        match queries.timed(id) {
             Some(Ok(Some(ms))) => drop(ui.label(format!("{name}: {ms:.1} ms per megapixel in software"))),
             Some(Ok(None)) => drop(ui.label(format!("{name}: not timed (only ray-traced bodies are)"))),
             Some(Err(e)) => drop(ui.label(e)),
@@ -183,20 +183,20 @@ fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
         let font = TextStyle::Monospace.resolve(ui.style());
         for (sign, lines) in [("-", &d.only_first), ("+", &d.only_second)] {
             for line in lines {
-                let shown = job(0, &format!("{sign} {}", line.text), "", &font, dark);
+                let shown = layout_job(0, &format!("{sign} {}", line.text), "", &font, dark);
                 ui.add(egui::Label::new(shown).truncate()).on_hover_text(format!("shaders/{}:{}", line.fragment, line.line));
             }
         }
     });
 }
 
-/// What is counted, and how.
-type CostRow = (&'static str, fn(&Examined) -> usize);
+/// A label, and the function that counts.
+type CostRow = (&'static str, fn(&LoadedModule) -> usize);
 
 /// Rows of a table of costs.
 pub fn cost_rows() -> [CostRow; 10] {
-    let fragment = |m: &Examined| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
-    let vertex = |m: &Examined| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
+    let fragment = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
+    let vertex = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
     [
         ("lines of WGSL", |m| m.ir.lines as usize),
         ("functions", |m| m.ir.functions as usize),
@@ -212,7 +212,7 @@ pub fn cost_rows() -> [CostRow; 10] {
 }
 
 /// Two columns and their difference, or one.
-pub fn grid(ui: &mut egui::Ui, id: &str, of: &[(&str, &Arc<Examined>)]) {
+pub fn grid(ui: &mut egui::Ui, id: &str, of: &[(&str, &Arc<LoadedModule>)]) {
     Grid::new(id).num_columns(of.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         ui.label("");
         of.iter().for_each(|(name, _)| drop(ui.strong(*name)));

@@ -1,26 +1,26 @@
-//! What a module costs, by the IR and by the software renderer's tapes, and how the library came by it.
+//! The Cost page: operations of the IR and of the software renderer's tapes, and the library's statistics.
 
 use super::change::grid;
-use super::{Seen, ShaderPanel};
+use super::{Inspected, ShaderPanel};
 use crate::shader::library::{CacheOutcome, Statistics};
 use crate::view::panels::accessible;
 use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let Some(module) = panel.work.whole(seen.worker, &seen.id) else {
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
         accessible::coming(ui, "Loading the module");
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         grid(ui, "cost", &[("count", &module)]);
-        if seen.key().is_some() {
+        if inspected.key().is_some() {
             ui.horizontal(|ui| {
                 if ui.button("Time it").on_hover_text("Draw the sample body in software; best of five").clicked() {
-                    panel.work.time(seen.worker, &seen.id);
+                    panel.queries.time(inspected.worker, &inspected.id);
                 }
-                match panel.work.timed(&seen.id) {
+                match panel.queries.timed(&inspected.id) {
                     Some(Ok(Some(ms))) => drop(ui.label(format!("{ms:.1} ms per megapixel in software"))),
                     Some(Ok(None)) => drop(ui.label("not timed (only ray-traced bodies are)")),
                     Some(Err(e)) => drop(ui.label(e)),
@@ -42,7 +42,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
             Some((path, bytes)) => drop(ui.label(format!("{:.1} kB in {}", *bytes as f64 / 1e3, path.display()))),
             None => drop(ui.label("In memory only.")),
         }
-        statistics(ui, &seen.drawing.library);
+        statistics(ui, &inspected.drawing.library);
         ui.separator();
         let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(k, n)| (k.as_str(), *n as usize)).collect();
         kinds(ui, "Operations in the IR", &operations);
@@ -58,7 +58,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     });
 }
 
-/// What the library did since the session was opened.
+/// Statistics of the library since the session was opened.
 fn statistics(ui: &mut egui::Ui, s: &Statistics) {
     let each = |seconds: f64, n: u64| if n == 0 { String::new() } else { format!("{:.2} ms each", 1e3 * seconds / n as f64) };
     Grid::new("library").num_columns(3).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
@@ -78,7 +78,7 @@ fn statistics(ui: &mut egui::Ui, s: &Statistics) {
     });
 }
 
-/// Counts by kind, most first, in two columns.
+/// Counts by kind, largest first, in two columns.
 fn kinds(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
     let mut all: Vec<_> = counts.iter().collect();
     all.sort_by_key(|(name, n)| (Reverse(**n), **name));

@@ -1,8 +1,8 @@
-//! Keys around the one that is shown, each as a small picture of the sample body.
+//! The Gallery page: keys near the current one, each with a sample picture.
 
-use super::words::{is_switch, value_text};
-use super::work::{SAMPLE_PX, Work};
-use super::{Seen, ShaderPanel};
+use super::descriptions::{is_switch, value_text};
+use super::queries::{SAMPLE_PX, ShaderQueries};
+use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
 use crate::view::panels::theme::SMALL;
@@ -11,7 +11,7 @@ use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, p
 
 #[derive(Default)]
 pub struct GalleryPage {
-    /// A dimension's name; none: one step away in every dimension.
+    /// A dimension's name; `None`: one step in every dimension.
     dimension: Option<&'static str>,
 }
 
@@ -22,8 +22,8 @@ struct Tile {
     key: ShaderKey,
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let (Some(drawn), Some(key)) = (seen.drawn, seen.key()) else {
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
         ui.label("This module has no key and no neighbours.");
         return;
     };
@@ -38,7 +38,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         });
         list.response.labelled_by(label.id).on_hover_text("The dimension of the key that varies from image to image");
     });
-    let base = panel.asked.unwrap_or(seen.draw.map_or(*drawn.features(), |d| d.features));
+    let base = panel.edited.unwrap_or(inspected.draw.map_or(*drawn.features(), |d| d.features));
     let tiles = tiles(&base, panel.gallery.dimension);
     ui.weak(format!("{} keys one step away; click one to inspect it.", tiles.len().saturating_sub(1)));
     let mut clicked = None;
@@ -51,7 +51,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
                     ui.vertical(|ui| {
                         ui.set_width(side + 24.0);
                         let name = format!("Inspect {}", tile.words);
-                        let response = sample(&mut panel.work, ui, seen.worker, &tile.key, &name);
+                        let response = sample(&mut panel.queries, ui, inspected.worker, &tile.key, &name);
                         if tile.key == key {
                             let frame = Stroke::new(2.0, Color32::from_rgb(255, 206, 110));
                             ui.painter().rect_stroke(response.rect, 0.0, frame, egui::StrokeKind::Inside);
@@ -69,7 +69,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         });
     });
     if let Some(features) = clicked {
-        panel.asked = Some(features);
+        panel.edited = Some(features);
     }
 }
 
@@ -94,17 +94,17 @@ fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
     all
 }
 
-/// The sample body drawn by a key, as a picture that can be clicked.
-pub fn sample(work: &mut Work, ui: &mut egui::Ui, worker: &dyn RenderWorker, key: &ShaderKey, name: &str) -> egui::Response {
+/// The sample picture of a key, as a button.
+pub fn sample(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWorker, key: &ShaderKey, name: &str) -> egui::Response {
     let side = Vec2::splat(SAMPLE_PX as f32);
     let (rect, response) = ui.allocate_exact_size(side, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    // What is out of sight is not drawn, and not asked for.
+    // Only visible pictures are drawn.
     if !ui.is_rect_visible(rect) {
         return response;
     }
     ui.painter().rect_filled(rect, 2.0, Color32::BLACK);
-    match work.sample(ui.ctx(), worker, key) {
+    match queries.sample(ui.ctx(), worker, key) {
         Some(Ok(texture)) => {
             let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
@@ -134,7 +134,7 @@ mod tests {
         let all = tiles(&base, None);
         let keys: std::collections::BTreeSet<_> = all.iter().map(|t| t.key).collect();
         assert!(keys.len() == all.len() && all.len() > rings.len(), "{} tiles", all.len());
-        // Haze without air changes nothing and has no tile.
+        // Mie scattering without an atmosphere changes nothing and has no tile.
         assert!(all.iter().all(|t| t.words != "with mie"));
     }
 }

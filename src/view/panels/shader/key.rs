@@ -1,7 +1,7 @@
-//! The key by dimension, and what a change of it would change.
+//! The Key page: the key by dimension, and the effect of changing it.
 
-use super::words::{is_switch, meaning, value_text};
-use super::{Seen, ShaderPanel};
+use super::descriptions::{is_switch, meaning, value_text};
+use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
 use crate::view::panels::theme::SMALL;
@@ -13,27 +13,27 @@ pub struct KeyPage {
     wrong: String,
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let (Some(drawn), Some(key)) = (seen.drawn, seen.key()) else {
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
         ui.label("This module has no key: there is one variant of it.");
         return;
     };
-    let base = seen.draw.map_or(*drawn.features(), |d| d.features);
-    let mut asked = panel.asked.unwrap_or(base);
+    let base = inspected.draw.map_or(*drawn.features(), |d| d.features);
+    let mut edited = panel.edited.unwrap_or(base);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        super::change::summary(panel, ui, seen);
-        typed(panel, ui, &mut asked);
-        dimensions(ui, &mut asked, drawn.features(), key.features());
+        super::change::summary(panel, ui, inspected);
+        typed(panel, ui, &mut edited);
+        dimensions(ui, &mut edited, drawn.features(), key.features());
         ui.separator();
-        super::change::details(panel, ui, seen);
+        super::change::details(panel, ui, inspected);
     });
-    // Needs that draw the same picture are no change.
-    let same = asked == base || (panel.asked.is_none() && asked == *drawn.features());
-    panel.asked = if same { None } else { Some(asked) };
+    // Features with the same canonical key are no change.
+    let same = edited == base || (panel.edited.is_none() && edited == *drawn.features());
+    panel.edited = if same { None } else { Some(edited) };
 }
 
-/// A key by its text.
-fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut DrawFeatures) {
+/// A field for the key's text.
+fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatures) {
     let page = &mut panel.key;
     ui.horizontal(|ui| {
         let label = ui.label("Another key");
@@ -42,7 +42,7 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut DrawFeatures) {
         if response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
             match page.typed.trim().parse::<ShaderKey>() {
                 Ok(key) => {
-                    *asked = *key.features();
+                    *edited = *key.features();
                     page.wrong.clear();
                 }
                 Err(e) => page.wrong = e.to_string(),
@@ -54,9 +54,9 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut DrawFeatures) {
     }
 }
 
-fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures, shown: &DrawFeatures) {
-    // A rule that takes a value away says why; the first of each dimension counts.
-    let rules = reductions(asked);
+fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures, shown: &DrawFeatures) {
+    // The first rule that removes a value of a dimension is its explanation.
+    let rules = reductions(edited);
     let because = |d: &Dimension| rules.iter().find(|r| r.dimension == d.name).map(|r| r.because);
     let room = ui.available_width();
     Grid::new("dimensions").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
@@ -64,13 +64,13 @@ fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures,
         for d in DIMENSIONS {
             let first = part != Some(d.part);
             part = Some(d.part);
-            let value = (d.get)(asked);
+            let value = (d.get)(edited);
             let effective = (d.get)(shown);
             let changed = effective != (d.get)(drawn);
             let name = if first { RichText::new(d.name) } else { RichText::new(format!("  {}", d.name)) };
             let name = if changed { name.strong().color(ui.visuals().warn_fg_color) } else { name };
             let label = ui.label(name).on_hover_text(format!("Part of the key: {}", d.part.name()));
-            control(ui, d, value, asked, label.id);
+            control(ui, d, value, edited, label.id);
             let (words, weak) = match because(d).filter(|_| value != effective) {
                 Some(why) => (format!("no effect: {why}"), true),
                 None => (meaning(d, effective).to_owned(), effective == 0 && is_switch(d)),
@@ -86,20 +86,20 @@ fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures,
     });
 }
 
-/// A switch or a list, named for screen readers.
-fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, asked: &mut DrawFeatures, label: egui::Id) {
+/// A switch or a list with an accessible name.
+fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, edited: &mut DrawFeatures, label: egui::Id) {
     if is_switch(d) {
         let mut on = value == 1;
         let word = if on { "on" } else { "off" };
         if ui.checkbox(&mut on, word).labelled_by(label).on_hover_text(format!("Switch {}", d.name)).changed() {
-            (d.set)(asked, usize::from(on));
+            (d.set)(edited, usize::from(on));
         }
         return;
     }
     let list = ComboBox::from_id_salt(d.name).selected_text(value_text(d, value)).width(165.0).show_ui(ui, |ui| {
         for v in 0..d.texts.len() {
             if ui.selectable_label(v == value, value_text(d, v)).on_hover_text(meaning(d, v)).clicked() {
-                (d.set)(asked, v);
+                (d.set)(edited, v);
             }
         }
     });

@@ -1,18 +1,18 @@
-//! The module that draws what is selected: its key, its source, its values, its cost, one pixel of it, and what other keys would draw.
+//! The Shader panel: the module that draws the selected body, with its key, source, values, cost, the values of one pixel, and the pictures of other keys.
 //!
-//! In: the last drawing, the selected body. Out: shapes; a key changed by hand stays here and changes no picture on screen. Always: what takes
-//! longer than a frame is asked of the worker; what is shown belongs to the module that is named above it.
+//! In: the last drawing, the selected body. Out: shapes; a key changed by hand stays here and does not change the picture on screen. Always: slow queries
+//! run on the worker; everything shown belongs to the module named at the top.
 
 mod change;
 mod cost;
+mod descriptions;
 mod gallery;
 mod key;
 mod probe;
+mod queries;
 mod source;
 mod text;
 mod values;
-mod words;
-mod work;
 
 use super::Interface;
 use crate::catalog::NaifId;
@@ -22,7 +22,7 @@ use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
 use crate::view::worker::render_worker::{RenderWorker, RenderedView};
 use egui::{RichText, ScrollArea};
-use work::Work;
+use queries::ShaderQueries;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Page {
@@ -46,9 +46,9 @@ impl Page {
     ];
 }
 
-/// Which module of the picture.
+/// The inspected module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wanted {
+enum InspectedModule {
     /// A draw of the selected body, by its part's name.
     Part(&'static str),
     /// A module that all bodies share.
@@ -58,15 +58,15 @@ enum Wanted {
 #[derive(Default)]
 pub struct ShaderPanel {
     page: Page,
-    wanted: Option<Wanted>,
-    /// Whose draw was inspected last: with another, what was changed by hand is over.
-    of: Option<(NaifId, Wanted)>,
-    /// Needs changed by hand, not made canonical.
-    asked: Option<DrawFeatures>,
-    /// Of a key that was searched for, until it is shown.
+    wanted: Option<InspectedModule>,
+    /// The draw inspected last; for another one, manual changes are dropped.
+    of: Option<(NaifId, InspectedModule)>,
+    /// Features changed by hand, not canonical.
+    edited: Option<DrawFeatures>,
+    /// The features of a key from the search field, until it is shown.
     found: Option<DrawFeatures>,
     pins: [Option<ShaderKey>; 2],
-    work: Work,
+    queries: ShaderQueries,
     key: key::KeyPage,
     change: change::ChangeView,
     source: source::SourcePage,
@@ -75,22 +75,22 @@ pub struct ShaderPanel {
     gallery: gallery::GalleryPage,
 }
 
-/// What is inspected in this turn.
-struct Seen<'a> {
+/// What is inspected in this frame.
+struct Inspected<'a> {
     worker: &'a dyn RenderWorker,
     drawing: &'a RenderedView,
-    /// The draw; none for a module that all bodies share.
+    /// The draw; `None` for a module that all bodies share.
     draw: Option<&'a Draw>,
-    /// The draw's key, as the picture has it.
+    /// The draw's key in the picture.
     drawn: Option<ShaderKey>,
-    /// What is shown: the drawn module, or that of the key changed by hand.
+    /// The displayed module: the drawn one, or that of the key changed by hand.
     id: ModuleId,
-    /// Counts the pictures on screen.
+    /// Number of the drawing on screen.
     view: u64,
 }
 
-impl Seen<'_> {
-    /// The key that is shown.
+impl Inspected<'_> {
+    /// The displayed key.
     fn key(&self) -> Option<ShaderKey> {
         match &self.id {
             ModuleId::Planet(key) => Some(*key),
@@ -110,25 +110,25 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
 }
 
 impl ShaderPanel {
-    /// Opens a key's page on a key that was found elsewhere.
+    /// Shows a key that was found elsewhere on the Key page.
     pub fn ask_for(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
         self.found = Some(*key.features());
     }
 
-    /// Opens the source at the lines of a feature of the selected body's own draw.
+    /// Opens the source at the lines of a feature of the selected body's draw.
     pub fn ask_for_feature(&mut self, feature: &str) {
-        (self.page, self.wanted, self.asked) = (Page::Source, None, None);
+        (self.page, self.wanted, self.edited) = (Page::Source, None, None);
         self.source.ask_for(feature);
     }
 
-    /// Whether a click on the sky picks a pixel that is told about.
+    /// Whether a click on the sky picks a pixel for the probe.
     pub fn probes(&self) -> bool {
         self.page == Page::Probe
     }
 
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
-        self.work.keep_up(worker);
+        self.queries.reset_on_new_fragments(worker);
         let Some(drawing) = interface.drawing() else {
             ui.label("The first image is being drawn.");
             return;
@@ -138,49 +138,49 @@ impl ShaderPanel {
         let name = interface.viewer.name(body).to_owned();
         self.choose(ui, &name, &draws);
         let wanted = self.wanted.filter(|w| match w {
-            Wanted::Part(part) => draws.iter().any(|d| d.part.name() == *part),
-            Wanted::Shared(_) => true,
+            InspectedModule::Part(part) => draws.iter().any(|d| d.part.name() == *part),
+            InspectedModule::Shared(_) => true,
         });
         let globe = draws.iter().find(|d| d.part.name() == "globe").or(draws.first());
-        let wanted = wanted.unwrap_or(globe.map_or(Wanted::Shared("point"), |d| Wanted::Part(d.part.name())));
+        let wanted = wanted.unwrap_or(globe.map_or(InspectedModule::Shared("point"), |d| InspectedModule::Part(d.part.name())));
         if self.of.replace((body, wanted)) != Some((body, wanted)) {
-            self.asked = None;
+            self.edited = None;
         }
-        self.asked = self.found.take().or(self.asked);
+        self.edited = self.found.take().or(self.edited);
         let draw = match wanted {
-            Wanted::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
-            Wanted::Shared(_) => None,
+            InspectedModule::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
+            InspectedModule::Shared(_) => None,
         };
         let drawn = draw.map(|d| ShaderKey::for_draw(&d.features));
-        let id = match (wanted, drawn, self.asked) {
-            (_, Some(_), Some(asked)) => ModuleId::Planet(ShaderKey::for_draw(&asked)),
+        let id = match (wanted, drawn, self.edited) {
+            (_, Some(_), Some(edited)) => ModuleId::Planet(ShaderKey::for_draw(&edited)),
             (_, Some(drawn), None) => ModuleId::Planet(drawn),
-            (Wanted::Shared(name), _, _) => ModuleId::Simple(name),
-            (Wanted::Part(_), None, _) => ModuleId::Simple("point"),
+            (InspectedModule::Shared(name), _, _) => ModuleId::Simple(name),
+            (InspectedModule::Part(_), None, _) => ModuleId::Simple("point"),
         };
-        let seen = Seen { worker, drawing, draw, drawn, id, view: interface.viewport.drawings };
-        self.name(ui, &seen);
+        let inspected = Inspected { worker, drawing, draw, drawn, id, view: interface.viewport.drawings };
+        self.name(ui, &inspected);
         ui.horizontal_wrapped(|ui| {
             for (page, name, about) in Page::ALL {
                 ui.selectable_value(&mut self.page, page, name).on_hover_text(about);
             }
         });
         ui.separator();
-        if let Some(Err(broken)) = self.work.module(worker, &seen.id) {
+        if let Some(Err(broken)) = self.queries.module(worker, &inspected.id) {
             show_broken(ui, &broken);
             return;
         }
         match self.page {
-            Page::Key => key::show(self, ui, &seen),
-            Page::Source => source::show(self, ui, &seen),
-            Page::Values => values::show(self, ui, &seen),
-            Page::Cost => cost::show(self, ui, &seen),
-            Page::Probe => probe::show(self, ui, &seen, interface),
-            Page::Gallery => gallery::show(self, ui, &seen),
+            Page::Key => key::show(self, ui, &inspected),
+            Page::Source => source::show(self, ui, &inspected),
+            Page::Values => values::show(self, ui, &inspected),
+            Page::Cost => cost::show(self, ui, &inspected),
+            Page::Probe => probe::show(self, ui, &inspected, interface),
+            Page::Gallery => gallery::show(self, ui, &inspected),
         }
     }
 
-    /// Which draw of the body, or which shared module.
+    /// The choice of a draw of the body, or of a shared module.
     fn choose(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
         let current = self.of.map(|(_, wanted)| wanted);
         ui.horizontal_wrapped(|ui| {
@@ -189,7 +189,7 @@ impl ShaderPanel {
                 ui.weak("is drawn as a point, or not visible.");
             }
             for draw in draws {
-                let part = Wanted::Part(draw.part.name());
+                let part = InspectedModule::Part(draw.part.name());
                 let hover = format!("The draw of {name}'s {}", draw.part.name());
                 if ui.selectable_label(current == Some(part), draw.part.name()).on_hover_text(hover).clicked() {
                     self.wanted = Some(part);
@@ -198,21 +198,25 @@ impl ShaderPanel {
             ui.separator();
             for shared in SIMPLE_MODULES {
                 let hover = "A utility shader that all bodies share";
-                if ui.selectable_label(current == Some(Wanted::Shared(shared)), shared.replace('_', " ")).on_hover_text(hover).clicked() {
-                    self.wanted = Some(Wanted::Shared(shared));
+                if ui
+                    .selectable_label(current == Some(InspectedModule::Shared(shared)), shared.replace('_', " "))
+                    .on_hover_text(hover)
+                    .clicked()
+                {
+                    self.wanted = Some(InspectedModule::Shared(shared));
                 }
             }
         });
     }
 
-    /// The module's name, and the way back from a changed key.
-    fn name(&mut self, ui: &mut egui::Ui, seen: &Seen<'_>) {
-        ui.add(egui::Label::new(RichText::new(seen.id.to_string()).monospace().strong()).wrap());
+    /// The module's name, and a button that resets a changed key.
+    fn name(&mut self, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+        ui.add(egui::Label::new(RichText::new(inspected.id.to_string()).monospace().strong()).wrap());
         ui.horizontal_wrapped(|ui| {
             if ui.small_button("Copy").on_hover_text("Copy the module's name, as orrery shader emit takes it").clicked() {
-                ui.ctx().copy_text(seen.id.to_string());
+                ui.ctx().copy_text(inspected.id.to_string());
             }
-            if let Some(key) = seen.key() {
+            if let Some(key) = inspected.key() {
                 for (pin, name) in self.pins.iter_mut().zip(["A", "B"]) {
                     let pinned = *pin == Some(key);
                     let hover = format!("Keep this key as {name} for comparison");
@@ -221,17 +225,17 @@ impl ShaderPanel {
                     }
                 }
             }
-            if seen.is_changed() {
+            if inspected.is_changed() {
                 ui.colored_label(ui.visuals().warn_fg_color, "changed by hand");
                 if ui.small_button("Back to the drawn key").on_hover_text("Drop what was changed by hand").clicked() {
-                    self.asked = None;
+                    self.edited = None;
                 }
             }
         });
     }
 }
 
-fn show_broken(ui: &mut egui::Ui, broken: &work::Broken) {
+fn show_broken(ui: &mut egui::Ui, broken: &queries::ModuleFailure) {
     ui.colored_label(ui.visuals().error_fg_color, &broken.why);
     ui.weak("The last valid image stays.");
     ScrollArea::both().auto_shrink(false).show(ui, |ui| {

@@ -1,10 +1,10 @@
-//! One pixel: every value that each draw computes there, in f32 and in f64.
+//! The Probe page: every value that each draw computes at one pixel, in f32 and in f64.
 //!
-//! Always: both precisions are asked of one view and one pixel; nothing is asked until someone clicks the sky with the probe on.
+//! Always: both precisions are of one view and one pixel; nothing is computed before a click on the sky with the probe on.
 
 use super::values::number_text;
-use super::{Seen, ShaderPanel};
-use crate::probe::pixel::{PixelDraw, PixelReport, look};
+use super::{Inspected, ShaderPanel};
+use crate::probe::pixel::{PixelDraw, PixelReport, inspect_pixel};
 use crate::probe::{ProbeError, Prober};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::ViewRequest;
@@ -14,33 +14,33 @@ use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
 use egui::{RichText, ScrollArea, TextEdit, TextStyle};
 
-type Both = [PixelReport; 2];
+type BothPrecisions = [PixelReport; 2];
 
 #[derive(Default)]
 pub struct ProbePage {
     wanted: String,
-    /// Chosen by number, for the sky.
+    /// Typed pixel coordinates, for the sky.
     pub typed_px: Option<[u32; 2]>,
-    /// Which of the draws there.
+    /// Index of the draw at the pixel.
     draw: usize,
-    asked: Option<([u32; 2], ViewRequest)>,
-    coming: Option<Pending<Result<Both, ProbeError>>>,
-    seen: Option<Result<Both, ProbeError>>,
+    requested: Option<([u32; 2], ViewRequest)>,
+    coming: Option<Pending<Result<BothPrecisions, ProbeError>>>,
+    inspected: Option<Result<BothPrecisions, ProbeError>>,
 }
 
-fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Both, ProbeError> {
+fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<BothPrecisions, ProbeError> {
     let with = |double: bool| {
         let renderer = session.renderer_in(double)?;
-        look(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
+        inspect_pixel(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
     };
     Ok([with(false)?, with(true)?])
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interface: &Interface) {
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
     let page = &mut panel.probe;
     if let Some(done) = page.coming.as_ref().and_then(Pending::take) {
         page.coming = None;
-        page.seen = Some(done);
+        page.inspected = Some(done);
     }
     let Some(pixel) = interface.viewport.picked_px else {
         ui.label("Click the image to see every value computed for that pixel, in f32 and in f64.");
@@ -49,8 +49,8 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
         }
         return;
     };
-    page.ask(seen, interface, pixel);
-    let Some(answer) = &page.seen else {
+    page.ask(inspected, interface, pixel);
+    let Some(answer) = &page.inspected else {
         accessible::coming(ui, "Computing the pixel");
         return;
     };
@@ -92,7 +92,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     if let Some([latitude, longitude]) = first.ground_deg {
         ui.label(format!("surface at latitude {latitude:+.4}°, longitude {longitude:+.4}° (E)"));
     }
-    // The two precisions may disagree on who covers an edge pixel.
+    // The precisions may disagree on the coverage of an edge pixel.
     let second = double.draws.iter().find(|d| d.body == first.body && d.part == first.part);
     ui.horizontal(|ui| {
         let label = ui.label("Filter");
@@ -107,24 +107,24 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
 }
 
 impl ProbePage {
-    /// Asks when the pixel or a standing view changes.
-    fn ask(&mut self, seen: &Seen<'_>, interface: &Interface, pixel: [u32; 2]) {
+    /// Queries when the pixel or a view at rest changes.
+    fn ask(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
-        let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..seen.drawing.job.request.clone() };
-        let current = self.asked.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
-        if current || self.coming.is_some() || interface.viewer.races() || pixel[0] >= width || pixel[1] >= height {
+        let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.drawing.job.request.clone() };
+        let current = self.requested.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
+        if current || self.coming.is_some() || interface.viewer.is_animating() || pixel[0] >= width || pixel[1] >= height {
             return;
         }
-        self.asked = Some((pixel, request.clone()));
-        let pending = ask(seen.worker, move |session| both(session, &request, pixel));
+        self.requested = Some((pixel, request.clone()));
+        let pending = ask(inspected.worker, move |session| both(session, &request, pixel));
         match pending.take() {
-            Some(done) => self.seen = Some(done),
+            Some(done) => self.inspected = Some(done),
             None => self.coming = Some(pending),
         }
     }
 }
 
-/// One number by its name in both precisions.
+/// One value by its name in both precisions.
 struct Row {
     name: String,
     single: f64,
@@ -141,7 +141,7 @@ impl Row {
     }
 }
 
-/// Every number of a draw at the pixel; a vector's by component.
+/// Every value of a draw at the pixel; vectors by component.
 fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
     let of = |name: &str, k: usize| second.and_then(|s| s.seen.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());

@@ -1,10 +1,10 @@
-//! The generated source: line numbers, colours, the feature of each line, finding.
+//! The Source page: line numbers, syntax colours, the feature of each line, search.
 //!
-//! Always: only the lines in sight are laid out, so that a text of a hundred thousand lines scrolls as a short one does; the keyboard stops once at
-//! all of them, and arrow keys go from one to the next.
+//! Always: only visible lines are laid out, so that a text of a hundred thousand lines scrolls like a short one; Tab stops once for
+//! the whole list, and arrow keys move between its lines.
 
-use super::text::{Text, feature_colour, found_in, job};
-use super::{Seen, ShaderPanel};
+use super::text::{Text, feature_colour, find_all, layout_job};
+use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::panels::accessible;
 use crate::view::panels::theme::{CODE, SMALL};
@@ -18,23 +18,23 @@ const STRIPE_POINTS: f32 = 4.0;
 #[derive(Default)]
 pub struct SourcePage {
     language: Option<Language>,
-    /// The feature whose lines are wanted.
+    /// The feature to highlight.
     feature: Option<String>,
-    /// Only its lines.
+    /// Show only its lines.
     only: bool,
     no_margin: bool,
     needle: String,
-    /// Which of the lines that hold it.
+    /// Index of the current search result.
     at: usize,
     found: Option<(Arc<Text>, String, Vec<u32>)>,
-    /// A feature that someone asked for elsewhere, until another is chosen; and the text in which it was gone to.
+    /// A feature requested from outside, until another is chosen; and the text in which it was last shown.
     asked: Option<String>,
     asked_in: Option<Arc<Text>>,
-    /// The line of the feature that was gone to last.
+    /// The last line of the feature that was jumped to.
     at_line: Option<usize>,
-    /// A line (from 0) to bring into sight.
+    /// A line (from 0) to scroll to.
     jump: Option<u32>,
-    /// The line (from 0) that the arrow keys have come to.
+    /// The line (from 0) of the keyboard cursor.
     at_keys: usize,
 }
 
@@ -50,7 +50,7 @@ fn language_name(language: Language) -> (&'static str, &'static str) {
     }
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
+pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);
     ui.horizontal_wrapped(|ui| {
@@ -61,12 +61,12 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
             }
         }
     });
-    let text = match panel.work.text(seen.worker, &seen.id, language) {
+    let text = match panel.queries.text(inspected.worker, &inspected.id, language) {
         Some(Ok(text)) => text,
         Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => return drop(accessible::coming(ui, "Generating the source")),
     };
-    page.meet(&text);
+    page.show_requested(&text);
     page.find(ui, &text);
     if !text.features.is_empty() {
         page.legend(ui, &text);
@@ -75,20 +75,20 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
     page.lines(ui, &text);
 }
 
-/// Whether a feature's name is a word, or begins with it: `eclipse.1` is of `eclipse`.
+/// Whether a feature's name is a word or begins with it: `eclipse.1` belongs to `eclipse`.
 fn is_of(name: &str, word: &str) -> bool {
     name.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 impl SourcePage {
-    /// Goes to the lines of a feature once a module that has it is shown, and again when a finer picture has another module.
+    /// Jumps to the lines of a feature once a module that has it is shown, and again when a finer picture has another module.
     pub fn ask_for(&mut self, feature: &str) {
         (self.language, self.feature, self.only) = (None, None, false);
         (self.asked, self.asked_in) = (Some(feature.to_owned()), None);
     }
 
-    /// To what was asked for, if this module has it.
-    fn meet(&mut self, text: &Arc<Text>) {
+    /// Jumps to the requested feature, if this module has it.
+    fn show_requested(&mut self, text: &Arc<Text>) {
         if self.asked_in.as_ref().is_some_and(|met| Arc::ptr_eq(met, text)) {
             return;
         }
@@ -99,7 +99,7 @@ impl SourcePage {
         }
     }
 
-    /// The field for finding, with where one is.
+    /// The search field with the position of the current result.
     fn find(&mut self, ui: &mut Ui, text: &Arc<Text>) {
         let mut step = 0;
         ui.horizontal(|ui| {
@@ -127,7 +127,7 @@ impl SourcePage {
             }
             let current = self.found.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
             if !current {
-                let holds = |line: &str| !found_in(line, &self.needle).is_empty();
+                let holds = |line: &str| !find_all(line, &self.needle).is_empty();
                 let lines = (0..).zip(&text.lines).filter(|(_, l)| holds(&l.text)).map(|(i, _)| i).collect::<Vec<u32>>();
                 self.at = 0;
                 self.jump = lines.first().copied();
@@ -155,7 +155,7 @@ impl SourcePage {
             ui.spacing_mut().interact_size.y = 16.0;
             ui.horizontal_wrapped(|ui| {
                 let mut all: Vec<_> = text.features.iter().enumerate().filter(|(_, f)| f.1 > 0).collect();
-                // What is there for want of a feature comes last.
+                // Lines of negated features come last.
                 all.sort_by_key(|(_, (name, _))| name.starts_with("not "));
                 for (k, (name, lines)) in all {
                     let chosen = self.feature.as_ref() == Some(name);
@@ -169,7 +169,7 @@ impl SourcePage {
             });
         });
         ui.horizontal(|ui| {
-            // Another module may not have it.
+            // Another module may lack it.
             if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
                 ui.checkbox(&mut self.only, format!("Only lines for {feature}")).on_hover_text("Leave out all other lines");
                 if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
@@ -179,14 +179,14 @@ impl SourcePage {
         });
     }
 
-    /// To where most lines of a feature stand together, or to the next of its places.
+    /// Jumps to the longest run of a feature's lines, or to its next run.
     fn go_to(&mut self, text: &Text, feature: usize, again: bool) {
         let of = |i: usize| text.lines.get(i).is_some_and(|l| usize::from(l.feature) == feature);
         let starts: Vec<usize> = (0..text.lines.len()).filter(|i| of(*i) && (*i == 0 || !of(i - 1))).collect();
         let length = |start: usize| (start..text.lines.len()).take_while(|i| of(*i)).count();
         let next = match self.at_line.filter(|_| again) {
             Some(here) => starts.iter().find(|s| **s > here).or(starts.first()),
-            // Its first lines name what it reads; the longest stretch is what it does.
+            // The first lines of a feature are declarations; its longest run is its code.
             None => starts.iter().rev().max_by_key(|s| length(**s)),
         };
         self.feature = text.features.get(feature).map(|f| f.0.clone());
@@ -202,7 +202,7 @@ impl SourcePage {
         let count = rows.as_ref().map_or(text.lines.len(), Vec::len);
         let font = egui::FontId::monospace(FONT_POINTS);
         ui.spacing_mut().item_spacing.y = 0.0;
-        // A row is a line of text and no more.
+        // Rows have the height of a text line without spacing.
         let height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
         ui.spacing_mut().interact_size.y = height;
         let mut area = ScrollArea::both().auto_shrink(false).id_salt(("source", text.language.to_string()));
@@ -226,7 +226,7 @@ impl SourcePage {
         area.show_rows(ui, height, count, |ui, range| {
             let dark = ui.visuals().dark_mode;
             if moved {
-                // Up or down as far as needed, never aside.
+                // Scrolls vertically as far as needed, never horizontally.
                 let top = ui.max_rect().top() + (at_keys as f32 - range.start as f32) * height;
                 let row = egui::Rect::from_x_y_ranges(ui.clip_rect().x_range(), top..=top + height);
                 ui.scroll_to_rect_animation(row, None, egui::style::ScrollAnimation::none());
@@ -244,7 +244,7 @@ impl SourcePage {
                             clicked = Some(usize::from(line.feature));
                         }
                     }
-                    let shown = ui.add(egui::Label::new(job(i + 1, &line.text, &self.needle, &font, dark)).extend());
+                    let shown = ui.add(egui::Label::new(layout_job(i + 1, &line.text, &self.needle, &font, dark)).extend());
                     if stop.has_focus() && row == at_keys {
                         ui.painter().rect_stroke(shown.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
                         ui.ctx().accesskit_node_builder(stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
@@ -261,12 +261,12 @@ impl SourcePage {
         }
     }
 
-    /// The feature of a line, named where it begins; whether it was clicked.
+    /// The feature of a line, named at the start of its run; returns whether it was clicked.
     fn margin(&self, ui: &mut Ui, text: &Text, i: usize, height: f32, first: bool, wanted: Option<usize>) -> bool {
         let Some(line) = text.lines.get(i) else { return false };
         let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
         let width = if self.no_margin { STRIPE_POINTS } else { MARGIN_POINTS };
-        // No stop of its own for the keyboard, which has the list.
+        // Not a Tab stop of its own: the list is.
         let (rect, response) = ui.allocate_exact_size(Vec2::new(width, height), Sense::CLICK);
         let colour = feature_colour(name, ui.visuals().dark_mode);
         let stripe = egui::Rect::from_min_size(egui::pos2(rect.right() - STRIPE_POINTS, rect.top()), vec2(STRIPE_POINTS, height));
@@ -288,7 +288,7 @@ impl SourcePage {
     }
 }
 
-/// The row that the keys go to from `row` of so many, while the list has the keyboard, and whether they did.
+/// The row to which the keys move from `row`, while the list has the focus, and whether they did.
 fn keys(ui: &Ui, stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
     const PAGE: usize = 20;
     if !stop.has_focus() || count == 0 {

@@ -1,4 +1,4 @@
-//! A module's text in one language, line by line, with the colours that tell its words apart and the feature that asked for each line.
+//! A module's text in one language, line by line, with syntax colours and the feature of each line.
 
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;
@@ -7,7 +7,7 @@ use egui::ecolor::HsvaGamma;
 use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;
 
-/// One line and who asked for it.
+/// One line and its origin.
 pub struct Line {
     pub text: String,
     /// Index into [`Text::features`].
@@ -19,11 +19,11 @@ pub struct Line {
 pub struct Text {
     pub language: Language,
     pub lines: Vec<Line>,
-    /// Name and number of lines; empty where the language has no source map.
+    /// Name and number of lines of each feature; empty if the language has no source map.
     pub features: Vec<(String, usize)>,
 }
 
-/// Writes a module in a language.
+/// Translates a module to a language.
 pub fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String> {
     let text = translate(module, language).map_err(|e| e.to_string())?;
     let map = &module.source_map;
@@ -39,9 +39,9 @@ pub fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String
     Ok(Text { language, lines, features })
 }
 
-/// What a word is, as far as colours go.
+/// Token kinds, for syntax colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum TokenKind {
     Plain,
     Comment,
     Keyword,
@@ -99,31 +99,31 @@ const KEYWORDS: &[&str] = &[
     "false",
 ];
 const TYPES: &[&str] = &["bool", "f32", "f16", "i32", "u32", "float", "int", "uint", "double", "half", "sampler", "array", "matrix"];
-const TYPE_BEGINNINGS: &[&str] = &[
+const TYPE_PREFIXES: &[&str] = &[
     "vec", "mat", "float2", "float3", "float4", "uint2", "uint3", "uint4", "int2", "int3", "int4", "texture", "sampler", "Texture",
     "Sampler", "ivec", "uvec", "bvec", "bool2", "bool3", "bool4", "packed_",
 ];
 
-fn word_kind(word: &str, rest: &str) -> Kind {
+fn token_kind(word: &str, rest: &str) -> TokenKind {
     if KEYWORDS.contains(&word) {
-        Kind::Keyword
+        TokenKind::Keyword
     } else if word.starts_with(|c: char| c.is_ascii_digit()) {
-        Kind::Number
-    } else if TYPES.contains(&word) || TYPE_BEGINNINGS.iter().any(|b| word.starts_with(b)) && !rest.starts_with("Sample") {
-        Kind::Type
+        TokenKind::Number
+    } else if TYPES.contains(&word) || TYPE_PREFIXES.iter().any(|b| word.starts_with(b)) && !rest.starts_with("Sample") {
+        TokenKind::Type
     } else if word.starts_with("Op") && word.len() > 2 && word[2..].starts_with(|c: char| c.is_ascii_uppercase()) {
-        Kind::Keyword
+        TokenKind::Keyword
     } else if rest.starts_with('(') {
-        Kind::Call
+        TokenKind::Call
     } else {
-        Kind::Plain
+        TokenKind::Plain
     }
 }
 
-/// The words of a line, in order, without gaps. A comment runs to the line's end.
-pub fn words(line: &str) -> Vec<(Range<usize>, Kind)> {
-    let mut found: Vec<(Range<usize>, Kind)> = Vec::new();
-    let mut push = |range: Range<usize>, kind: Kind| match found.last_mut() {
+/// The tokens of a line, in order, without gaps. A comment runs to the end of the line.
+pub fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
+    let mut found: Vec<(Range<usize>, TokenKind)> = Vec::new();
+    let mut push = |range: Range<usize>, kind: TokenKind| match found.last_mut() {
         Some((last, k)) if *k == kind => last.end = range.end,
         _ => found.push((range, kind)),
     };
@@ -132,13 +132,13 @@ pub fn words(line: &str) -> Vec<(Range<usize>, Kind)> {
     while let Some(c) = line[at..].chars().next() {
         let rest = &line[at..];
         if rest.starts_with("//") || (rest.starts_with('#') && line[..at].trim().is_empty()) {
-            let kind = if c == '#' { Kind::Attribute } else { Kind::Comment };
+            let kind = if c == '#' { TokenKind::Attribute } else { TokenKind::Comment };
             push(at..line.len(), kind);
             break;
         }
         if is_word(c) {
             let number = c.is_ascii_digit();
-            // A number keeps its point and a signed exponent.
+            // A number includes its point and a signed exponent.
             let mut end = 0;
             let mut before = ' ';
             for (i, c) in rest.char_indices() {
@@ -149,57 +149,57 @@ pub fn words(line: &str) -> Vec<(Range<usize>, Kind)> {
                 end = i + c.len_utf8();
                 before = c;
             }
-            push(at..at + end, word_kind(&rest[..end], &rest[end..]));
+            push(at..at + end, token_kind(&rest[..end], &rest[end..]));
             at += end;
         } else if c == '@' || (c == '[' && rest.starts_with("[[")) {
             let end = rest.char_indices().skip(1).find(|(_, c)| !is_word(*c) && *c != '[').map_or(rest.len(), |(i, _)| i);
-            push(at..at + end, Kind::Attribute);
+            push(at..at + end, TokenKind::Attribute);
             at += end;
         } else {
-            push(at..at + c.len_utf8(), Kind::Plain);
+            push(at..at + c.len_utf8(), TokenKind::Plain);
             at += c.len_utf8();
         }
     }
     found
 }
 
-fn colour(kind: Kind, dark: bool) -> Color32 {
+fn colour(kind: TokenKind, dark: bool) -> Color32 {
     let [d, l] = match kind {
-        Kind::Plain => [[212, 212, 212], [40, 40, 40]],
-        Kind::Comment => [[128, 146, 118], [84, 112, 70]],
-        Kind::Keyword => [[204, 140, 222], [140, 40, 160]],
-        Kind::Type => [[92, 200, 178], [0, 110, 96]],
-        Kind::Number => [[220, 176, 118], [160, 84, 0]],
-        Kind::Call => [[122, 178, 236], [20, 84, 170]],
-        Kind::Attribute => [[160, 160, 176], [100, 100, 116]],
+        TokenKind::Plain => [[212, 212, 212], [40, 40, 40]],
+        TokenKind::Comment => [[128, 146, 118], [84, 112, 70]],
+        TokenKind::Keyword => [[204, 140, 222], [140, 40, 160]],
+        TokenKind::Type => [[92, 200, 178], [0, 110, 96]],
+        TokenKind::Number => [[220, 176, 118], [160, 84, 0]],
+        TokenKind::Call => [[122, 178, 236], [20, 84, 170]],
+        TokenKind::Attribute => [[160, 160, 176], [100, 100, 116]],
     };
     let [r, g, b] = if dark { d } else { l };
     Color32::from_rgb(r, g, b)
 }
 
-/// The colour of a feature, the same in every module: a place on the colour circle for each feature that there is.
+/// The colour of a feature, the same in every module: each known feature has its own hue.
 pub fn feature_colour(name: &str, dark: bool) -> Color32 {
     let (negated, name) = name.strip_prefix("not ").map_or((false, name), |n| (true, n.split(", ").next().unwrap_or(n)));
     let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
     let Some(place) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
-    // Steps of the golden angle keep neighbours apart.
+    // Steps of the golden angle separate neighbours.
     let hue = (place as f32 * 0.381_966).fract();
     let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
-    // What is there because a feature is not has its colour, paler.
+    // A negated feature has the same hue, paler.
     HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
 }
 
-/// A line with its number, its colours, and what is looked for marked in it.
-pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
+/// A line with its number, syntax colours, and search results highlighted.
+pub fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
     let format = |color: Color32| TextFormat { font_id: font.clone(), color, ..TextFormat::default() };
-    let mut job = LayoutJob::default();
-    job.wrap.max_width = f32::INFINITY;
+    let mut layout_job = LayoutJob::default();
+    layout_job.wrap.max_width = f32::INFINITY;
     if number > 0 {
-        job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if dark { 155 } else { 95 })));
+        layout_job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if dark { 155 } else { 95 })));
     }
-    let marked = found_in(line, needle);
+    let marked = find_all(line, needle);
     let mark = if dark { Color32::from_rgb(96, 80, 20) } else { Color32::from_rgb(255, 232, 130) };
-    for (range, kind) in words(line) {
+    for (range, kind) in tokens(line) {
         let mut at = range.start;
         while at < range.end {
             let inside = marked.iter().find(|m| m.contains(&at));
@@ -209,23 +209,23 @@ pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -
             };
             let mut as_is = format(colour(kind, dark));
             if inside.is_some() {
-                // Every colour of code would not be read on the mark.
-                as_is.color = colour(Kind::Plain, dark);
+                // Not every syntax colour is legible on the highlight.
+                as_is.color = colour(TokenKind::Plain, dark);
                 as_is.background = mark;
             }
-            job.append(&line[at..end], 0.0, as_is);
+            layout_job.append(&line[at..end], 0.0, as_is);
             at = end;
         }
     }
-    job
+    layout_job
 }
 
-/// Where a text occurs in a line, in any case of Latin letters.
-pub fn found_in(line: &str, needle: &str) -> Vec<Range<usize>> {
+/// Occurrences of a text in a line, ignoring ASCII case.
+pub fn find_all(line: &str, needle: &str) -> Vec<Range<usize>> {
     if needle.is_empty() {
         return Vec::new();
     }
-    // Only Latin letters change, so that places stay.
+    // ASCII case conversion keeps byte offsets.
     let (line, needle) = (line.to_ascii_lowercase(), needle.to_ascii_lowercase());
     line.match_indices(&needle).map(|(at, _)| at..at + needle.len()).collect()
 }
@@ -235,27 +235,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_cover_the_line_and_are_told_apart() {
+    fn tokens_cover_the_line_and_have_their_kinds() {
         let line = "@group(0) let x = vec3f(1.5e-3, y); // twice";
-        let found = words(line);
+        let found = tokens(line);
         let joined: String = found.iter().map(|(r, _)| &line[r.clone()]).collect();
         assert_eq!(joined, line);
         let kind = |word: &str| found.iter().find(|(r, _)| line[r.clone()].contains(word)).map(|(_, k)| *k);
-        assert_eq!(kind("let"), Some(Kind::Keyword));
-        assert_eq!(kind("vec3f"), Some(Kind::Type));
-        assert_eq!(kind("1.5e-3"), Some(Kind::Number));
-        assert_eq!(kind("@group"), Some(Kind::Attribute));
-        assert_eq!(kind("twice"), Some(Kind::Comment));
-        assert_eq!(words("a µ² b").iter().map(|(r, _)| r.len()).sum::<usize>(), "a µ² b".len());
+        assert_eq!(kind("let"), Some(TokenKind::Keyword));
+        assert_eq!(kind("vec3f"), Some(TokenKind::Type));
+        assert_eq!(kind("1.5e-3"), Some(TokenKind::Number));
+        assert_eq!(kind("@group"), Some(TokenKind::Attribute));
+        assert_eq!(kind("twice"), Some(TokenKind::Comment));
+        assert_eq!(tokens("a µ² b").iter().map(|(r, _)| r.len()).sum::<usize>(), "a µ² b".len());
     }
 
     #[test]
-    fn what_is_looked_for_is_marked_in_any_case() {
-        assert_eq!(found_in("let Ring = ring;", "rInG"), [4..8, 11..15]);
-        assert!(found_in("let", "").is_empty());
-        let job = job(7, "let ring = 2;", "ring", &FontId::monospace(12.0), true);
-        assert_eq!(job.text, "    7  let ring = 2;");
-        assert_eq!(job.sections.iter().filter(|s| s.format.background != Color32::TRANSPARENT).count(), 1);
+    fn search_results_are_highlighted_in_any_case() {
+        assert_eq!(find_all("let Ring = ring;", "rInG"), [4..8, 11..15]);
+        assert!(find_all("let", "").is_empty());
+        let layout_job = layout_job(7, "let ring = 2;", "ring", &FontId::monospace(12.0), true);
+        assert_eq!(layout_job.text, "    7  let ring = 2;");
+        assert_eq!(layout_job.sections.iter().filter(|s| s.format.background != Color32::TRANSPARENT).count(), 1);
     }
 
     #[test]

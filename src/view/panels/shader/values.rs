@@ -1,8 +1,8 @@
-//! What a draw's module reads: uniforms by name with their bytes' places, textures with their files.
+//! The Values page: uniforms of a draw by name with their byte offsets, textures with their files.
 //!
-//! Always: the numbers are those that the last drawing was made with; under a key changed by hand, what this draw would give it.
+//! Always: the numbers are those of the last drawing; under a key changed by hand, those that this draw would give it.
 
-use super::{Seen, ShaderPanel};
+use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
 use crate::shader::reflect::Field;
 use crate::shader::{Layout, ModuleId};
@@ -13,19 +13,19 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 #[derive(Default)]
 pub struct ValuesPage {
     wanted: String,
-    /// Which draw of a shared module.
+    /// Index of the draw, for a shared module.
     draw: usize,
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let Some(module) = panel.work.whole(seen.worker, &seen.id) else {
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
         accessible::coming(ui, "Loading the module");
         return;
     };
     let layout = &module.module.layout;
-    let bytes = match (seen.draw, &seen.id) {
-        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, seen.drawing.job.sampling.anisotropy)),
-        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, seen, name).map(Ok),
+    let bytes = match (inspected.draw, &inspected.id) {
+        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, inspected.drawing.job.sampling.anisotropy)),
+        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };
     ui.horizontal(|ui| {
@@ -45,13 +45,13 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         uniform_bytes(ui, layout, bytes.as_deref(), &panel.values.wanted);
         ui.separator();
         ui.strong(format!("Textures: {}, samplers: {}", layout.textures.len(), layout.samplers.len()));
-        textures(panel, ui, seen, layout);
+        textures(panel, ui, inspected, layout);
     });
 }
 
-/// What a shared module was given, for the draw that is chosen where it has several.
-fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, module: &str) -> Option<Vec<u8>> {
-    let draws: Vec<_> = seen.drawing.simple_draws.iter().filter(|d| d.module == module).collect();
+/// The uniform bytes of a shared module, for the chosen draw if it has several.
+fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
+    let draws: Vec<_> = inspected.drawing.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
@@ -74,7 +74,7 @@ fn numbers(field: &Field, bytes: &[u8]) -> Vec<f32> {
     of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
-/// Seven digits, short where fewer tell all.
+/// At most seven significant digits, fewer if they suffice.
 pub fn number_text(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {
@@ -84,7 +84,7 @@ pub fn number_text(v: f32) -> String {
 }
 
 fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &str) {
-    /// Rows of four that are shown of a long array.
+    /// Rows shown of a long array.
     const ROWS: usize = 3;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in ["offset", "bytes", "type", "name", "value"] {
@@ -113,7 +113,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
     });
 }
 
-fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout: &Layout) {
+fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
     Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in ["binding", "name", "file", "size"] {
             ui.weak(head);
@@ -122,12 +122,12 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
         for t in &layout.textures {
             ui.monospace(t.binding.to_string());
             ui.label(&t.name);
-            let map = seen.draw.zip(role_of(&t.name)).and_then(|(d, role)| d.map_files.by_role().find(|(r, _)| *r == role));
-            let table = seen.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.name == RING_PROFILE);
+            let map = inspected.draw.zip(role_of(&t.name)).and_then(|(d, role)| d.map_files.by_role().find(|(r, _)| *r == role));
+            let table = inspected.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.name == RING_PROFILE);
             match (map, table) {
                 (Some((role, file)), _) => {
                     ui.label(file);
-                    match panel.work.map(seen.worker, role, file) {
+                    match panel.queries.map(inspected.worker, role, file) {
                         Some(Ok(m)) => {
                             ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
                         }
@@ -150,7 +150,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
             ui.monospace(s.binding.to_string());
             ui.label(&s.name);
             ui.weak("sampler");
-            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.job.sampling.anisotropy));
+            ui.label(format!("linear; at most {} taps a pixel", inspected.drawing.job.sampling.anisotropy));
             ui.end_row();
         }
     });

@@ -1,7 +1,7 @@
-//! Questions for the name of a file, answered by a dialog of the desktop where there is one.
+//! File dialogs of the desktop, where available.
 //!
-//! In: what the file is for. Out: its path, some time later. Always: the field beside the button takes a typed name, too; without dialogs there is no button. The window brings the dialogs, tests
-//! bring their own.
+//! In: the purpose of a file. Out: its path, some time later. Always: the field beside the button also takes a typed name; without dialogs there is no button. The window provides the dialogs, tests
+//! provide their own.
 
 use crate::view::panels::Interface;
 use crate::view::panels::icons::{self, Icon};
@@ -10,22 +10,22 @@ use egui::Ui;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What a dialog is for.
+/// The purpose of a dialog.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FileQuestion {
+pub struct FileRequest {
     pub title: &'static str,
-    /// Endings without their point.
+    /// File extensions without the dot.
     pub endings: &'static [&'static str],
     /// The name in the field.
     pub name: String,
-    /// A file that exists is opened; else a new one is named.
+    /// Opens an existing file; otherwise names a new one.
     pub opens: bool,
 }
 
-/// Opens a dialog; the answer is `None` where nobody chose a file or no dialog opened.
-pub type FileDialog = fn(FileQuestion) -> Pending<Option<PathBuf>>;
+/// Opens a dialog; the answer is `None` if no file was chosen or no dialog could open.
+pub type FileDialog = fn(FileRequest) -> Pending<Option<PathBuf>>;
 
-/// Which field gets the answer.
+/// The field that receives the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileField {
     View,
@@ -34,24 +34,24 @@ pub enum FileField {
     Tour,
 }
 
-/// A dialog that is open.
+/// An open dialog.
 pub struct OpenDialog {
     field: FileField,
     answer: Pending<Option<PathBuf>>,
 }
 
-/// Between looks at a dialog.
-const LOOK: Duration = Duration::from_millis(100);
+/// Interval between checks of a dialog.
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 impl FileField {
-    fn question(self, name: &str) -> FileQuestion {
+    fn question(self, name: &str) -> FileRequest {
         let (title, endings, opens): (_, &'static [&'static str], _) = match self {
             Self::View => ("View file", &["json"], false),
             Self::Picture => ("Image file", &["png", "exr"], false),
             Self::Animation => ("Animation file", &["gif", "apng"], false),
             Self::Tour => ("Tour file", &["json"], true),
         };
-        FileQuestion { title, endings, name: name.to_owned(), opens }
+        FileRequest { title, endings, name: name.to_owned(), opens }
     }
 }
 
@@ -65,7 +65,7 @@ fn text(interface: &mut Interface, field: FileField) -> &mut String {
     }
 }
 
-/// The button that opens a dialog for a field, where there are dialogs.
+/// The button that opens a dialog for a field, if dialogs are available.
 pub fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let Some(open) = interface.file_dialog else { return };
     let question = field.question(text(interface, field));
@@ -78,11 +78,11 @@ pub fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
 }
 
 /// Takes the answer of a dialog.
-pub fn work(interface: &mut Interface, ctx: &egui::Context) {
+pub fn update(interface: &mut Interface, ctx: &egui::Context) {
     let Some(dialog) = &interface.share.dialog else { return };
     let field = dialog.field;
     match dialog.answer.take() {
-        None => ctx.request_repaint_after(LOOK),
+        None => ctx.request_repaint_after(CHECK_INTERVAL),
         Some(answer) => {
             interface.share.dialog = None;
             match answer {

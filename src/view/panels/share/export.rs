@@ -1,7 +1,7 @@
-//! Pictures, sequences and moving pictures on their way to files.
+//! Export of pictures, sequences and animations to files.
 //!
-//! In: a view or a tour, names, sizes. Out: files. Always: no file that exists is written over; one frame after the other is drawn in the background, so that all of it can be stopped, and what was
-//! begun goes on when the panel is closed; a moving picture is written whole at its end.
+//! In: a view or a tour, names, sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background one after the other, so that the export can be stopped; it
+//! continues when the panel is closed; an animation is written at its end as a whole file.
 
 use crate::files::{FileAccess, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, animation_format};
@@ -21,44 +21,46 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Format {
     pub size: [u32; 2],
-    /// Names of bodies are drawn into it.
+    /// Draw the names of bodies.
     pub names: bool,
 }
 
-/// What the frames show.
+/// The views of the frames.
 pub enum Frames {
-    /// A view at times that are so far apart.
+    /// One view at times `step_s` apart.
     Steps { view: Box<ViewState>, step_s: f64 },
-    /// A tour at so many frames a second, with the quality of the window.
-    Tour { tour: Arc<Tour>, rate: u32, habits: Box<ViewState> },
+    /// A tour at `rate` frames per second, with the quality of the window.
+    Tour { tour: Arc<Tour>, rate: u32, base_view: Box<ViewState> },
 }
 
 impl Frames {
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
-            Self::Tour { tour, rate, habits } => ViewState { quality: habits.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view },
+            Self::Tour { tour, rate, base_view } => {
+                ViewState { quality: base_view.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view }
+            }
         }
     }
 }
 
-struct MovingPicture {
+struct AnimationInProgress {
     writer: AnimationWriter<SharedBytes>,
     bytes: SharedBytes,
     name: String,
 }
 
 enum Output {
-    /// A file a frame.
+    /// One file per frame.
     Files(NumberedName),
-    /// One for all; `None` while a frame is being added.
-    Moving(Option<Box<MovingPicture>>),
+    /// One file for all frames; `None` while a frame is being added.
+    Animation(Option<Box<AnimationInProgress>>),
 }
 
-/// The file of a frame, if it has one by now; the moving picture, if it is not finished.
-type FrameAnswer = Result<(Option<PathBuf>, Option<Box<MovingPicture>>), String>;
+/// The file of a frame, if it has been written; the animation, if it is not finished.
+type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), String>;
 
-/// Frames on their way.
+/// A running export.
 pub struct Export {
     frames: Arc<Frames>,
     output: Output,
@@ -66,11 +68,11 @@ pub struct Export {
     done: u32,
     count: u32,
     began_s: f64,
-    frame: Pending<FrameAnswer>,
+    frame: Pending<FrameResult>,
 }
 
 impl Export {
-    /// Frames as files of their own.
+    /// Exports frames to one file each.
     ///
     /// # Errors
     /// How to write a frame's number into a name.
@@ -79,11 +81,11 @@ impl Export {
         Ok(Self::of(frames, Output::Files(files), count, format))
     }
 
-    /// Frames as one moving picture, `rate` a second.
+    /// Exports frames as one animation at `rate` frames per second.
     ///
     /// # Errors
-    /// An ending that is no moving picture's, or what its form does not know.
-    pub fn of_moving(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
+    /// An extension that is no animation format's, or a size or rate that the format does not support.
+    pub fn of_animation(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| format!("{name}: an animation's file ends in .gif or .apng"))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
@@ -91,44 +93,44 @@ impl Export {
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| e.to_string())?;
-        let moving = MovingPicture { writer, bytes, name: name.to_owned() };
-        Ok(Self::of(frames, Output::Moving(Some(Box::new(moving))), count, format))
+        let moving = AnimationInProgress { writer, bytes, name: name.to_owned() };
+        Ok(Self::of(frames, Output::Animation(Some(Box::new(moving))), count, format))
     }
 
     fn of(frames: Frames, output: Output, count: u32, format: Format) -> Self {
         Self { frames: Arc::new(frames), output, format, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
     }
 
-    /// Begins.
+    /// Starts the export.
     pub fn begin(mut self, worker: &dyn RenderWorker, now_s: f64) -> Self {
         self.began_s = now_s;
         self.next(worker);
         self
     }
 
-    /// Part that is done, 0 to 1.
-    pub fn part(&self) -> f32 {
+    /// Finished fraction, 0 to 1.
+    pub fn fraction(&self) -> f32 {
         self.done as f32 / self.count.max(1) as f32
     }
 
     /// `12 of 60, about 20 s left`.
-    pub fn told(&self, now_s: f64) -> String {
+    pub fn progress_text(&self, now_s: f64) -> String {
         let left = match (self.done, now_s - self.began_s) {
             (0, _) => String::new(),
-            (done, passed_s) => format!(", {}", left_text(passed_s / f64::from(done) * f64::from(self.count - done))),
+            (done, passed_s) => format!(", {}", remaining_text(passed_s / f64::from(done) * f64::from(self.count - done))),
         };
         format!("{} of {}{left}", self.done, self.count)
     }
 
-    /// Takes a finished frame and draws the next one. `Some`: what to say; the export is over where it says so.
-    pub fn go_on(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
+    /// Takes a finished frame and starts the next one. `Some`: a message, and whether the export has ended.
+    pub fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, moving) = match self.frame.take()? {
             Ok(answer) => answer,
             Err(why) => return Some((why, true)),
         };
         self.done += 1;
         let is_over = self.done >= self.count;
-        if let Output::Moving(place) = &mut self.output {
+        if let Output::Animation(place) = &mut self.output {
             *place = moving;
         }
         if !is_over {
@@ -150,7 +152,7 @@ impl Export {
                 let file = files.path(at);
                 ask(worker, move |session| Ok((Some(save(session, &frames.view(at), format, std::iter::once(file))?), None)))
             }
-            Output::Moving(moving) => {
+            Output::Animation(moving) => {
                 let Some(moving) = moving.take() else { return };
                 ask(worker, move |session| added(session, moving, &frames.view(at), format, is_last))
             }
@@ -159,7 +161,7 @@ impl Export {
 }
 
 /// `about 2 min left`.
-fn left_text(seconds: f64) -> String {
+fn remaining_text(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a moment left".into(),
         s if s < 90.0 => format!("about {s:.0} s left"),
@@ -168,14 +170,14 @@ fn left_text(seconds: f64) -> String {
     }
 }
 
-/// Draws a frame into a moving picture, and writes that once it is whole.
-fn added(session: &Session, mut moving: Box<MovingPicture>, view: &ViewState, format: Format, is_last: bool) -> FrameAnswer {
+/// Adds a frame to an animation, and writes the file after the last frame.
+fn added(session: &Session, mut moving: Box<AnimationInProgress>, view: &ViewState, format: Format, is_last: bool) -> FrameResult {
     let (_, drawn) = drawn(session, view, format, false)?;
     moving.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
     if !is_last {
         return Ok((None, Some(moving)));
     }
-    let MovingPicture { writer, bytes, name } = *moving;
+    let AnimationInProgress { writer, bytes, name } = *moving;
     writer.finish().map_err(|e| e.to_string())?;
     let bytes = bytes.0.lock();
     let names = free_names(&name).map_err(|e| e.to_string())?.map(|file| std::path::absolute(&file).unwrap_or(file));
@@ -192,7 +194,7 @@ fn drawn(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> R
     Ok((request, drawn))
 }
 
-/// Draws a view and writes it under the first of the names that is free; answers which.
+/// Draws a view and writes it under the first name that is free; returns that name.
 pub fn save(session: &Session, view: &ViewState, format: Format, files: impl Iterator<Item = PathBuf>) -> Result<PathBuf, String> {
     let mut files = files.peekable();
     let path = files.peek().cloned().unwrap_or_default();
@@ -218,11 +220,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_is_told_in_the_unit_that_people_wait_in() {
+    fn remaining_time_has_a_suitable_unit() {
         for (seconds, text) in
             [(0.2, "a moment left"), (20.4, "about 20 s left"), (600.0, "about 10 min left"), (9000.0, "about 2.5 h left")]
         {
-            assert_eq!(left_text(seconds), text);
+            assert_eq!(remaining_text(seconds), text);
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Keeping and sharing: links, files, bookmarks, pictures, sequences of frames, moving pictures.
+//! The Share panel: links, files, bookmarks, pictures, sequences of frames, animations.
 //!
-//! In: the view, names of files. Out: files, and where they are. Always: no file that exists is written over; what was begun goes on when the panel is closed. Not here: how
-//! frames become files (`export`).
+//! In: the view, names of files. Out: files, and their paths. Always: no existing file is overwritten; exports continue when the panel is closed. Not here: how
+//! frames are written (`export`).
 
 pub mod dialog;
 mod export;
@@ -13,11 +13,11 @@ use super::Interface;
 use super::icons::{self, Icon};
 use crate::files::{FileAccess, read_text, write_new};
 use crate::session::Session;
-use crate::view::app::file_names::{free_names, whole};
-use crate::view::app::settings::{Bookmark, ZOOMS};
+use crate::view::app::file_names::{absolute_path, free_names};
+use crate::view::app::settings::{Bookmark, UI_SCALES};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::link::{MAX_BYTES, SCHEME, restored};
+use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ScrollArea, TextEdit};
 use std::io::Write;
@@ -35,22 +35,22 @@ pub struct SharePanel {
     shot: Option<Pending<Result<PathBuf, String>>>,
     export: Option<Export>,
     dialog: Option<dialog::OpenDialog>,
-    /// A picture was asked for.
+    /// The user asked for a picture.
     pub wants_picture: bool,
     wants: Option<Wanted>,
 }
 
-/// A moving picture that is being planned.
+/// Settings of an animation.
 struct Animation {
     file: String,
     format: Format,
-    /// Frames a second.
+    /// Frames per second.
     rate: u32,
-    /// Half of the frames come before the shown time.
+    /// The displayed time is in the middle of the animation.
     is_centred: bool,
 }
 
-/// Frames that were asked for.
+/// The requested export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wanted {
     Sequence,
@@ -84,12 +84,12 @@ impl Default for SharePanel {
 }
 
 impl SharePanel {
-    /// A picture or a run of frames is being made.
+    /// Whether a picture or sequence is being exported.
     pub fn is_busy(&self) -> bool {
         self.shot.is_some() || self.export.is_some()
     }
 
-    /// Asks for the tour that plays as a moving picture.
+    /// Requests an animation of the current tour.
     pub fn record_tour(&mut self) {
         self.wants = Some(Wanted::Tour);
     }
@@ -113,7 +113,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
 
 fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.strong("This view");
-    let link = interface.viewer.shared().to_link();
+    let link = interface.viewer.shareable().to_link();
     ui.horizontal(|ui| {
         let copy = icons::button(ui, Icon::Link, "Copy link");
         if ui.add(copy).on_hover_text("Copy a link that restores this view").clicked() {
@@ -125,7 +125,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0)).on_hover_text("A link to open");
         if ui.button("Open link").on_hover_text("Show the view of the link in the field").clicked() {
-            let read = restored(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
+            let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
             opened(interface, read, actions);
         }
     });
@@ -134,18 +134,18 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         dialog::button(interface, ui, FileField::View);
         let path = PathBuf::from(&interface.share.file);
         if ui.button("Save view").on_hover_text("Write this view to the file; the next free number is added to its name").clicked() {
-            let text = interface.viewer.shared().to_json();
+            let text = interface.viewer.shareable().to_json();
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| e.to_string());
             let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
             if let Ok(path) = &written {
-                // What was saved is what *Open view* opens.
+                // *Open view* then opens the saved file.
                 interface.share.file = path.display().to_string();
             }
             interface.message = written.map_or_else(|why| why, |path| saved(&path));
         }
         if ui.button("Open view").on_hover_text("Show the view of the file").clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| e.to_string());
-            let read = text.and_then(|text| restored(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
+            let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
             opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
         }
     });
@@ -159,12 +159,12 @@ fn opened(interface: &mut Interface, read: Result<ViewState, String>, actions: &
 }
 
 fn saved(path: &Path) -> String {
-    format!("Saved {}", whole(path))
+    format!("Saved {}", absolute_path(path))
 }
 
-/// Begins what was asked for and takes what is done, whether the panel is open or not.
-pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
-    dialog::work(interface, ctx);
+/// Starts requested exports and takes finished frames, whether the panel is open or not.
+pub fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+    dialog::update(interface, ctx);
     let panel = &mut interface.share;
     let (picture, wanted) = (std::mem::take(&mut panel.wants_picture), panel.wants.take());
     if (picture || wanted.is_some()) && panel.is_busy() {
@@ -172,7 +172,7 @@ pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderW
     } else if picture {
         match free_names(&panel.picture) {
             Ok(files) => {
-                let (view, format) = (interface.viewer.shared(), panel.picture_format);
+                let (view, format) = (interface.viewer.shareable(), panel.picture_format);
                 panel.shot = Some(ask(worker, move |session| export::save(session, &view, format, files)));
                 interface.message = format!("Saving an image of {}×{} pixels", format.size[0], format.size[1]);
             }
@@ -188,7 +188,7 @@ pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderW
         interface.share.shot = None;
         interface.message = written.map_or_else(|why| why, |path| saved(&path));
     }
-    if let Some((said, is_over)) = interface.share.export.as_mut().and_then(|export| export.go_on(worker, saved)) {
+    if let Some((said, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved)) {
         interface.message = said;
         if is_over {
             interface.share.export = None;
@@ -196,23 +196,23 @@ pub fn work(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderW
     }
 }
 
-/// The frames that are wanted, and where they go.
+/// The export for a request: its frames and files.
 fn planned(interface: &Interface, wanted: Wanted) -> Result<Export, String> {
     let panel = &interface.share;
     let Animation { file, format, rate, is_centred } = &panel.animation;
-    let view = interface.viewer.shared();
+    let view = interface.viewer.shareable();
     let steps = |view: ViewState| Frames::Steps { view: Box::new(view), step_s: panel.step_s };
     match wanted {
         Wanted::Sequence => Export::of_files(steps(view), &panel.picture, panel.frames, panel.picture_format),
         Wanted::Animation => {
             let before_s = if *is_centred { 0.5 * f64::from(panel.frames - 1) * panel.step_s } else { 0.0 };
             let first = ViewState { tdb_s: view.tdb_s - before_s, ..view };
-            Export::of_moving(steps(first), file, panel.frames, *rate, *format)
+            Export::of_animation(steps(first), file, panel.frames, *rate, *format)
         }
         Wanted::Tour => {
             let tour = interface.tour.playing_tour().ok_or("No tour is open")?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
-            Export::of_moving(Frames::Tour { tour, rate: *rate, habits: Box::new(view) }, file, count, *rate, *format)
+            Export::of_animation(Frames::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *format)
         }
     }
 }
@@ -220,7 +220,7 @@ fn planned(interface: &Interface, wanted: Wanted) -> Result<Export, String> {
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong("Bookmarks");
     let name_now = || {
-        let view = interface.viewer.settled();
+        let view = interface.viewer.destination();
         format!("{} {}", interface.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default())
     };
     let usual = name_now();
@@ -231,7 +231,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         if ui.add(add).on_hover_text("Add this view to the bookmarks").clicked() {
             let typed = std::mem::take(&mut interface.share.bookmark);
             let name = if typed.trim().is_empty() { usual.clone() } else { typed.trim().to_owned() };
-            interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shared() });
+            interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shareable() });
         }
     });
     let mut removed = None;
@@ -265,7 +265,7 @@ fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text("Colours of the panels");
         }
     });
-    ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("Text size"))
+    ui.add(egui::Slider::new(&mut interface.settings.zoom, UI_SCALES).text("Text size"))
         .on_hover_text("Size of text and controls (Ctrl and + or -)");
     ui.horizontal(|ui| {
         ui.label("Panels");

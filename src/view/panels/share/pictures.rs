@@ -3,7 +3,7 @@
 use super::dialog::{self, FileField};
 use super::export::Format;
 use super::{Interface, Wanted};
-use crate::view::app::file_names::whole;
+use crate::view::app::file_names::absolute_path;
 use crate::view::panels::accessible;
 use crate::view::panels::icons::{self, Icon};
 use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
@@ -13,7 +13,7 @@ fn side(value: &mut u32) -> DragValue<'_> {
     DragValue::new(value).range(1..=16_384)
 }
 
-/// Width, height and labels; `of` goes before their names.
+/// Width, height and labels; `labels` are their accessible names.
 fn format_fields(ui: &mut Ui, format: &mut Format, [width, height, labels]: [&str; 3]) {
     accessible::number(ui, side(&mut format.size[0]), width);
     ui.label("x");
@@ -23,7 +23,8 @@ fn format_fields(ui: &mut Ui, format: &mut Format, [width, height, labels]: [&st
 }
 
 fn folder(ui: &mut Ui, file: &str) {
-    let folder = whole(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
+    let folder =
+        absolute_path(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
     ui.add(Label::new(RichText::new(format!("Folder: {folder}/")).small().weak()).truncate());
 }
 
@@ -43,22 +44,22 @@ pub fn images(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// How many frames, and how far apart: for sequences and animations alike.
+/// Number of frames and their interval: for sequences and animations.
 pub fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong("Frames over time");
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
         accessible::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), "Number of frames");
         ui.label("frames,");
-        // A century at the most.
+        // At most a century.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
         accessible::number(ui, step, "Simulated seconds between frames");
         ui.label("apart");
     });
-    if let Some(watch) = interface.events.watch_of_chosen() {
-        let whole =
+    if let Some(watch) = interface.events.playback_of_chosen() {
+        let absolute_path =
             ui.button("Whole event").on_hover_text("As many seconds apart as the chosen event takes from its first frame to its last");
-        if whole.clicked() {
+        if absolute_path.clicked() {
             panel.step_s = ((watch.to_tdb_s - watch.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
         }
     }
@@ -99,15 +100,15 @@ pub fn animation(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// What is being drawn: its bar, what is left, its end.
+/// Progress of an export: bar, remaining time, button to stop it.
 pub fn progress(interface: &mut Interface, ui: &mut Ui) {
     let now_s = interface.viewport.last_s;
     let Some(export) = &interface.share.export else { return };
     let cancelled = ui.horizontal_wrapped(|ui| {
-        ui.add(ProgressBar::new(export.part()).desired_width(120.0).show_percentage()).accessible_name("Progress of the export");
+        ui.add(ProgressBar::new(export.fraction()).desired_width(120.0).show_percentage()).accessible_name("Progress of the export");
         let cancel = icons::button(ui, Icon::Stop, "Cancel");
         let cancelled = ui.add(cancel).on_hover_text("Stop the export; frames of a sequence that are written stay").clicked();
-        ui.label(export.told(now_s));
+        ui.label(export.progress_text(now_s));
         cancelled
     });
     if cancelled.inner {

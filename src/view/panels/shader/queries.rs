@@ -1,6 +1,6 @@
-//! What the shader panel asks the session: modules taken apart, texts, differences, small pictures. Each once, off the window's thread.
+//! Queries of the Shader panel: modules with their costs, texts, differences, sample pictures. Each once, off the window's thread.
 //!
-//! Always: when the fragments change, everything is asked anew.
+//! Always: when the fragments change, all answers are dropped.
 
 use super::text::{Text, text_of};
 use crate::catalog::NaifId;
@@ -16,7 +16,7 @@ use crate::shader::library::Origin;
 use crate::shader::module::diagnosis;
 use crate::shader::translate::Language;
 use crate::shader::{Emitted, ModuleId, ShaderModule};
-use crate::view::panels::compare::pair::{Half, Pair};
+use crate::view::panels::compare::pair::{ComparedPicture, Pair};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
@@ -26,37 +26,37 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant as Moment;
 
-/// A module and what it costs.
-pub struct Examined {
+/// A module and its cost.
+pub struct LoadedModule {
     pub module: Arc<ShaderModule>,
     pub ir: IrCost,
     /// Vertex stage first.
     pub tapes: Vec<TapeCost>,
     pub origin: Option<Origin>,
-    /// Its entry on disk and how large that is.
+    /// Its entry on disk and its size, bytes.
     pub entry: Option<(PathBuf, u64)>,
 }
 
 /// Why there is no module.
-pub struct Broken {
+pub struct ModuleFailure {
     pub why: String,
-    /// With the source and a caret.
+    /// With the source line and a caret.
     pub diagnosis: String,
 }
 
-pub type Module = Result<Arc<Examined>, Arc<Broken>>;
+pub type Module = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 
-fn examine(session: &Session, id: &ModuleId) -> Module {
+fn load_module(session: &Session, id: &ModuleId) -> Module {
     let library = session.library();
-    let broken = |why: String, diagnosis: String| Arc::new(Broken { why, diagnosis });
+    let broken = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
     let module = library.get(id).map_err(|e| broken(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
     let tapes = tape_costs(&module).map_err(|e| broken(e.to_string(), String::new()))?;
     let entry = library.entry_path(id).and_then(|path| Some((path.metadata().ok()?.len(), path)));
     let entry = entry.map(|(bytes, path)| (path, bytes));
-    Ok(Arc::new(Examined { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
+    Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
 }
 
-/// A map as the shader reads it.
+/// Properties of a map as the shader reads it.
 #[derive(Clone, Copy, Debug)]
 pub struct MapFacts {
     pub width: u32,
@@ -65,26 +65,26 @@ pub struct MapFacts {
     pub bytes: usize,
 }
 
-/// The side of a small picture, pixels.
+/// Side of a sample picture, pixels.
 pub const SAMPLE_PX: u32 = 96;
-/// The side of a picture that is timed.
+/// Side of a timed picture, pixels.
 const TIMED_PX: u32 = 250;
 
 type Sample = Result<egui::ColorImage, String>;
 
-/// A view drawn once as it is and once with another key.
+/// A view drawn once unchanged and once with another key for one draw.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct Swap {
+pub struct KeySwap {
     pub body: NaifId,
     pub part: &'static str,
     pub key: ShaderKey,
-    /// Counts the drawings on screen.
+    /// Number of the drawing on screen.
     pub view: u64,
 }
 
-/// Everything asked so far.
+/// All queries so far.
 #[derive(Default)]
-pub struct Work {
+pub struct ShaderQueries {
     generator: Option<Arc<str>>,
     modules: QueryCache<ModuleId, Module>,
     texts: QueryCache<(ModuleId, Language), Result<Arc<Text>, String>>,
@@ -94,13 +94,13 @@ pub struct Work {
     maps: QueryCache<(MapRole, String), Result<MapFacts, String>>,
     samples: QueryCache<ShaderKey, Sample>,
     pictures: HashMap<ShaderKey, TextureHandle>,
-    swaps: QueryCache<Swap, Result<Arc<Pair>, String>>,
+    swaps: QueryCache<KeySwap, Result<Arc<Pair>, String>>,
     swap_view: u64,
 }
 
-impl Work {
-    /// Forgets everything if modules are made of other fragments than before.
-    pub fn keep_up(&mut self, worker: &dyn RenderWorker) {
+impl ShaderQueries {
+    /// Drops all answers if the fragments have changed.
+    pub fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
         let generator = worker.session().library().generator();
         if self.generator.as_ref() != Some(&generator) {
             *self = Self { generator: Some(generator), ..Self::default() };
@@ -109,11 +109,11 @@ impl Work {
 
     pub fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
         let of = id.clone();
-        self.modules.get(worker, id, move |session| examine(session, &of)).cloned()
+        self.modules.get(worker, id, move |session| load_module(session, &of)).cloned()
     }
 
-    /// The module, if it is there and whole.
-    pub fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<Examined>> {
+    /// The module, if it has arrived and is valid.
+    pub fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
         self.module(worker, id)?.ok()
     }
 
@@ -127,7 +127,7 @@ impl Work {
             .cloned()
     }
 
-    /// What differs between two modules' sources, by feature.
+    /// The difference of two modules' sources, by feature.
     pub fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
         let both = of.clone();
         self.differences
@@ -147,7 +147,7 @@ impl Work {
         self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
     }
 
-    /// Milliseconds for a million pixels, once someone asked.
+    /// Starts the timing of a module, in milliseconds per megapixel.
     pub fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let of = id.clone();
         self.timed.get(worker, id, move |session| {
@@ -188,9 +188,9 @@ impl Work {
     }
 
     /// The view with one draw's key as drawn, and with another.
-    pub fn swap(&mut self, worker: &dyn RenderWorker, of: &Swap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
+    pub fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
         if self.swap_view != of.view {
-            // Pictures of views gone by are of no use and large.
+            // Pictures of earlier views are large and no longer needed.
             self.swap_view = of.view;
             self.swaps.forget();
         }
@@ -205,7 +205,7 @@ impl Work {
     }
 }
 
-/// The sample body as display bytes: light as the sheet of pairs shows it; other views stretched, so that the greatest value is white.
+/// The sample body as display bytes: radiance as in the picture of all pairs; other pixel views scaled so that the greatest value is white.
 fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
     let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
     let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
@@ -217,7 +217,7 @@ fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
     Ok(colour_image(SAMPLE_PX, SAMPLE_PX, rgba))
 }
 
-fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -> Result<Half, String> {
+fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>) -> Result<ComparedPicture, String> {
     let sampling = SamplingQuality::of(request.quality);
     let mut scene = session.scene(request).map_err(|e| e.to_string())?;
     for draw in &mut scene.draws {
@@ -230,5 +230,5 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -
     let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let picture = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
-    Ok(Half { picture, by: "software".into(), took_ms })
+    Ok(ComparedPicture { picture, by: "software".into(), took_ms })
 }

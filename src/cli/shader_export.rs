@@ -1,7 +1,7 @@
-//! `orrery shader atlas` and `orrery shader corpus`: modules written for readers elsewhere.
+//! `orrery shader atlas` and `orrery shader corpus`: modules exported for readers elsewhere.
 
 use super::inputs::{fragments, lowering, reachable_keys};
-use super::output::{progress, put, say};
+use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::export::{Revision, atlas, corpus};
 use crate::files::read_bytes;
@@ -16,15 +16,15 @@ use std::path::Path;
 
 /// The keys of every draw in the default view of a body.
 pub fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
-    let session = Session::open(&common.sources(), say)?;
+    let session = Session::open(&common.sources(), print_message)?;
     let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
-    let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
+    let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_args::instant(time)?) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
 }
 
-/// Which keys are written.
+/// The keys to export.
 #[derive(clap::Args, Debug)]
-pub struct WhichKeys {
+pub struct KeySelection {
     /// Keys that cover every combination of this many dimension values [default: for an atlas all keys that views can need, for a corpus 2]
     #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
     covering: Option<u8>,
@@ -39,44 +39,44 @@ pub struct WhichKeys {
     overwrite: bool,
 }
 
-impl WhichKeys {
-    fn keys(&self, common: &Common, usual: impl FnOnce() -> Result<Vec<ShaderKey>, CliError>) -> Result<Vec<ShaderKey>, CliError> {
+impl KeySelection {
+    fn keys(&self, common: &Common, default_keys: impl FnOnce() -> Result<Vec<ShaderKey>, CliError>) -> Result<Vec<ShaderKey>, CliError> {
         match (self.covering, &self.of) {
             (Some(t), _) => Ok(covering(usize::from(t))),
             (None, Some(body)) => keys_for(common, body, self.time.as_deref().unwrap_or("now")),
-            (None, None) => usual(),
+            (None, None) => default_keys(),
         }
     }
 }
 
-/// A longer manifest is none of ours.
+/// Largest manifest, bytes; a longer one was not written by this program.
 const MAX_MANIFEST_BYTES: u64 = 1 << 28;
 
-/// What an output folder holds: its manifest, the list in it by which it is ours, and the folders that are written anew.
-struct Site {
+/// Contents of an output folder: its manifest, the list in it that identifies it, and the folders that are replaced.
+struct ExportFolder {
     what: &'static str,
     manifest: &'static str,
     list: &'static str,
-    parts: [&'static str; 2],
+    folders: [&'static str; 2],
 }
 
-const ATLAS: Site = Site { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", parts: ["pages", "pictures"] };
-const CORPUS: Site = Site { what: "a corpus", manifest: corpus::MANIFEST, list: "cases", parts: ["cases", "data"] };
+const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", folders: ["pages", "pictures"] };
+const CORPUS: ExportFolder = ExportFolder { what: "a corpus", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
 
-/// A folder that is new or empty, or, where overwriting is asked for, one that holds what is written again: its pages go first, since other keys have other pages.
-fn prepare_folder(folder: &Path, site: &Site, overwrite: bool) -> Result<(), CliError> {
-    let what = site.what;
+/// Prepares a folder that is new or empty, or, with `--overwrite`, one of an earlier export. Its pages are removed first, since other keys have other pages.
+fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Result<(), CliError> {
+    let what = layout.what;
     let shown = echo(&folder.display().to_string());
     let failed = |e: std::io::Error| CliError::Failed(format!("{shown}: {e}"));
     if folder.exists() {
         let is_empty = std::fs::read_dir(folder).map_err(failed)?.next().is_none();
-        let manifest = read_bytes(&folder.join(site.manifest), MAX_MANIFEST_BYTES).ok();
+        let manifest = read_bytes(&folder.join(layout.manifest), MAX_MANIFEST_BYTES).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
-        let is_ours = manifest.is_some_and(|m| m["revision"].is_string() && m[site.list].is_array());
+        let is_ours = manifest.is_some_and(|m| m["revision"].is_string() && m[layout.list].is_array());
         match (is_empty, is_ours, overwrite) {
             (true, _, _) => {}
             (false, true, true) => {
-                for part in site.parts.map(|p| folder.join(p)).iter().filter(|p| p.is_dir()) {
+                for part in layout.folders.map(|p| folder.join(p)).iter().filter(|p| p.is_dir()) {
                     std::fs::remove_dir_all(part).map_err(failed)?;
                 }
             }
@@ -97,7 +97,7 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
     })
 }
 
-pub fn atlas(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), CliError> {
+pub fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
     let keys =
         which.keys(common, || Ok(reachable_keys(common)?.union(&covering(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
     let of_all = which.of.is_none();
@@ -108,17 +108,17 @@ pub fn atlas(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), Cl
     let made = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let entries = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
-    put(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
+    print_result(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
 }
 
-pub fn corpus(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), CliError> {
+pub fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
     let keys = which.keys(common, || Ok(covering(2)))?;
-    // What counts operations draws a number for this renderer, and no light.
+    // A cost view shows the number of operations on the software renderer, not radiance.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     prepare_folder(folder, &CORPUS, which.overwrite)?;
     let bar = progress(keys.len() as u64);
     let made = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let cases = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
-    put(&format!("{cases} cases written to {}; docs/corpus.md describes the files\n", echo(&folder.display().to_string())))
+    print_result(&format!("{cases} cases written to {}; docs/corpus.md describes the files\n", echo(&folder.display().to_string())))
 }

@@ -1,8 +1,8 @@
-//! What each dimension of a key and each of its values means, for a reader.
+//! Descriptions of each dimension of a key and of each of its values.
 
 use crate::shader::key::Dimension;
 
-/// A value as the key's text writes it; the unwritten one by what it is.
+/// A value as in the key's text; one that the text omits by a word.
 pub fn value_text(d: &Dimension, value: usize) -> &'static str {
     match d.texts.get(value) {
         Some(&"") if d.name == "view" => "final image",
@@ -12,12 +12,12 @@ pub fn value_text(d: &Dimension, value: usize) -> &'static str {
     }
 }
 
-/// Whether a dimension is on or off and nothing else.
+/// Whether a dimension has only the values on and off.
 pub fn is_switch(d: &Dimension) -> bool {
     d.texts.len() == 2 && d.texts[0].is_empty()
 }
 
-/// What a value does to the picture.
+/// The effect of a value on the picture.
 pub fn meaning(d: &Dimension, value: usize) -> &'static str {
     let words: &[&str] = match d.name {
         "surface" => &[

@@ -1,6 +1,6 @@
-//! The words that say how a picture is put together: projection, stereo, warp mesh.
+//! The options that describe a composition: projection, stereo, warp mesh.
 //!
-//! In: arguments. Out: a [`Composition`]. The mesh's file is read here.
+//! In: arguments. Out: a [`Composition`]. The mesh file is read here.
 
 use super::CliError;
 use crate::files::read_text;
@@ -9,10 +9,10 @@ use crate::wording::echo;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Bytes of a warp mesh at the most: a million nodes of five numbers.
+/// Largest warp mesh, bytes: a million nodes of five numbers.
 const MAX_MESH_BYTES: u64 = 1 << 27;
 
-/// How the picture is put together.
+/// Options of the composition.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Projection and stereo")]
 pub struct CompositionArgs {
@@ -39,7 +39,7 @@ pub struct CompositionArgs {
 }
 
 impl CompositionArgs {
-    /// What the words mean.
+    /// The composition of these options.
     ///
     /// # Errors
     /// A mesh that cannot be read, with its file and line.

@@ -1,7 +1,7 @@
-//! What an effect costs in a view, and what it does to the light: the view drawn with it and without it.
+//! Cost and effect of one effect in a view, by drawing the view with and without it.
 //!
-//! In: a view and an effect. Out: a [`EffectCost`]. Always: measured, in software and on a smaller picture, and counted up by pixels; the exposure
-//! of both is that of the view, so that light is compared with light. Not done: a price on the GPU, whose times come by pass.
+//! In: a view and an effect. Out: an [`EffectCost`]. Always: measured in software on a smaller picture and scaled by the number of pixels; the exposure
+//! of both pictures is that of the view, so that their radiances compare. Not here: the cost on the GPU, which is only known per pass.
 
 use super::{Session, SessionError};
 use crate::render::plan::{Plan, SamplingQuality};
@@ -9,31 +9,31 @@ use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use std::time::{Duration, Instant};
 
-/// Pixels of the picture that is measured, at most.
+/// Largest picture that is measured, pixels.
 const MEASURED_PX: f64 = 16_000.0;
-/// Each way is drawn so often, in turn; the quickest counts.
+/// Each variant is drawn this many times, in turns; the fastest run counts.
 const ROUNDS: usize = 3;
 
 /// What one effect adds to a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectCost {
-    /// Milliseconds of drawing that it adds to a picture of the view's size, from 0; noise of some per cent of the whole remains.
+    /// Milliseconds that it adds to the drawing of a picture of the view's size, at least 0; noise of some per cent of the whole remains.
     pub ms: f64,
-    /// What it does to the picture.
+    /// Its change of the picture.
     pub light: LightChange,
 }
 
-/// From one picture to another of the same size: parts of the luminance of the brighter one.
+/// Difference of two pictures of one size, as fractions of the luminance of the brighter one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightChange {
-    /// What the second has more: -1..=1.
+    /// Luminance of the second less that of the first: -1..=1.
     pub net: f64,
-    /// Sum of the pixels' changes, whichever way.
+    /// Sum of the absolute changes of the pixels.
     pub moved: f64,
 }
 
 impl LightChange {
-    /// Of two linear pictures of one size.
+    /// Of two pictures of one size in linear light.
     pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
         let sum = |of: &[[f32; 4]]| of.iter().map(luminance).sum::<f64>();
         let (before, after) = (sum(first), sum(second));
@@ -49,7 +49,7 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, of one body alone where it is named. `on`: the view has it, in whichever way; else it is
+    /// Draws `request` with and without `effect`, for one body alone if it is named. `on`: the view has the effect, by its request or automatically; else it is
     /// switched on for the comparison. `stops`: the exposure of the view.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl Session {
         let shrink = (MEASURED_PX / pixels).sqrt().min(1.0);
         let side = |px: u32| ((f64::from(px) * shrink).round() as u32).max(1);
         let (width, height) = (side(request.width), side(request.height));
-        let planned = |with: bool| -> Result<Plan, SessionError> {
+        let plan_view = |with: bool| -> Result<Plan, SessionError> {
             let mut small = ViewRequest { width, height, exposure: ExposureRequest::Stops(stops), ..request.clone() };
             match of_body {
                 _ if with && on => {}
@@ -74,22 +74,22 @@ impl Session {
             }
             Ok(self.plan(&small, SamplingQuality::of(request.quality))?.1)
         };
-        let plans = [planned(false)?, planned(true)?];
-        let mut quickest = [Duration::MAX; 2];
+        let plans = [plan_view(false)?, plan_view(true)?];
+        let mut fastest = [Duration::MAX; 2];
         let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
             for (which, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
                 let drawn = self.background_renderer().render(plan, self.library(), true);
                 let (frame, _) = drawn?;
-                quickest[which] = quickest[which].min(start.elapsed());
+                fastest[which] = fastest[which].min(start.elapsed());
                 light[which] = frame.hdr;
             }
         }
-        let counted_up = pixels / (f64::from(width) * f64::from(height));
+        let pixel_ratio = pixels / (f64::from(width) * f64::from(height));
         Ok(EffectCost {
-            // An effect gives no time back: what is less is noise.
-            ms: (quickest[1].as_secs_f64() - quickest[0].as_secs_f64()).max(0.0) * 1e3 * counted_up,
+            // An effect cannot save time: a negative difference is noise.
+            ms: (fastest[1].as_secs_f64() - fastest[0].as_secs_f64()).max(0.0) * 1e3 * pixel_ratio,
             light: LightChange::between(&light[0], &light[1]),
         })
     }

@@ -1,6 +1,6 @@
-//! The words that say what to look at, shared by the verbs that show or explain a view.
+//! The options that describe a view, shared by the verbs that render or explain one.
 //!
-//! In: arguments. Out: a [`ViewRequest`]. The clock is read here (`--time now`) and nowhere below.
+//! In: arguments. Out: a [`ViewRequest`]. `--time now` reads the clock here; nothing below does.
 
 use super::CliError;
 use crate::catalog::{Catalog, NaifId};
@@ -13,10 +13,10 @@ use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
 
-/// Bytes of a camera file at the most; it has some dozen fields.
+/// Largest camera file, bytes; it has some dozen fields.
 const MAX_CAMERA_FILE_BYTES: u64 = 1 << 20;
 
-/// What to look at, from where, when and how.
+/// Target, camera, time and image options.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
@@ -76,7 +76,7 @@ pub struct ViewArgs {
     pub pixels: String,
 }
 
-/// `now` or anything that [`Instant::parse`] takes.
+/// `now`, or any text that [`Instant::parse`] accepts.
 pub fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
@@ -111,12 +111,12 @@ fn pixel_view(text: &str) -> Result<PixelView, CliError> {
 }
 
 impl ViewArgs {
-    /// The request that the words make with this catalog.
+    /// The request of these options with this catalog.
     pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
         self.request_with(catalog, Composition::default())
     }
 
-    /// The same for a picture that is put together in some way.
+    /// The same for a composed picture.
     pub fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
         let time = instant(&self.time)?;
@@ -192,16 +192,16 @@ impl ViewArgs {
     }
 }
 
-/// Distance of a camera over a place of the target when none is given.
+/// Distance of a camera above a place of the target if none is given.
 const DEFAULT_DISTANCE_OVER_PLACE_RADII: f64 = 3.0;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// From places of every latitude on three bodies, towards bodies high and low and below the horizon: the horizon is level and the zenith above.
+    /// From all latitudes of three bodies, towards bodies high, low and below the horizon: the horizon is level and the zenith up.
     #[test]
-    fn who_stands_on_ground_sees_its_horizon_level() {
+    fn the_horizon_is_level_from_the_ground() {
         use crate::ephemeris::Ephemeris;
         use crate::scene::viewpoint::viewer;
         let catalog = Catalog::embedded();
@@ -215,7 +215,7 @@ mod tests {
                 .flat_map(|at| ["2024-04-08T18:42:38Z", "2013-08-20T07:11:29Z"].map(|time| (at, time)))
             {
                 let some = |text: &str| Some(text.to_owned());
-                let words = ViewArgs {
+                let args = ViewArgs {
                     target: some(target),
                     from: some(from),
                     at: some(at),
@@ -227,19 +227,19 @@ mod tests {
                     pixels: "final".into(),
                     ..ViewArgs::default()
                 };
-                let request = words.request(&catalog).expect(at);
+                let request = args.request(&catalog).expect(at);
                 let Position::Ground { body, latitude_deg, longitude_deg, .. } = request.position else { panic!("{at} is no ground") };
                 let radii_km = catalog.body(body).expect("a body").radii_km;
                 let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
                 let zenith = ephemeris.body_from_icrf(body, request.time).expect("an orientation").transpose() * normal;
                 let camera = viewer(&catalog, &ephemeris, &request).expect("a camera").camera;
-                // Straight up and straight down any side is up.
+                // At the zenith and the nadir every roll is level.
                 if camera.forward.cross(zenith).length() < 1e-6 {
                     continue;
                 }
                 let tilt = camera.right.dot(zenith);
                 assert!(tilt.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted by {tilt}");
-                let northward = ViewArgs { up: some("north"), ..words }.request(&catalog).expect(at);
+                let northward = ViewArgs { up: some("north"), ..args }.request(&catalog).expect(at);
                 let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
                 tilted_before += usize::from(camera.right.dot(zenith).abs() > 0.1);
             }

@@ -1,8 +1,8 @@
-//! Which request a picture was drawn for, written into the file, so that a run goes on with its own pictures and with no other's.
+//! The provenance of a picture: the request that it was drawn for, written into the file, so that a sequence resumes with its own files only.
 //!
-//! In: a view request and what the session draws it with. Out: a [`Provenance`], named values as one line of JSON; and of a file, whether it is whole and whose. Always: every field of
-//! a request, every catalog, map, kernel and fragment that can change the picture changes the mark; no clock, path, number of threads or folder of a cache does. Not
-//! done: to tell two builds of one version apart by more than catalogs and shaders; to tell the GPU from software where either may draw.
+//! In: a view request and what the session draws it with. Out: a [`Provenance`], named values as one line of JSON; and of an existing file, whether it is complete and which request it belongs to. Always: every field of
+//! a request and every catalog, map, kernel and fragment that can change the picture changes the provenance; no clock, path, number of threads or cache folder does. Not
+//! distinguished: two builds of one version, except by catalogs and shaders; GPU and software where either may draw.
 
 use super::Session;
 use super::pictures::{PROVENANCE_CHUNK, is_exr};
@@ -19,22 +19,22 @@ use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// Everything that decides a picture, by name.
+/// Everything that determines the pixels of a picture, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance(BTreeMap<String, String>);
 
-/// A file at the place where a picture shall be.
+/// What is already at the path of a picture that is to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ExistingPicture {
     /// There is no file.
     None,
-    /// Whole, and of this very request.
+    /// A complete file with the same provenance.
     Same,
-    /// Of another, in words for a message: what differs, each as `name: its own, not ours`.
+    /// A file of another request. The text lists the differences, each as `name: its value, not ours`.
     Other(String),
-    /// Of this one by its mark, but not whole, and why.
+    /// The provenance matches, but the file is incomplete; and why.
     Damaged(String),
-    /// No mark can be read, and why.
+    /// The file has no readable provenance; and why.
     Unknown(String),
 }
 
@@ -47,7 +47,7 @@ fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
     generator::hex(&hash.finalize()[..8])
 }
 
-/// SHA-256 of a file, read in pieces.
+/// SHA-256 of a file, read in blocks. `none` where it cannot be read.
 fn file_digest(path: &Path) -> String {
     let read = || -> std::io::Result<String> {
         let (mut file, mut hash, mut piece) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
@@ -61,15 +61,15 @@ fn file_digest(path: &Path) -> String {
     read().unwrap_or_else(|_| "none".into())
 }
 
-/// The files that a session's pictures are made of.
-pub(super) fn of_sources(
+/// Digests of the files from which a session draws.
+pub(super) fn source_digests(
     catalog: &Catalog,
     kernel: Option<&Path>,
     stars: Option<&Path>,
     minor_planets: Option<&Path>,
     folders: &[PathBuf],
 ) -> BTreeMap<String, String> {
-    // What a source is called changes no picture.
+    // The citation of a value changes no picture.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
         let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten().map(|m| m.file.as_str());
@@ -91,22 +91,22 @@ pub(super) fn of_sources(
     ])
 }
 
-/// What decides how a layer of data is drawn.
+/// Every property that determines how a data layer is drawn.
 fn layer_text(layer: &DataLayer) -> String {
     let DataLayer { name, file, body, size_px, colour, fade_days, look, digest, points: _, lines: _, image: _ } = layer;
     format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {look:?} {digest}")
 }
 
-/// The time of a mark as a calendar has it.
-fn clock_of(mark: &Provenance) -> &str {
-    mark.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
+/// The calendar date and time of a provenance.
+fn calendar_time(provenance: &Provenance) -> &str {
+    provenance.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
 }
 
 impl Provenance {
-    /// The mark of a request; `sources` as [`of_sources`] has it.
+    /// The provenance of a request; `sources` from [`source_digests`].
     pub(super) fn new(catalog: &Catalog, request: &ViewRequest, sources: &BTreeMap<String, String>) -> Self {
         let name = |id: NaifId| catalog.body(id).map_or_else(|| format!("place {}", id.0), |b| b.name.clone());
-        // By name and without a rest: a new field of a request does not compile until it is in the mark.
+        // Destructured without `..`: a new field of a request does not compile until the provenance covers it.
         let ViewRequest {
             time,
             target,
@@ -180,26 +180,26 @@ impl Provenance {
         Self(values)
     }
 
-    /// One line of JSON in ASCII, the same bytes for the same mark.
+    /// One line of JSON in ASCII, the same bytes for the same provenance.
     pub fn to_text(&self) -> String {
         let json = serde_json::json!(self.0).to_string();
         let ascii = |c: char| if c.is_ascii() { vec![c as u16] } else { c.encode_utf16(&mut [0; 2]).to_vec() };
         json.chars().flat_map(ascii).map(|u| if u < 0x80 { char::from(u as u8).to_string() } else { format!("\\u{u:04x}") }).collect()
     }
 
-    /// What a user thinks of first.
+    /// Target, time and size: what identifies a picture to its user.
     pub fn short(&self) -> String {
         let value = |name: &str| self.0.get(name).map_or("", String::as_str);
-        format!("target {}, time {}, size {}", echo_within(value("target"), 60), clock_of(self), value("size"))
+        format!("target {}, time {}, size {}", echo_within(value("target"), 60), calendar_time(self), value("size"))
     }
 
     fn parse(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok().map(Self)
     }
 
-    /// What both say of the fields in which they differ, ours second.
+    /// The fields in which two provenances differ, three at most, ours second.
     fn differences(theirs: &Self, ours: &Self) -> String {
-        // What a user thinks of first stands first.
+        // The fields that users know best come first.
         let order = ["target", "time", "from", "size", "effects", "layers", "quality"];
         let names = order.into_iter().chain(theirs.0.keys().chain(ours.0.keys()).map(String::as_str).filter(|k| !order.contains(k)));
         let mut differ: Vec<&str> = Vec::new();
@@ -208,11 +208,11 @@ impl Provenance {
                 differ.push(name);
             }
         }
-        // The seconds of TDB tell apart what a clock to the millisecond does not.
-        let same_clock = clock_of(theirs) == clock_of(ours);
-        let value = |mark: &Self, name: &str| match mark.0.get(name).map(String::as_str) {
+        // Two times that differ only below a millisecond are shown with their TDB seconds.
+        let same_clock = calendar_time(theirs) == calendar_time(ours);
+        let value = |provenance: &Self, name: &str| match provenance.0.get(name).map(String::as_str) {
             None | Some("") => "none".to_owned(),
-            Some(_) if name == "time" && !same_clock => echo_within(clock_of(mark), 60),
+            Some(_) if name == "time" && !same_clock => echo_within(calendar_time(provenance), 60),
             Some(text) => echo_within(text, 60),
         };
         let said = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_within(n, 20), value(theirs, n), value(ours, n)));
@@ -220,10 +220,10 @@ impl Provenance {
         said.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
-    /// What is at a path where this picture of that size shall be.
+    /// What is at a path where this picture, of that size, is to be written.
     pub fn existing(&self, path: &Path, size: (u32, u32)) -> ExistingPicture {
         let about = match path.metadata() {
-            // Writing will say what is wrong with the folder.
+            // The writer reports what is wrong with the folder.
             Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingPicture::None,
             Err(e) => return ExistingPicture::Unknown(e.to_string()),
             Ok(about) if !about.is_file() => return ExistingPicture::Unknown("no file".into()),
@@ -243,7 +243,7 @@ impl Provenance {
             Some(theirs) if theirs != *self => return ExistingPicture::Other(Self::differences(&theirs, self)),
             Some(_) => {}
         }
-        // Four floats a pixel, what a line costs, and the texts: no picture of this size is larger.
+        // Four floats a pixel, the overhead of a line, and the texts: an upper bound for a picture of this size.
         let most = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
         if about.len() > most {
             return ExistingPicture::Damaged("larger than any picture of this size".into());
@@ -255,17 +255,17 @@ impl Provenance {
 }
 
 impl Session {
-    /// Of a panorama's texels, with what they mean.
+    /// Digest of the texels of a panorama, with its axes and its unit.
     fn sky_digest(&self, map: &SkyMap) -> String {
         let texels = self.maps.get_decoded(&map.file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes.clone());
         hex_digest([texels, format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()])
     }
 
-    /// What decides the picture of a request that this session draws.
+    /// The provenance of a request that this session draws.
     pub fn provenance(&self, request: &ViewRequest) -> Provenance {
         let (kernel, stars, minor_planets) = (self.kernel.as_deref(), self.stars.as_deref(), self.minor_planets.as_deref());
-        let sources = self.mark_sources.get_or_init(|| {
-            let mut sources = of_sources(&self.catalog, kernel, stars, minor_planets, &self.folders);
+        let sources = self.source_digests.get_or_init(|| {
+            let mut sources = source_digests(&self.catalog, kernel, stars, minor_planets, &self.folders);
             if let Some(map) = self.catalog.lunar_heights() {
                 sources.insert("lunar heights".into(), hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.km()).to_vec()]));
             }
@@ -273,7 +273,7 @@ impl Session {
             sources
         });
         let mut sources = sources.clone();
-        // A window changes these while it runs.
+        // The window may change these while it runs.
         let layers = self.catalog.data_layers();
         if !layers.is_empty() {
             sources.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));

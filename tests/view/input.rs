@@ -1,4 +1,4 @@
-//! The window under clicks and keys: the row that is pressed is selected, Escape closes one thing at a time and never the program, a failed search is said and
+//! The window under clicks and keys: the pressed row is selected, Escape closes one thing at a time and never the program, a failed search is reported and
 //! replaced, no picture is stretched.
 
 use crate::view::interface::{OwnPainter, interface, session, settle};
@@ -23,7 +23,7 @@ const SEARCH: &str = "Search";
 
 pub(super) type Window = Harness<'static, Interface>;
 
-/// Draws at once while it may, and then not at all: the last picture stays, as it does for seconds where drawing is slow.
+/// Draws immediately at first, and then not at all: the last picture stays, as it does for seconds if drawing is slow.
 struct Held {
     prompt: InlineWorker<'static>,
     draws: Arc<AtomicBool>,
@@ -46,7 +46,7 @@ impl RenderWorker for Held {
     }
 }
 
-/// A window whose studio draws while `draws` says so, tall enough for every row of the list.
+/// A window that draws pictures while `draws` is set, tall enough for every row of the list.
 pub(super) fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
     let worker = Held { prompt: InlineWorker::new(session()), draws: Arc::clone(draws) };
     Harness::builder()
@@ -70,7 +70,7 @@ pub(super) fn later(window: &mut Window, seconds: f64) {
     window.run_steps(1);
 }
 
-/// The rows of the list that show: body, name, place.
+/// The visible rows of the list: body, name, rectangle.
 fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
     let place = |name: &str| {
         let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < 185.0 && r.top() > 30.0);
@@ -84,7 +84,7 @@ fn button(pos: Pos2, pressed: bool) -> Event {
     Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
 }
 
-/// Presses and releases in turns of their own, or in one.
+/// Presses and releases in separate frames, or in one.
 pub(super) fn click(window: &mut Window, pos: Pos2, in_one_turn: bool) {
     window.hover_at(pos);
     window.run_steps(1);
@@ -99,10 +99,10 @@ pub(super) fn click(window: &mut Window, pos: Pos2, in_one_turn: bool) {
 }
 
 #[test]
-fn the_row_that_is_pressed_is_the_row_that_is_selected() {
+fn the_pressed_row_is_the_selected_row() {
     let count = rows(&without_pictures(NaifId::EARTH)).len();
     assert!(count > 12, "{count} rows");
-    // Each row in a fresh start, where another body's moons are about to unfold.
+    // Each row after a fresh start, when another body's moons are about to expand.
     for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
         let shown = rows(&without_pictures(target));
         for (k, (id, name, _)) in shown.iter().enumerate() {
@@ -113,7 +113,7 @@ fn the_row_that_is_pressed_is_the_row_that_is_selected() {
             assert_eq!(window.state().viewer.selected, *id, "{name} was pressed, from {target:?}");
         }
     }
-    // One after the other in one window, as they unfold; every row is met in the end.
+    // One after the other in one window while branches expand; every row is reached in the end.
     let mut window = without_pictures(NaifId::EARTH);
     let mut met = std::collections::BTreeSet::new();
     for turn in 0..200 {
@@ -125,7 +125,7 @@ fn the_row_that_is_pressed_is_the_row_that_is_selected() {
         window.event(button(place.center(), true));
         window.run_steps(1);
         let at_press = rows(&window);
-        // What else selects meanwhile moves nothing under the finger.
+        // A selection from elsewhere moves nothing under the pointer.
         window.state_mut().viewer.selected = NaifId(599 + 100 * (turn % 4));
         window.run_steps(2);
         window.event(button(place.center(), false));
@@ -139,19 +139,19 @@ fn the_row_that_is_pressed_is_the_row_that_is_selected() {
 }
 
 #[test]
-fn a_second_click_meets_the_row_of_the_first() {
+fn a_second_click_hits_the_same_row() {
     for target in [NaifId(599), SATURN, NaifId(799), NaifId(899)] {
         let mut window = without_pictures(NaifId::EARTH);
         let place = rows(&window).into_iter().find(|r| r.0 == target).expect("a row").2.center();
         click(&mut window, place, false);
         click(&mut window, place, false);
         window.run_steps(1);
-        assert!(window.state().viewer.is_flying() && window.state().viewer.settled().target == target, "{target:?}");
+        assert!(window.state().viewer.is_flying() && window.state().viewer.destination().target == target, "{target:?}");
     }
 }
 
 #[test]
-fn arrows_stay_as_a_hand_leaves_them() {
+fn collapsed_branches_stay_collapsed() {
     let arrow = |window: &Window, name: &str| {
         let label = format!("Moons of {name}");
         let node = window.get_by_role_and_label(Role::DisclosureTriangle, &label);
@@ -232,7 +232,7 @@ fn prepared(window: &mut Window, search: Search) {
     }
 }
 
-/// How many things are open that Escape closes.
+/// Number of open things that Escape closes.
 fn open_things(window: &Window) -> usize {
     let state = window.state();
     let (is_focused, text) = field(window);
@@ -247,7 +247,7 @@ fn open_things(window: &Window) -> usize {
     things.into_iter().filter(|open| *open).count()
 }
 
-/// Every combination of search, menu, warning, help, some panel and full screen, and every panel with each of them: each Escape closes one of them, the last ones nothing, none the program.
+/// Every combination of search, menu, warning, help, some panel and fullscreen, and every panel with each of them: each Escape closes one of them, the last ones nothing, none the program.
 #[test]
 fn escape_closes_one_thing_at_a_time_and_never_the_program() {
     let tabs: Vec<Option<Tab>> = std::iter::once(None).chain(Tab::ALL.map(Some)).collect();
@@ -257,16 +257,16 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
         for tab in &tabs {
             for bits in 0..8 {
                 let [help, full, warned] = [1, 2, 4].map(|bit| bits & bit != 0);
-                // The window that warns has the keyboard.
+                // The warning has the focus.
                 if warned && search != Search::Untouched {
                     continue;
                 }
-                // Which panel is open matters once: beside one state of the search, with each of the others open and closed.
+                // The open panel is varied with one state of the search and with each of the others open and closed.
                 let panel_meets = tab.is_none() || matches!(tab, Some(Tab::Information)) || search == Search::Untouched || bits == 3;
                 if !panel_meets {
                     continue;
                 }
-                // Once all is closed it is as it was opened.
+                // After all is closed, the state is the initial one.
                 assert_eq!(open_things(&window), 0);
                 prepared(&mut window, search);
                 let state = window.state_mut();
@@ -285,9 +285,9 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
                     window.key_press(Key::Escape);
                     window.run_steps(2);
                     let now = open_things(&window);
-                    assert!(!window.state().quits, "{case}: Escape {press} quits");
+                    assert!(!window.state().quit_requested, "{case}: Escape {press} quits");
                     assert_eq!(now, open.saturating_sub(1), "{case}: Escape {press}");
-                    // What lies below is not closed first.
+                    // Items below the topmost are not closed first.
                     assert!(
                         now == 0 || window.state().fullscreen == full,
                         "{case}: Escape {press} leaves the full screen before what lies over it"
@@ -300,7 +300,7 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
 }
 
 #[test]
-fn no_letter_quits_and_ctrl_q_does() {
+fn only_ctrl_q_quits() {
     for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Left] {
         let mut window = held(interface(SATURN, TIME), &Arc::default(), 700.0);
         window.run_steps(2);
@@ -308,16 +308,16 @@ fn no_letter_quits_and_ctrl_q_does() {
         for letter in (' '..='~').filter(|c| *c != '/') {
             window.event(Event::Text(letter.to_string()));
             window.run_steps(1);
-            assert!(!window.state().quits, "{search:?}: `{letter}` quits");
+            assert!(!window.state().quit_requested, "{search:?}: `{letter}` quits");
         }
         window.key_press_modifiers(Modifiers::COMMAND, Key::Q);
         window.run_steps(2);
-        assert!(window.state().quits, "{search:?}");
+        assert!(window.state().quit_requested, "{search:?}");
     }
 }
 
 #[test]
-fn a_failed_search_is_said_at_its_field_and_replaced_by_what_is_typed_next() {
+fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
     for (wrong, said) in [
         ("nowhere", "Nothing is called “nowhere”"),
         ("satrun", "did you mean `Saturn`?"),
@@ -339,10 +339,10 @@ fn a_failed_search_is_said_at_its_field_and_replaced_by_what_is_typed_next() {
         assert!(window.query_by_label_contains(said).is_none(), "the failure of another text is shown");
         window.key_press(Key::Enter);
         window.run_steps(2);
-        assert_eq!(window.state().viewer.settled().target, NaifId(499));
+        assert_eq!(window.state().viewer.destination().target, NaifId(499));
         assert_eq!(field(&window), (false, String::new()));
     }
-    // Left and gone back to: by key, by key with a letter in the same turn, by mouse.
+    // Left and re-entered: by key, by key with a letter in the same frame, by mouse.
     for way in 0..3 {
         let mut window = without_pictures(SATURN);
         prepared(&mut window, Search::Left);
@@ -366,9 +366,9 @@ fn a_failed_search_is_said_at_its_field_and_replaced_by_what_is_typed_next() {
     }
 }
 
-/// Width, height and middle of what is brighter than the black sky within a rectangle.
+/// Width, height and centre of the pixels in a rectangle that are brighter than the black sky.
 fn lit(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
-    // Its arrow is bright, too.
+    // The pointer is bright, too.
     window.remove_cursor();
     window.run_steps(1);
     let picture = window.render().expect("a picture");
@@ -402,18 +402,18 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
             let now = sky(&window);
             let (w, h, middle) = lit(&mut window, now);
             let case = format!("{size:?}, {tab:?}, list {bodies}: {w} by {h} in {now}");
-            // The vertical field of view stays: at each size the disc takes the same part of the height.
+            // The vertical field of view is fixed: at each size the disc fills the same fraction of the height.
             let scale = now.height() / before_sky.height();
             assert!((w - width * scale).abs() < 3.0 && (h - height * scale).abs() < 3.0, "{case}, {width} by {height} before");
             assert!((middle.x - now.center().x).abs() < 3.0, "{case}: middle at {middle}");
-            // What is clicked is what shows there.
+            // A click hits the body displayed there.
             window.state_mut().viewer.selected = NaifId::SUN;
             click(&mut window, middle, false);
             window.run_steps(1);
             assert_eq!(window.state().viewer.selected, NaifId::MOON, "{case}");
         }
     }
-    // The next picture has it at the same place.
+    // In the next picture it is at the same position.
     let now = sky(&window);
     let (w, h, middle) = lit(&mut window, now);
     draws.store(true, Ordering::Relaxed);
@@ -427,7 +427,7 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
     );
 }
 
-/// The compared pictures in windows of other shapes than the one that they were drawn for.
+/// The compared pictures in windows with another aspect ratio than when they were drawn.
 #[test]
 fn compared_pictures_are_never_stretched() {
     let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
@@ -454,7 +454,7 @@ fn compared_pictures_are_never_stretched() {
             if page != "Side by side" {
                 assert!((f64::from(rect.width() / rect.height()) / shape - 1.0).abs() < 0.02, "{case}");
             }
-            // The Moon is round in what is painted there, wherever none of it is cut off.
+            // The Moon appears round wherever it is not cropped.
             if page == "Side by side" && rect.bottom() < size[1] - 40.0 {
                 let (width, height, _) = lit(&mut window, rect);
                 assert!(width > 20.0 && (width / height - 1.0).abs() < 0.15, "{case}: the Moon is {width} by {height}");

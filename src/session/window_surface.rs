@@ -1,0 +1,171 @@
+//! Presentation of the window by the GPU that draws.
+//!
+//! In: a window's handle, and the primitives of the interface. Out: the presented frame. Always: a surface belongs to the device that draws the pictures; when another device
+//! draws, or none, the window learns of it before it presents anything.
+
+use super::Session;
+#[cfg(feature = "gpu")]
+use crate::render::gpu::GpuError;
+use crate::render::plan::{GpuImage, PlanError, UiPrimitive};
+
+#[cfg(feature = "gpu")]
+pub use with_gpu::{DeviceSurface, WindowHandle};
+#[cfg(not(feature = "gpu"))]
+pub use without_gpu::{DeviceSurface, WindowHandle};
+
+/// The user's preference for presenting the window, where a GPU draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DisplayPreference {
+    /// By a hardware GPU. With a software driver the window would block for each frame until it is drawn.
+    #[default]
+    Auto,
+    /// By any GPU that draws.
+    Device,
+    /// By the CPU, whatever draws.
+    Processor,
+}
+
+/// How the window is to be presented from now on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PresenterChoice {
+    /// No change.
+    Unchanged,
+    /// By a GPU for which the window has no surface yet.
+    OtherGpu,
+    /// By the CPU, because the software renderer draws.
+    Cpu,
+}
+
+/// Why the GPU cannot present in a window.
+#[derive(Debug, thiserror::Error)]
+pub enum DisplayError {
+    /// No plan for the interface.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The device, or the window's surface, failed.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+#[cfg(feature = "gpu")]
+mod with_gpu {
+    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
+    use crate::render::gpu::{self, AdapterKind, GpuRenderer, GpuSurface};
+    use crate::render::plan;
+    use crate::session::gpu_device::DeviceState;
+    use std::sync::Arc;
+
+    /// A window in which a GPU can present.
+    pub trait WindowHandle: gpu::WindowHandle {}
+    impl<T: gpu::WindowHandle> WindowHandle for T {}
+
+    /// A window's surface and the GPU renderer that it belongs to.
+    pub struct DeviceSurface {
+        renderer: Arc<GpuRenderer>,
+        window_surface: GpuSurface,
+    }
+
+    impl DeviceSurface {
+        /// Whether the image is on this surface's device and can be presented.
+        pub fn holds(&self, picture: &GpuImage) -> bool {
+            self.renderer.holds(picture)
+        }
+    }
+
+    impl Session {
+        /// How a window with this surface, or none, is to be presented. Never blocks.
+        pub fn presenter_choice(&self, window_surface: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
+            let may_present = |renderer: &GpuRenderer| match preference {
+                DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
+                DisplayPreference::Device => true,
+                DisplayPreference::Processor => false,
+            };
+            let device_state = match self.devices.device_state() {
+                DeviceState::Open(renderer) if !may_present(&renderer) => DeviceState::Software,
+                device_state => device_state,
+            };
+            match (device_state, window_surface) {
+                (DeviceState::Open(renderer), Some(window_surface)) if Arc::ptr_eq(&renderer, &window_surface.renderer) => {
+                    PresenterChoice::Unchanged
+                }
+                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::OtherGpu,
+                // The pipelines of the window's own frames are being compiled beside those of the picture.
+                (DeviceState::Open(_), _) => PresenterChoice::Unchanged,
+                (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::Unchanged,
+                (DeviceState::Software, Some(_)) => PresenterChoice::Cpu,
+            }
+        }
+
+        fn is_ready_for_windows(&self, renderer: &GpuRenderer) -> bool {
+            plan::warm_up_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
+        }
+
+        /// A surface of the GPU that draws; `None`: no GPU draws at present.
+        ///
+        /// # Errors
+        /// Why the device cannot present in this window, in one line.
+        pub fn window_surface(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
+            let DeviceState::Open(renderer) = self.devices.device_state() else { return None };
+            Some(match renderer.create_surface(window) {
+                Ok(window_surface) => Ok(DeviceSurface { renderer, window_surface }),
+                Err(e) => Err(e.into()),
+            })
+        }
+
+        /// Presents the interface in the window; false if the system accepts no frame at present. `before_present` is called only if it does.
+        ///
+        /// # Errors
+        /// Why it failed, in one line; the surface must be dropped.
+        pub fn show(
+            &self,
+            on: &mut DeviceSurface,
+            primitives: Vec<UiPrimitive>,
+            size: [u32; 2],
+            before_present: impl FnOnce(),
+        ) -> Result<bool, DisplayError> {
+            let plan = plan::interface(primitives, size, self)?;
+            Ok(on.renderer.present(&mut on.window_surface, &plan, &self.library, before_present)?)
+        }
+    }
+}
+
+/// A build without the GPU renderer has no such surface.
+#[cfg(not(feature = "gpu"))]
+mod without_gpu {
+    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
+
+    /// Has no values.
+    pub enum DeviceSurface {}
+    /// Any window.
+    pub trait WindowHandle {}
+    impl<T> WindowHandle for T {}
+
+    impl DeviceSurface {
+        /// Never called: there is no such surface.
+        pub fn holds(&self, _: &GpuImage) -> bool {
+            match *self {}
+        }
+    }
+
+    impl Session {
+        /// Always the CPU.
+        pub fn presenter_choice(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChoice {
+            PresenterChoice::Unchanged
+        }
+
+        /// Always `None`.
+        pub fn window_surface(&self, _: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
+            None
+        }
+
+        /// Never called: there is no such surface.
+        ///
+        /// # Errors
+        /// None: there is no such screen.
+        pub fn show(&self, on: &mut DeviceSurface, _: Vec<UiPrimitive>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, DisplayError> {
+            match *on {}
+        }
+    }
+}
