@@ -22,7 +22,7 @@ const STALE_AGE: Duration = Duration::from_secs(86_400);
 ///
 /// # Errors
 /// It cannot be opened or read, is no regular file, or is longer.
-pub fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let mut options = OpenOptions::new();
     options.read(true);
     // Opening a pipe without a writer would block forever.
@@ -51,7 +51,7 @@ pub fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// As [`read_bytes`], or that it is not UTF-8.
-pub fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
+pub(crate) fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))
 }
 
@@ -59,7 +59,7 @@ pub fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
 ///
 /// # Errors
 /// It is elsewhere, or it or the folder does not exist.
-pub fn check_inside(folder: &Path, path: &Path) -> Result<()> {
+pub(crate) fn check_inside(folder: &Path, path: &Path) -> Result<()> {
     match path.canonicalize()?.starts_with(folder.canonicalize()?) {
         true => Ok(()),
         false => Err(Error::new(ErrorKind::InvalidInput, "a link that leads out of its folder; put the file itself there")),
@@ -68,7 +68,7 @@ pub fn check_inside(folder: &Path, path: &Path) -> Result<()> {
 
 /// Who may read a written file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FileAccess {
+pub(crate) enum FileAccess {
     All,
     /// For settings, which include the user's home.
     Owner,
@@ -88,7 +88,7 @@ pub struct WriteError {
 ///
 /// # Errors
 /// The path and why.
-pub fn write_atomic(
+pub(crate) fn write_atomic(
     path: &Path,
     readers: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
@@ -100,7 +100,7 @@ pub fn write_atomic(
 ///
 /// # Errors
 /// The path and why, such as that no name is free.
-pub fn write_new(
+pub(crate) fn write_new(
     names: impl IntoIterator<Item = PathBuf>,
     readers: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
@@ -127,7 +127,7 @@ pub fn write_new(
 ///
 /// # Errors
 /// Why it cannot be written.
-pub fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
+pub(crate) fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut folders = std::fs::DirBuilder::new();
     folders.recursive(true);
     #[cfg(unix)]
@@ -171,7 +171,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// The error for a failed write. It names the missing folder, where that is the reason.
-pub fn write_error(path: &Path, e: &Error) -> WriteError {
+pub(crate) fn write_error(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());
     let why = match e.kind() {
         ErrorKind::NotFound => format!("there is no folder {folder}; make it first"),
@@ -193,7 +193,7 @@ fn make_world_readable(file: &File) {
 fn make_world_readable(_file: &File) {}
 
 /// Whether a file is a temporary one of this program.
-pub fn is_temporary(path: &Path) -> bool {
+pub(crate) fn is_temporary(path: &Path) -> bool {
     path.file_name().is_some_and(|n| n.to_string_lossy().starts_with(TEMPORARY))
 }
 
@@ -217,7 +217,7 @@ fn remove_stale_once(folder: &Path) {
 /// Why other users could write to a folder: its owner or its mode. `is_above`: a parent of our own folder, which is checked itself; a parent may be group-writable,
 /// and world-writable if only owners can remove files (the sticky bit of /tmp). `None` for a folder that does not exist.
 #[cfg(unix)]
-pub fn foreign_write_access(folder: &Path, is_above: bool) -> Option<String> {
+pub(crate) fn foreign_write_access(folder: &Path, is_above: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
     // SAFETY: it takes nothing, cannot fail and changes nothing.
     let own = unsafe { libc::geteuid() };
@@ -238,7 +238,7 @@ pub fn foreign_write_access(folder: &Path, is_above: bool) -> Option<String> {
 }
 
 #[cfg(not(unix))]
-pub fn foreign_write_access(_folder: &Path, _is_above: bool) -> Option<String> {
+pub(crate) fn foreign_write_access(_folder: &Path, _is_above: bool) -> Option<String> {
     None
 }
 

@@ -19,12 +19,12 @@ pub(crate) struct Memo<K, V> {
 
 impl<K, V: Clone> Memo<K, V> {
     /// `capacity`: largest number of values.
-    pub fn with_capacity(capacity: usize) -> Self {
+    pub(crate) fn with_capacity(capacity: usize) -> Self {
         Self { slots: Mutex::new(VecDeque::new()), capacity }
     }
 
     /// The value of a kept key that can stand in for `key`, else that of `key` itself. `serves` receives the kept key and the requested one.
-    pub fn get_compatible(&self, serves: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
+    pub(crate) fn get_compatible(&self, serves: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
         let slot = {
             let mut slots = self.slots.lock();
             let found = slots.iter().find(|(kept, _)| serves(kept, &key)).map(|(_, slot)| Arc::clone(slot));
@@ -43,7 +43,7 @@ impl<K, V: Clone> Memo<K, V> {
 
 impl<K: PartialEq, V: Clone> Memo<K, V> {
     /// The value of a key.
-    pub fn get(&self, key: K, make: impl FnOnce() -> V) -> V {
+    pub(crate) fn get(&self, key: K, make: impl FnOnce() -> V) -> V {
         self.get_compatible(|kept, wanted| kept == wanted, key, make)
     }
 }

@@ -11,7 +11,7 @@ thread_local! {
 }
 
 /// The result of `read`; `None` if it panicked, which drops everything that it owned.
-pub fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
+pub(crate) fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let usual = take_hook();

@@ -4,15 +4,15 @@
 //! Not here: the sentences of messages.
 
 /// Longest quotation of input in a message, characters.
-pub const MAX_ECHO_CHARS: usize = 200;
+pub(crate) const MAX_ECHO_CHARS: usize = 200;
 
 /// The input with control characters escaped, cut at [`MAX_ECHO_CHARS`].
-pub fn echo(given: &str) -> String {
+pub(crate) fn echo(given: &str) -> String {
     echo_within(given, MAX_ECHO_CHARS)
 }
 
 /// The same with another limit, for messages with several quotations.
-pub fn echo_within(given: &str, most: usize) -> String {
+pub(crate) fn echo_within(given: &str, most: usize) -> String {
     let escaped = given.chars().flat_map(|c| if controls_terminal(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] });
     let mut shown: Vec<char> = escaped.take(most + 1).collect();
     if shown.len() > most {
@@ -23,23 +23,23 @@ pub fn echo_within(given: &str, most: usize) -> String {
 }
 
 /// A message with terminal control characters escaped; line breaks stay.
-pub fn escape_controls(message: &str) -> String {
+pub(crate) fn escape_controls(message: &str) -> String {
     message.chars().map(|c| if controls_terminal(c) && c != '\n' { c.escape_default().to_string() } else { c.to_string() }).collect()
 }
 
 /// A message on one line, with terminal control characters escaped.
-pub fn one_line(message: &str) -> String {
+pub(crate) fn one_line(message: &str) -> String {
     message.chars().map(|c| if controls_terminal(c) { c.escape_default().to_string() } else { c.to_string() }).collect()
 }
 
 /// Whether a character controls the terminal: control characters, and those that change the direction of text.
-pub fn controls_terminal(c: char) -> bool {
+pub(crate) fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// The known words that `word` may have been meant for, nearest first, three at most: those within edits or swaps of a third of its letters
 /// (three at most), and those that begin with it. Case does not count.
-pub fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
+pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
     // Very long input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
     let letters = lower.chars().count();
@@ -56,7 +56,7 @@ pub fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<
 }
 
 /// ``did you mean `a` or `b`?``, if any known word is near.
-pub fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
+pub(crate) fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
     let near: Vec<String> = nearest(word, known).iter().map(|n| format!("`{n}`")).collect();
     match near.split_last()? {
         (only, []) => Some(format!("did you mean {only}?")),
@@ -65,12 +65,12 @@ pub fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) ->
 }
 
 /// The suggestion, or else all known words: ``did you mean `a`?`` or `one of a, b, c`.
-pub fn suggestion_or_list(word: &str, known: &[&str]) -> String {
+pub(crate) fn suggestion_or_list(word: &str, known: &[&str]) -> String {
     did_you_mean(word, known.iter().copied()).unwrap_or_else(|| format!("one of {}", known.join(", ")))
 }
 
 /// A serde_json error in plain words and without its position: ``expected an object, found a list``.
-pub fn json_error_text(error: &serde_json::Error) -> String {
+pub(crate) fn json_error_text(error: &serde_json::Error) -> String {
     let said = error.to_string();
     let at = said.rfind(" at line ").filter(|_| error.line() > 0).unwrap_or(said.len());
     let said = &said[..at];

@@ -42,7 +42,7 @@ on a busy machine compare least_ms.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
-pub struct BenchArgs {
+pub(crate) struct BenchArgs {
     /// Scene to measure; repeat or separate by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     scene: Vec<String>,
@@ -74,7 +74,7 @@ struct MeasuredFrame {
     by: Option<DrawnBy>,
 }
 
-pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let (width, height) = size(&args.size)?;
     if args.meshes {
         return super::bench_meshes::run(common, (width, height), args.frames as usize);

@@ -120,7 +120,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     }))
 }
 
-pub fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<(), CliError> {
     let bar = progress(ROWS.len() as u64);
     let mut models = Vec::new();
     for rows in ROWS {

@@ -16,7 +16,7 @@ Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png\
   orrery compare earth.png reference.png --error bound.png",
     next_help_heading = "Comparison"
 )]
-pub struct CompareArgs {
+pub(crate) struct CompareArgs {
     /// First image, PNG or JPEG
     a: PathBuf,
     /// Second image, of the same size
@@ -60,7 +60,7 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
     }
 }
 
-pub fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
         return Err(CliError::Failed(format!("--tolerance {t}: must be 0 to 255")));
     }

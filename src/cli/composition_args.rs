@@ -15,7 +15,7 @@ const MAX_MESH_BYTES: u64 = 1 << 27;
 /// Options of the composition.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Projection and stereo")]
-pub struct CompositionArgs {
+pub(crate) struct CompositionArgs {
     /// Projection: perspective; fisheye (angular: distance from the middle proportional to the angle; --fov is its full angle, 180 by default);
     /// equirectangular (whole sphere, poles at the view's up and down, the target in the middle column)
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Projection::Perspective)]
@@ -43,7 +43,7 @@ impl CompositionArgs {
     ///
     /// # Errors
     /// A mesh that cannot be read, with its file and line.
-    pub fn composition(&self) -> Result<Composition, CliError> {
+    pub(crate) fn composition(&self) -> Result<Composition, CliError> {
         let warp = self.warp.as_ref().map(|path| {
             let shown = echo(&path.display().to_string());
             let text = read_text(path, MAX_MESH_BYTES).map_err(|e| CliError::Failed(format!("{shown}: {e}; --warp takes a text file")))?;

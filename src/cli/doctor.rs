@@ -14,7 +14,7 @@ macro_rules! push_line {
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = "Examples:\n  orrery doctor\n  orrery doctor --textures maps/ --catalogs bodies/")]
-pub struct DoctorArgs {}
+pub(crate) struct DoctorArgs {}
 
 fn catalogs(common: &Common, out: &mut String) -> Catalog {
     let folder = common.catalogs.as_ref().map(|f| f.display().to_string());
@@ -140,7 +140,7 @@ fn adapters(common: &Common, out: &mut String) {
     }
 }
 
-pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     let options = Options::default();
     let threads = common.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let out = &mut String::new();

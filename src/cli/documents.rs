@@ -9,7 +9,7 @@ use clap::CommandFactory;
   orrery completions bash > ~/.local/share/bash-completion/completions/orrery
   orrery completions zsh > ~/.zfunc/_orrery
   orrery completions fish > ~/.config/fish/completions/orrery.fish")]
-pub struct CompletionsArgs {
+pub(crate) struct CompletionsArgs {
     /// Shell
     #[arg(value_enum)]
     shell: clap_complete::Shell,
@@ -21,19 +21,19 @@ pub struct CompletionsArgs {
   orrery man render | man -l -
 
 The main page lists the commands; the page of a command describes its options.")]
-pub struct ManArgs {
+pub(crate) struct ManArgs {
     /// Page of this command
     #[arg(value_name = "VERB")]
     verb: Option<String>,
 }
 
-pub fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
+pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "orrery", &mut script);
     print_result(&String::from_utf8_lossy(&script))
 }
 
-pub fn manual(args: &ManArgs) -> Result<(), CliError> {
+pub(crate) fn manual(args: &ManArgs) -> Result<(), CliError> {
     let mut command = Cli::command();
     command.build();
     let page = match &args.verb {

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   orrery eclipse find --from 2024-01-01 --to 2030-01-01
   orrery eclipse find --help")]
-pub struct EclipseArgs {
+pub(crate) struct EclipseArgs {
     #[command(subcommand)]
     verb: EclipseVerb,
 }
@@ -77,7 +77,7 @@ struct FindArgs {
     json: bool,
 }
 
-pub fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let EclipseVerb::Find(args) = &args.verb;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;

@@ -27,7 +27,7 @@ use std::io::BufRead;
     limb of the Sun and the Moon; twilight ends with the Sun's centre at -6, -12 and -18 degrees.",
     next_help_heading = "Query"
 )]
-pub struct EphemerisArgs {
+pub(crate) struct EphemerisArgs {
     /// Body or centre of mass, such as io or "mars barycenter"
     #[arg(long, required_unless_present_any = ["stdin", "rise_set"])]
     body: Option<String>,
@@ -90,7 +90,7 @@ impl EphemerisArgs {
     }
 }
 
-pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
     let source = args.source;

@@ -13,11 +13,11 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
 /// Largest number of rows: a year in steps of two and a half minutes.
-pub const MAX_ROWS: usize = 200_000;
+pub(crate) const MAX_ROWS: usize = 200_000;
 
 /// The columns of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Columns {
+pub(crate) enum Columns {
     /// Geometric position and velocity about a centre, ICRF.
     State { center: NaifId, source: Option<Source> },
     /// Right ascension and declination from the Earth's centre.
@@ -43,7 +43,7 @@ type Row = Vec<(&'static str, Cell)>;
 
 /// How a table is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OutputFormat {
+pub(crate) enum OutputFormat {
     Text,
     Csv,
     Json,
@@ -53,7 +53,7 @@ pub enum OutputFormat {
 ///
 /// # Errors
 /// A step that is not positive, a negative span, or more than [`MAX_ROWS`] instants.
-pub fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
+pub(crate) fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
     let span_s = to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000();
     if span_s < 0.0 {
         return Err("--from is after --to: swap them".into());
@@ -74,7 +74,7 @@ pub fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>,
 ///
 /// # Errors
 /// The error of the ephemeris, with its instant.
-pub fn table(
+pub(crate) fn table(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
     body: NaifId,
@@ -221,7 +221,13 @@ const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("ast
 ///
 /// # Errors
 /// As [`ObserverSky::topocentric`].
-pub fn day(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, place: Observer, start: Instant) -> Result<Value, EphemerisError> {
+pub(crate) fn day(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    body: NaifId,
+    place: Observer,
+    start: Instant,
+) -> Result<Value, EphemerisError> {
     let sky = ObserverSky { catalog, ephemeris, place };
     let found = sky.day(body, start, SECONDS_PER_DAY)?;
     let time = |t: Option<Instant>| t.map_or(Value::Null, |t| json!(t.to_utc_iso()));
@@ -252,7 +258,7 @@ pub fn day(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, place: Observ
 }
 
 /// The same as text, one event a line.
-pub fn day_text(day: &Value) -> String {
+pub(crate) fn day_text(day: &Value) -> String {
     let mut out = String::new();
     let up = if day["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };
     let _ = writeln!(

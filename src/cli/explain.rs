@@ -15,7 +15,7 @@ use serde_json::{Value, json};
     after_help = "Example:\n  orrery explain --target jupiter --from earth --time 2024-12-07T20:00:00Z",
     next_help_heading = "Output"
 )]
-pub struct ExplainArgs {
+pub(crate) struct ExplainArgs {
     #[command(flatten)]
     view: ViewArgs,
     /// Print one JSON value
@@ -32,7 +32,7 @@ pub struct ExplainArgs {
     all: bool,
 }
 
-pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources(), print_message)?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality;

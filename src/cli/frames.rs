@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Where frames are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Output {
+pub(crate) enum Output {
     One(PathBuf),
     /// Text before the frame number, its width, and the text after it.
     Sequence(String, usize, String),
@@ -22,7 +22,7 @@ pub enum Output {
 }
 
 impl Output {
-    pub fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
+    pub(crate) fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
         let wrong = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
         if text == "-" {
@@ -47,7 +47,7 @@ impl Output {
         }
     }
 
-    pub fn path(&self, frame: u32) -> Option<PathBuf> {
+    pub(crate) fn path(&self, frame: u32) -> Option<PathBuf> {
         match self {
             Self::One(path) => Some(path.clone()),
             Self::Sequence(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
@@ -57,7 +57,7 @@ impl Output {
 }
 
 /// Seconds in `60s`, `10m`, `6h`, `1d` or a bare number of seconds.
-pub fn step_seconds(text: &str) -> Result<f64, CliError> {
+pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
     let (number, unit) = text.split_at(text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len());
     let scale = match unit {
         "" | "s" => Some(1.0),
@@ -71,7 +71,7 @@ pub fn step_seconds(text: &str) -> Result<f64, CliError> {
 }
 
 /// `i/n` with 0 <= i < n.
-pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
+pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
     parts
@@ -104,7 +104,7 @@ fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenanc
 ///
 /// # Errors
 /// A file of another request, unless it may be overwritten.
-pub fn existing_frames(
+pub(crate) fn existing_frames(
     wanted: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),
     overwrite: bool,

@@ -11,14 +11,14 @@ use crate::shader::key::{ShaderKey, keys_of};
 use std::collections::BTreeSet;
 
 /// The embedded catalog, overridden by the files of `--catalogs` (every `.toml` in it, in order of name).
-pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
+pub(crate) fn catalog(common: &Common) -> Result<Catalog, CliError> {
     let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
     let catalog = read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii).with_lunar_heights(heights);
     Ok(with_surfaces(catalog, &common.surface)?)
 }
 
 /// The built-in fragments, overridden by `--shaders` and `--surface`.
-pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
+pub(crate) fn fragments(common: &Common) -> Result<Fragments, CliError> {
     let edited = match &common.shaders {
         Some(folder) => {
             fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(|e| CliError::Failed(e.to_string()))?
@@ -30,12 +30,12 @@ pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
 }
 
 /// The shipped ephemeris, overridden by the file of `--kernel`.
-pub fn ephemeris(common: &Common, catalog: &Catalog) -> Result<Ephemeris, CliError> {
+pub(crate) fn ephemeris(common: &Common, catalog: &Catalog) -> Result<Ephemeris, CliError> {
     Ok(read_ephemeris(catalog, common.kernel.as_deref())?)
 }
 
 /// The keys that views of the catalog can need under any effects.
-pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
+pub(crate) fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
     Ok(keys_of(possible_features(&catalog(common)?)))
 }
 

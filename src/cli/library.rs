@@ -12,7 +12,7 @@ use crate::wording::echo;
 #[command(
     after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\nModules of edited fragments (--shaders) stay in memory; `warm` then only checks that they compile."
 )]
-pub struct LibraryArgs {
+pub(crate) struct LibraryArgs {
     #[command(subcommand)]
     verb: LibraryVerb,
     /// Print one JSON value
@@ -33,7 +33,7 @@ enum LibraryVerb {
 }
 
 /// The library of this command line. Disk errors are reported on standard error.
-pub fn open(common: &Common) -> Result<ShaderLibrary, CliError> {
+pub(crate) fn open(common: &Common) -> Result<ShaderLibrary, CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| print_message(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(print_message));
     if common.shaders.is_some() || !common.surface.is_empty() {
@@ -46,7 +46,7 @@ fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
     print_result(&format!("{}\n", serde_json::to_string(value).map_err(|e| CliError::Failed(e.to_string()))?))
 }
 
-pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
     let library = open(common)?;
     match args.verb {
         LibraryVerb::Status => {

@@ -29,7 +29,7 @@ that keeps 99.9 % of the pixels within 1 level of the reference.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
-pub struct MeasureArgs {
+pub(crate) struct MeasureArgs {
     /// Small pictures and few rounds: about a minute on two cores
     #[arg(long)]
     short: bool,
@@ -59,7 +59,7 @@ pub struct MeasureArgs {
     json: bool,
 }
 
-pub fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     for path in &args.output {
         kind_of(path)?;
     }

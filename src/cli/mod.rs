@@ -102,7 +102,7 @@ enum Verb {
 /// Options that every command takes.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Common options")]
-pub struct Common {
+pub(crate) struct Common {
     /// Renderer: auto takes a hardware GPU if there is one, otherwise software
     #[arg(long, global = true, value_enum, default_value = "auto")]
     pub renderer: RendererPreference,
@@ -161,7 +161,7 @@ pub struct Common {
 
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
-pub enum CliError {
+pub(crate) enum CliError {
     /// One line that says why and what to do.
     #[error("{0}")]
     Failed(String),
@@ -178,12 +178,12 @@ pub enum CliError {
 
 impl Common {
     /// The user's sources, for verbs that draw frames.
-    pub fn sources_to_draw(&self) -> Sources {
+    pub(crate) fn sources_to_draw(&self) -> Sources {
         Sources { draws: true, ..self.sources() }
     }
 
     /// The user's sources, for verbs that draw nothing.
-    pub fn sources(&self) -> Sources {
+    pub(crate) fn sources(&self) -> Sources {
         Sources {
             catalogs: self.catalogs.clone(),
             eclipse_radii: self.radii,

@@ -13,7 +13,7 @@ use crate::wording::echo;
 use std::io::Write;
 use std::path::PathBuf;
 
-pub enum MovingOutput {
+pub(crate) enum MovingOutput {
     /// Each frame is a file of its own.
     None,
     Stream {
@@ -35,7 +35,7 @@ fn failed(e: ImageError) -> CliError {
 impl MovingOutput {
     /// # Errors
     /// A file that must not be replaced, or a size, number of frames or rate that the format does not support.
-    pub fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
+    pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
             Output::One(_) | Output::Sequence(..) => Ok(Self::None),
             Output::Stream => Ok(Self::Stream { rate, begun: false }),
@@ -61,7 +61,7 @@ impl MovingOutput {
     ///
     /// # Errors
     /// The reason why it cannot be written.
-    pub fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
+    pub(crate) fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
         match self {
             Self::None => Ok(()),
             Self::Stream { rate, begun } => {
@@ -81,7 +81,7 @@ impl MovingOutput {
     ///
     /// # Errors
     /// The reason why it cannot be written.
-    pub fn finish(self) -> Result<(), CliError> {
+    pub(crate) fn finish(self) -> Result<(), CliError> {
         let Self::File { path, overwrite, writer, bytes } = self else { return Ok(()) };
         writer.finish().map_err(failed)?;
         let bytes = bytes.0.lock();

@@ -11,13 +11,13 @@ use std::io::{Error, ErrorKind, IsTerminal, Write};
 ///
 /// # Errors
 /// [`CliError::OutputClosed`] if the reader has closed the pipe (`… | head`), else the reason for the failure.
-pub fn print_result(text: &str) -> Result<(), CliError> {
+pub(crate) fn print_result(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
 }
 
 /// The verb's error for a failed write to standard output.
-pub fn stdout_error(e: &Error) -> CliError {
+pub(crate) fn stdout_error(e: &Error) -> CliError {
     match e.kind() {
         ErrorKind::BrokenPipe => CliError::OutputClosed,
         _ => CliError::Failed(format!("standard output: {e}")),
@@ -25,21 +25,21 @@ pub fn stdout_error(e: &Error) -> CliError {
 }
 
 /// Writes a message to standard error, `orrery: …`, on one line even if it quotes text with line breaks.
-pub fn print_message(line: &str) {
+pub(crate) fn print_message(line: &str) {
     write_error(&format!("orrery: {}\n", one_line(line)));
 }
 
 /// Writes several messages, one per line.
-pub fn print_messages(lines: &str) {
+pub(crate) fn print_messages(lines: &str) {
     write_error(&format!("orrery: {}\n", escape_controls(lines)));
 }
 
 /// Writes text to standard error unchanged. A failure is ignored: a closed stream has no reader.
-pub fn write_error(text: &str) {
+pub(crate) fn write_error(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// A progress bar on a terminal, nothing in a pipe.
-pub fn progress(steps: u64) -> indicatif::ProgressBar {
+pub(crate) fn progress(steps: u64) -> indicatif::ProgressBar {
     if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }

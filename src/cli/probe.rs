@@ -15,7 +15,7 @@ use std::io::BufRead;
     orrery probe --questions",
     next_help_heading = "Query"
 )]
-pub struct ProbeArgs {
+pub(crate) struct ProbeArgs {
     /// One query, a JSON object
     #[arg(required_unless_present_any = ["stdin", "questions"])]
     question: Option<String>,
@@ -33,7 +33,7 @@ pub struct ProbeArgs {
     json: bool,
 }
 
-pub fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
     if args.questions {
         return print_result(&if args.json { format!("{:#}\n", queries_json()) } else { queries_text() });
     }

@@ -57,7 +57,7 @@ fn after_help() -> String {
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = after_help())]
-pub struct RenderArgs {
+pub(crate) struct RenderArgs {
     #[command(flatten)]
     view: ViewArgs,
     #[command(flatten)]
@@ -93,7 +93,7 @@ pub struct RenderArgs {
     time_report: bool,
 }
 
-pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let begun = Moment::now();
     let mut first_frame = None;
     let tour_file = args.tour_file();

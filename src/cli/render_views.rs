@@ -11,7 +11,7 @@ use std::path::Path;
 #[cfg(feature = "view")]
 const MAX_FRAMES: f64 = 216_000.0;
 
-pub enum Views {
+pub(crate) enum Views {
     /// `count` frames of one view, `step_s` simulated seconds apart.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
     // Tour files are parsed by `view`.
@@ -27,7 +27,7 @@ impl Views {
     /// # Errors
     /// The file, and the stop and field that are invalid.
     #[cfg(feature = "view")]
-    pub fn along_tour(
+    pub(crate) fn along_tour(
         file: &Path,
         (width, height): (u32, u32),
         rate: u32,
@@ -54,7 +54,7 @@ impl Views {
     /// # Errors
     /// Always: a tour consists of views of the window, and this build has no window.
     #[cfg(not(feature = "view"))]
-    pub fn along_tour(
+    pub(crate) fn along_tour(
         _file: &Path,
         _size: (u32, u32),
         _rate: u32,
@@ -65,7 +65,7 @@ impl Views {
     }
 
     /// Total number of frames.
-    pub fn count(&self) -> u32 {
+    pub(crate) fn count(&self) -> u32 {
         match self {
             Self::Steps { count, .. } => *count,
             Self::Tour { frames, .. } => u32::try_from(frames.len()).unwrap_or(u32::MAX),
@@ -73,7 +73,7 @@ impl Views {
     }
 
     /// The request of a frame, counted from 0; beyond the end that of the last frame.
-    pub fn request(&self, number: u32) -> ViewRequest {
+    pub(crate) fn request(&self, number: u32) -> ViewRequest {
         match self {
             Self::Steps { first, step_s, .. } => {
                 ViewRequest { time: first.time.plus_seconds(f64::from(number) * step_s), ..(**first).clone() }
@@ -82,7 +82,7 @@ impl Views {
         }
     }
 
-    pub fn title(&self) -> Option<&str> {
+    pub(crate) fn title(&self) -> Option<&str> {
         match self {
             Self::Steps { .. } => None,
             Self::Tour { title, .. } => Some(title),

@@ -27,7 +27,7 @@ use std::time::Instant;
   orrery shader export my-shaders && orrery --shaders my-shaders
 
 The parts of a key may be in any order and case.")]
-pub struct ShaderArgs {
+pub(crate) struct ShaderArgs {
     #[command(subcommand)]
     verb: ShaderVerb,
 }
@@ -204,7 +204,7 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
     text
 }
 
-pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
     match &args.verb {
         ShaderVerb::Keys { covering: t, of, time, simple, json, count } => {
             if *simple {

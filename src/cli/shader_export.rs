@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The keys of every draw in the default view of a body.
-pub fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
+pub(crate) fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
     let session = Session::open(&common.sources(), print_message)?;
     let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
     let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_args::instant(time)?) })?;
@@ -24,7 +24,7 @@ pub fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey
 
 /// The keys to export.
 #[derive(clap::Args, Debug)]
-pub struct KeySelection {
+pub(crate) struct KeySelection {
     /// Keys that cover every combination of this many dimension values [default: for an atlas all keys that views can need, for a corpus 2]
     #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
     covering: Option<u8>,
@@ -97,7 +97,7 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
     })
 }
 
-pub fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
+pub(crate) fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
     let keys =
         which.keys(common, || Ok(reachable_keys(common)?.union(&covering(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
     let of_all = which.of.is_none();
@@ -111,7 +111,7 @@ pub fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Result<(),
     print_result(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
 }
 
-pub fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
+pub(crate) fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
     let keys = which.keys(common, || Ok(covering(2)))?;
     // A cost view shows the number of operations on the software renderer, not radiance.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();

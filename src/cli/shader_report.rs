@@ -31,7 +31,7 @@ fn revision(folder: &Path) -> Result<Revision, CliError> {
         .map_err(|e| CliError::Failed(format!("--report {}: {}", echo(&folder.display().to_string()), echo(&e.to_string()))))
 }
 
-pub fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
+pub(crate) fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     let [first, second] = folders else { return Err(CliError::Failed("--report takes two folders".into())) };
     let revisions = [revision(first)?, revision(second)?];
     let bar = progress(0);

@@ -22,7 +22,7 @@ minutes on two cores.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Sweeps")]
-pub struct StabilityArgs {
+pub(crate) struct StabilityArgs {
     /// Sweep to run; repeat or separate by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     sweep: Vec<String>,
@@ -40,7 +40,7 @@ pub struct StabilityArgs {
     json: bool,
 }
 
-pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     let names: Vec<&str> = SWEEPS.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.sweep.iter().find(|wanted| !names.contains(&wanted.as_str())) {
         return Err(CliError::Failed(format!("--sweep {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));

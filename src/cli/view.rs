@@ -20,7 +20,7 @@ Examples:
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = KEYS, next_help_heading = "First view")]
-pub struct ViewArgs {
+pub(crate) struct ViewArgs {
     /// First body to look at
     #[arg(long, value_name = "BODY", default_value = "earth")]
     target: String,
@@ -44,7 +44,7 @@ impl Default for ViewArgs {
 }
 
 #[cfg(not(feature = "view"))]
-pub fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
+pub(crate) fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
     let at = instant(&args.time)?.to_utc_iso();
     Err(CliError::Failed(format!(
         "this build has no window; to draw to a file: orrery render --target {} --time {at} -o {0}.png",
@@ -53,7 +53,7 @@ pub fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 }
 
 #[cfg(feature = "view")]
-pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
     windowed::run(common, args)
 }
 
@@ -79,7 +79,7 @@ mod windowed {
     use parking_lot::Mutex;
     use std::sync::Arc;
 
-    pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
+    pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
         let hearing = Arc::clone(&heard);
         let session = Session::open(&common.sources_to_draw(), move |line| {

@@ -19,7 +19,7 @@ const MAX_CAMERA_FILE_BYTES: u64 = 1 << 20;
 /// Target, camera, time and image options.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "View")]
-pub struct ViewArgs {
+pub(crate) struct ViewArgs {
     /// Body to look at
     #[arg(long, value_name = "BODY")]
     pub target: Option<String>,
@@ -77,7 +77,7 @@ pub struct ViewArgs {
 }
 
 /// `now`, or any text that [`Instant::parse`] accepts.
-pub fn instant(text: &str) -> Result<Instant, CliError> {
+pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
     Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
@@ -88,7 +88,7 @@ fn wrong(option: &str, value: &str, allowed: &str) -> CliError {
 }
 
 /// `1024x768`.
-pub fn size(text: &str) -> Result<(u32, u32), CliError> {
+pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     sides.ok_or_else(|| wrong("--size", text, "write width x height in pixels, as 1024x768"))
 }
@@ -112,12 +112,12 @@ fn pixel_view(text: &str) -> Result<PixelView, CliError> {
 
 impl ViewArgs {
     /// The request of these options with this catalog.
-    pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
+    pub(crate) fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
         self.request_with(catalog, Composition::default())
     }
 
     /// The same for a composed picture.
-    pub fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
+    pub(crate) fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
         let time = instant(&self.time)?;
         let target = self.target.as_ref().map(|name| place("--target", name)).transpose()?;

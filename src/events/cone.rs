@@ -28,18 +28,18 @@ impl Spheroid {
     }
 
     /// The point of its surface farthest along a direction.
-    pub fn farthest_km(&self, direction: DVec3) -> DVec3 {
+    pub(crate) fn farthest_km(&self, direction: DVec3) -> DVec3 {
         self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.reach_km(direction)
     }
 
     /// How deep the line through `point_km` along the unit vector `direction` passes below its surface, in squared Earth radii; negative outside.
-    pub fn depth_of_line(&self, point_km: DVec3, direction: DVec3) -> f64 {
+    pub(crate) fn depth_of_line(&self, point_km: DVec3, direction: DVec3) -> f64 {
         let (p, d) = self.unit_sphere(point_km, direction);
         under_unit_sphere(p, d).1
     }
 
     /// Where that line meets the surface, first as seen against `direction`.
-    pub fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
+    pub(crate) fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.unit_sphere(point_km, direction);
         let (foot, half_squared) = under_unit_sphere(p, d);
         (half_squared >= 0.0).then(|| self.scaled(foot + d * half_squared.sqrt(), self.equatorial_km, self.polar_km))
@@ -63,14 +63,14 @@ pub(super) struct Cone {
 
 impl Cone {
     /// The penumbra, from which a part of the Sun is hidden.
-    pub fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
+    pub(crate) fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km + moon_radius_km) / distance_km;
         Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), opens: -to_sun, sin_half }
     }
 
     /// The umbra or antumbra: of the two nappes the one that passes the Earth's limb.
-    pub fn umbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
+    pub(crate) fn umbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km - moon_radius_km) / distance_km;
         let apex_km = moon_km - to_sun * (moon_radius_km / sin_half);
@@ -79,12 +79,12 @@ impl Cone {
     }
 
     /// The axis as a cone without width.
-    pub fn axis(sun_km: DVec3, moon_km: DVec3) -> Self {
+    pub(crate) fn axis(sun_km: DVec3, moon_km: DVec3) -> Self {
         Self { apex_km: moon_km, opens: -axis(sun_km, moon_km).0, sin_half: 0.0 }
     }
 
     /// By how much it clears the spheroid, km, negative where it does not; and the unit vector from the cone's nearest side to the spheroid.
-    pub fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
+    pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
         let aside = to_centre - self.opens * to_centre.dot(self.opens);
         let across = aside.try_normalize().unwrap_or_else(|| self.opens.any_orthonormal_vector());

@@ -3,7 +3,7 @@
 use crate::time::Instant;
 
 /// As the Earth's centre receives the light.
-pub type Contact = (&'static str, Instant);
+pub(crate) type Contact = (&'static str, Instant);
 
 /// From one contact to another; `None` where one is missing.
 pub(super) fn seconds_between(contacts: &[Contact], first: &str, last: &str) -> Option<f64> {

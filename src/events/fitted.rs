@@ -17,7 +17,7 @@ pub(super) struct FittedPlace {
 impl FittedPlace {
     /// # Errors
     /// The first of `place`.
-    pub fn over(half_s: f64, place: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
+    pub(crate) fn over(half_s: f64, place: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
         let failed = RefCell::new(None);
         let axes = chebyshev::fit_nodes(TERMS, |u| {
             place(u * half_s).unwrap_or_else(|e| {
@@ -28,7 +28,7 @@ impl FittedPlace {
         failed.into_inner().map_or(Ok(Self { half_s, axes }), Err)
     }
 
-    pub fn at(&self, s: f64) -> DVec3 {
+    pub(crate) fn at(&self, s: f64) -> DVec3 {
         DVec3::from_array(self.axes.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_s).0))
     }
 }

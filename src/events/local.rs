@@ -96,11 +96,11 @@ impl Discs {
         self.separation - self.sun - self.penumbral_moon
     }
     /// Negative where one disc lies within the other.
-    pub fn outside(&self) -> f64 {
+    pub(crate) fn outside(&self) -> f64 {
         self.separation - (self.sun - self.moon).abs()
     }
 
-    pub fn magnitude(&self) -> f64 {
+    pub(crate) fn magnitude(&self) -> f64 {
         if self.outside() < 0.0 {
             return self.moon / self.sun;
         }
@@ -141,12 +141,12 @@ pub(super) struct Station<'a> {
 }
 
 impl<'a> Station<'a> {
-    pub fn new(sky: &'a EarthSky, bodies: EclipseBodies, place: Place) -> Self {
+    pub(crate) fn new(sky: &'a EarthSky, bodies: EclipseBodies, place: Place) -> Self {
         let (point_km, normal) = ground_point_km(bodies.earth_km, place.latitude_deg, place.longitude_deg, place.height_km);
         Self { sky, bodies, point_km, normal }
     }
 
-    pub fn discs(&self, s: f64) -> Discs {
+    pub(crate) fn discs(&self, s: f64) -> Discs {
         let (sun, moon) = self.sun_and_moon_km(s);
         let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
         Discs {
@@ -158,16 +158,16 @@ impl<'a> Station<'a> {
     }
 
     /// From the place, GCRS.
-    pub fn sun_and_moon_km(&self, s: f64) -> (DVec3, DVec3) {
+    pub(crate) fn sun_and_moon_km(&self, s: f64) -> (DVec3, DVec3) {
         let point_km = self.sky.itrs_from_gcrs(s).transpose() * self.point_km;
         (self.sky.sun_km(s) - point_km, self.sky.near_km(s) - point_km)
     }
 
-    pub fn instant(&self, s: f64) -> Instant {
+    pub(crate) fn instant(&self, s: f64) -> Instant {
         self.sky.instant(s)
     }
 
-    pub fn bodies(&self) -> EclipseBodies {
+    pub(crate) fn bodies(&self) -> EclipseBodies {
         self.bodies
     }
 
@@ -186,7 +186,7 @@ impl<'a> Station<'a> {
     }
 
     /// Of the Sun, degrees.
-    pub fn sun_altitude_deg(&self, s: f64) -> f64 {
+    pub(crate) fn sun_altitude_deg(&self, s: f64) -> f64 {
         self.horizontal(self.sky.sun_km(s), s).0.to_degrees()
     }
 
@@ -200,7 +200,7 @@ impl<'a> Station<'a> {
     }
 
     /// Second and third contact around the deepest; `None` where no disc lies within the other.
-    pub fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
+    pub(crate) fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
         let deepest = self.deepest(near_s);
         let outside = |s: f64| self.discs(s).outside();
         (outside(deepest) < 0.0)
@@ -208,13 +208,13 @@ impl<'a> Station<'a> {
     }
 
     /// Whether one disc lies within the other at the deepest, which is within half an hour of `near_s`.
-    pub fn is_central_near(&self, near_s: f64) -> bool {
+    pub(crate) fn is_central_near(&self, near_s: f64) -> bool {
         let deepest = least_instant(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
         self.discs(deepest).outside() < 0.0
     }
 
     /// Contacts of the mean limbs around the deepest, which is looked for around `near_s`; `None` where the discs never meet.
-    pub fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
+    pub(crate) fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
         let deepest = self.deepest(near_s);
         let apart = |s: f64| self.discs(s).apart();
         (apart(deepest) < 0.0).then(|| {
@@ -225,7 +225,7 @@ impl<'a> Station<'a> {
     }
 
     /// What the place sees of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` where the discs never meet.
-    pub fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
+    pub(crate) fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
         let MeanContacts { deepest, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
         let sun = |s: f64| self.sky.sun_km(s);
         let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
@@ -250,7 +250,7 @@ impl<'a> Station<'a> {
     }
 
     /// What the place sees of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
-    pub fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
+    pub(crate) fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
         let moon = |s: f64| self.sky.near_km(s);
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
         let up = self.up_between(first, last, moon);

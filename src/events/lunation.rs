@@ -27,13 +27,13 @@ pub(super) struct Syzygy {
 
 impl Syzygy {
     /// The last one whose mean instant is not after `t`.
-    pub fn before(phase: Phase, t: Instant) -> Self {
+    pub(crate) fn before(phase: Phase, t: Instant) -> Self {
         let part = if phase == Phase::New { 0.0 } else { 0.5 };
         let lunation = ((t.jd_tt() - FIRST_JD_TT) / SYNODIC_MONTH_DAYS - part).floor() as i64;
         Self { phase, lunation }
     }
 
-    pub fn next(self) -> Self {
+    pub(crate) fn next(self) -> Self {
         Self { lunation: self.lunation + 1, ..self }
     }
 
@@ -42,14 +42,14 @@ impl Syzygy {
         self.lunation as f64 + if self.phase == Phase::New { 0.0 } else { 0.5 }
     }
 
-    pub fn mean_instant(self) -> Instant {
+    pub(crate) fn mean_instant(self) -> Instant {
         let centuries = self.k() / LUNATIONS_PER_CENTURY;
         let jd_tt = FIRST_JD_TT + SYNODIC_MONTH_DAYS * self.k() + 0.000_154_37 * centuries * centuries - 1.5e-7 * centuries.powi(3);
         Instant::from_jd_tt(jd_tt)
     }
 
     /// Whether the Moon is near enough to its node: the sine of its mean argument of latitude is at most 0.36 (Meeus 1998, chapter 54).
-    pub fn may_eclipse(self) -> bool {
+    pub(crate) fn may_eclipse(self) -> bool {
         let centuries = self.k() / LUNATIONS_PER_CENTURY;
         let argument_deg = 160.7108 + 390.670_502_84 * self.k() - 0.001_611_8 * centuries * centuries;
         argument_deg.to_radians().sin().abs() <= 0.36
@@ -60,7 +60,7 @@ impl Syzygy {
     /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223, for
     /// 38 times 358 is 1 modulo 223. Anchors: the solar eclipse of 2024-04-08 is of series 139, the lunar one of 2022-11-08 of 136 (Espenak and Meeus
     /// 2006). Of the numbers that agree modulo 223 the answer is nearest to the series that are in their middle at that time.
-    pub fn saros(self) -> i64 {
+    pub(crate) fn saros(self) -> i64 {
         let (anchor, number, middle) = match self.phase {
             Phase::New => (300, 139, 137),
             Phase::Full => (282, 136, 130),

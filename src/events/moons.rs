@@ -36,7 +36,7 @@ pub enum MoonEventType {
 }
 
 impl MoonEventType {
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Transit => "transit",
             Self::Occultation => "occultation",
@@ -65,7 +65,7 @@ pub struct MoonEvent {
 
 impl MoonEvent {
     /// From `begin` to `end`; of mutual events from the first to the last contact.
-    pub fn duration_s(&self) -> Option<f64> {
+    pub(crate) fn duration_s(&self) -> Option<f64> {
         let between = |first, last| seconds_between(&self.contacts, first, last);
         between("begin", "end")
             .or_else(|| between("I", "IV").filter(|_| self.by.is_some()))

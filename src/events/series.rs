@@ -22,7 +22,7 @@ impl SeriesStarts {
     ///
     /// # Errors
     /// That of `exists`.
-    pub fn member<E>(&mut self, syzygy: Syzygy, exists: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
+    pub(crate) fn member<E>(&mut self, syzygy: Syzygy, exists: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
         let series = syzygy.saros();
         let first = match self.first.get(&series) {
             Some(first) => *first,

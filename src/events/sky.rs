@@ -41,7 +41,7 @@ pub(super) struct EclipseBodies {
 impl EclipseBodies {
     /// # Errors
     /// The catalog lacks one of the bodies.
-    pub fn of(catalog: &Catalog) -> Result<Self, EphemerisError> {
+    pub(crate) fn of(catalog: &Catalog) -> Result<Self, EphemerisError> {
         let radii_km = |id, name| {
             let body = catalog.body(id).ok_or_else(|| EphemerisError(format!("the catalog has no {name}: eclipses need it")))?;
             Ok::<_, EphemerisError>(body.radii_km)
@@ -71,7 +71,7 @@ impl EarthSky {
     ///
     /// # Errors
     /// The theories do not reach so far.
-    pub fn around(ephemeris: &Ephemeris, near: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
+    pub(crate) fn around(ephemeris: &Ephemeris, near: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
         let fit = |body| FittedPlace::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {
             middle,
@@ -81,24 +81,24 @@ impl EarthSky {
         })
     }
 
-    pub fn instant(&self, s: f64) -> Instant {
+    pub(crate) fn instant(&self, s: f64) -> Instant {
         self.middle.plus_seconds(s)
     }
 
-    pub fn sun_km(&self, s: f64) -> DVec3 {
+    pub(crate) fn sun_km(&self, s: f64) -> DVec3 {
         self.sun.at(s)
     }
 
-    pub fn near_km(&self, s: f64) -> DVec3 {
+    pub(crate) fn near_km(&self, s: f64) -> DVec3 {
         self.near.at(s)
     }
 
-    pub fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
+    pub(crate) fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
         DMat3::from_rotation_z(-EARTH_RAD_PER_S * s) * self.itrs_from_gcrs_at_middle
     }
 
     /// The Earth's pole of date.
-    pub fn pole(&self) -> DVec3 {
+    pub(crate) fn pole(&self) -> DVec3 {
         self.itrs_from_gcrs_at_middle.row(2)
     }
 }

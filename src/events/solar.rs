@@ -90,7 +90,7 @@ impl Geometry {
     }
 
     /// Where the axis meets the ground.
-    pub fn centre(&self, s: f64) -> Option<Place> {
+    pub(crate) fn centre(&self, s: f64) -> Option<Place> {
         let (moon_km, (to_sun, _)) = (self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)));
         let point_km = self.earth().meets_line_km(moon_km, to_sun)?;
         Some(Place::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_km))
@@ -102,12 +102,12 @@ impl Geometry {
         Place::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().farthest_km(-towards_earth), self.bodies.earth_km)
     }
 
-    pub fn station(&self, place: Place) -> Station<'_> {
+    pub(crate) fn station(&self, place: Place) -> Station<'_> {
         Station::new(&self.sky, self.bodies, place)
     }
 
     /// When the axis meets and leaves the ground; `None` where it misses.
-    pub fn central_span(&self) -> Option<(f64, f64)> {
+    pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
         let misses = |s: f64| -earth.depth_of_line(self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)).0);
         let middle = least_instant(self.greatest_s - 600.0, self.greatest_s + 600.0, misses);

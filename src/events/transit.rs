@@ -40,7 +40,7 @@ pub struct Transit {
 
 impl Transit {
     /// From first to fourth contact.
-    pub fn duration_s(&self) -> Option<f64> {
+    pub(crate) fn duration_s(&self) -> Option<f64> {
         seconds_between(&self.contacts, "I", "IV")
     }
 

@@ -29,9 +29,9 @@ const BATCH: usize = 64;
 /// Name of the list of cases, which identifies a folder as a corpus.
 pub const MANIFEST: &str = "corpus.json";
 /// Version of the format: it changes with the layout of the files.
-pub const FORMAT: u32 = 1;
+pub(crate) const FORMAT: u32 = 1;
 /// Half a level of 256, below the resolution of a display. The software renderer keeps it in f32 for each key of the covering sets (tests/render/permutations.rs).
-pub const TOLERANCE: f64 = 1.0 / 512.0;
+pub(crate) const TOLERANCE: f64 = 1.0 / 512.0;
 
 /// Why a corpus was not written.
 #[derive(Debug, thiserror::Error)]

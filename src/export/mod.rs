@@ -10,4 +10,3 @@ pub mod revision;
 pub mod sample;
 
 pub use revision::{Revision, RevisionError};
-pub use sample::{Sample, Sampler};

@@ -98,7 +98,7 @@ fn ids(revisions: [&Revision; 2], usual: &[ModuleId]) -> Vec<ModuleId> {
 ///
 /// # Errors
 /// One line: the module has no readable tape.
-pub fn figures(module: &ShaderModule, sample: Option<&Sample>) -> Result<Figures, String> {
+pub(crate) fn figures(module: &ShaderModule, sample: Option<&Sample>) -> Result<Figures, String> {
     let costs = tape_costs(module).map_err(|e| e.to_string())?;
     let Some(fragment) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };
     Ok(Figures {
@@ -207,7 +207,7 @@ impl Report {
     }
 
     /// Changed modules by cause: the paths of the changed fragments, joined.
-    pub fn by_cause(&self) -> BTreeMap<String, Vec<&ModuleChange>> {
+    pub(crate) fn by_cause(&self) -> BTreeMap<String, Vec<&ModuleChange>> {
         let mut groups: BTreeMap<String, Vec<&ModuleChange>> = BTreeMap::new();
         for change in &self.changed {
             let causes: Vec<&str> = change.causes.iter().map(|c| c.what.as_str()).collect();

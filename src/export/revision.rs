@@ -147,7 +147,7 @@ impl Revision {
     ///
     /// # Errors
     /// The entry cannot be read, or the fragments give no valid module.
-    pub fn module(&self, id: &ModuleId, lowering: &Lowering) -> Result<Option<ShaderModule>, RevisionError> {
+    pub(crate) fn module(&self, id: &ModuleId, lowering: &Lowering) -> Result<Option<ShaderModule>, RevisionError> {
         match &self.modules {
             Modules::Fragments(fragments) => Ok(Some(ShaderModule::build_with(fragments, id, lowering)?)),
             Modules::Entries(entries) => {

@@ -1,6 +1,6 @@
 //! A module on the sample body: its picture in f32 and f64, and statistics of both.
 //!
-//! In: a finished module of a planet's key. Out: a [`Sample`]. Always: drawn on one thread, so that keys are drawn in parallel on all cores; nothing of the module is kept.
+//! In: a finished module of a planet's key. Out: a `Sample`. Always: drawn on one thread, so that keys are drawn in parallel on all cores; nothing of the module is kept.
 
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::render::software::kernels::KernelClass;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// The sample body drawn by a module, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// Side, pixels.
     pub side: u32,
     /// Linear RGBA, premultiplied, in f32.
@@ -23,12 +23,12 @@ pub struct Sample {
 }
 
 /// Display levels of a linear colour, 0 to 255 and not rounded; white is a white Lambert surface in full sunlight.
-pub fn levels(linear: &[f32; 4]) -> [f64; 3] {
+pub(crate) fn levels(linear: &[f32; 4]) -> [f64; 3] {
     [0, 1, 2].map(|c| 255.0 * linear_to_srgb(f64::from(linear[c]).clamp(0.0, 1.0)))
 }
 
 /// The greatest difference of a channel in display levels, per pixel; 255 if a value is finite in only one picture.
-pub fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
+pub(crate) fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
     let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
         if is_finite(a) != is_finite(b) {
@@ -42,18 +42,18 @@ pub fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
 
 impl Sample {
     /// Mean luminance of the picture in f64, relative to a white surface.
-    pub fn mean_luminance(&self) -> f64 {
+    pub(crate) fn mean_luminance(&self) -> f64 {
         let sum: f64 = self.double.iter().map(|p| luminance([p[0], p[1], p[2]].map(f64::from))).sum();
         sum / self.double.len().max(1) as f64
     }
 
     /// The greatest difference between f32 and f64, display levels.
-    pub fn rounding_levels(&self) -> f64 {
+    pub(crate) fn rounding_levels(&self) -> f64 {
         levels_apart(&self.single, &self.double).into_iter().fold(0.0, f64::max)
     }
 
     /// Display bytes of the f32 picture, on black. `fitted`: scaled so that the brightest channel is white, for pictures of counts.
-    pub fn display(&self, fitted: bool) -> Vec<[u8; 4]> {
+    pub(crate) fn display(&self, fitted: bool) -> Vec<[u8; 4]> {
         let brightest = self.single.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
         let factor = if fitted && brightest > 0.0 { 1.0 / brightest } else { 1.0 };
         let shown = |p: &[f32; 4]| levels(&p.map(|v| factor * v)).map(|v| v.round() as u8);
@@ -62,7 +62,7 @@ impl Sample {
 }
 
 /// Draws samples.
-pub struct Sampler {
+pub(crate) struct Sampler {
     side: u32,
     single: SoftwareRenderer,
     double: SoftwareRenderer,
@@ -82,7 +82,7 @@ impl Sampler {
     ///
     /// # Errors
     /// The thread cannot be started.
-    pub fn new(side: u32) -> Result<Self, SessionError> {
+    pub(crate) fn new(side: u32) -> Result<Self, SessionError> {
         let renderer = |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernels: KernelClass::Portable });
         Ok(Self { side, single: renderer(Precision::F32)?, double: renderer(Precision::F64)? })
     }
@@ -99,7 +99,7 @@ impl Sampler {
     ///
     /// # Errors
     /// The module needs something that the sample body lacks, or cannot be run.
-    pub fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<Sample, SessionError> {
+    pub(crate) fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<Sample, SessionError> {
         let plan = self.plan(module, key)?;
         let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
             let drawn = renderer.render(&plan, &SingleModule(module), true);

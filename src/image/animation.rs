@@ -72,7 +72,7 @@ impl<W: Write> AnimationWriter<W> {
     ///
     /// # Errors
     /// A size or rate that the format does not support, or an error of the writer.
-    pub fn new(out: W, format: AnimationFormat, (width, height): (u32, u32), frames: u32, rate: u32) -> Result<Self, ImageError> {
+    pub(crate) fn new(out: W, format: AnimationFormat, (width, height): (u32, u32), frames: u32, rate: u32) -> Result<Self, ImageError> {
         let encoder = match format {
             AnimationFormat::Apng => {
                 let mut encoder = png::Encoder::new(out, width, height);
@@ -102,7 +102,7 @@ impl<W: Write> AnimationWriter<W> {
     ///
     /// # Errors
     /// Another size, or an error of the writer.
-    pub fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
+    pub(crate) fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
         let (width, height) = (self.width, self.height);
         if u64::from(width) * u64::from(height) != display.len() as u64 {
             return Err(ImageError::Size { width, height, given: display.len().saturating_mul(4) });
@@ -127,7 +127,7 @@ impl<W: Write> AnimationWriter<W> {
     ///
     /// # Errors
     /// Fewer frames than announced at the start, or an error of the writer.
-    pub fn finish(self) -> Result<(), ImageError> {
+    pub(crate) fn finish(self) -> Result<(), ImageError> {
         match self.encoder {
             Encoder::Apng(writer) => writer.finish().map_err(failed),
             Encoder::Gif(writer) => writer.into_inner().map(drop).map_err(failed),

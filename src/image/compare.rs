@@ -80,7 +80,7 @@ impl DisplayImage {
     ///
     /// # Errors
     /// Different sizes.
-    pub fn part_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
+    pub(crate) fn part_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
         self.matches(other)?;
         self.matches(bound)?;
         let is_within = |((p, q), b): &((&[u8; 4], &[u8; 4]), &[u8; 4])| (0..3).all(|c| p[c].abs_diff(q[c]) <= b[c]);

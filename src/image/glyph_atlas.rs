@@ -89,7 +89,7 @@ fn block(side: u32) -> Drawn {
 
 impl GlyphAtlas {
     /// The given characters for text of `size_px`. `marker_radius`: of the ring, in units of the font size.
-    pub fn draw(wanted: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
+    pub(crate) fn draw(wanted: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
         let wanted: BTreeSet<char> = wanted.into_iter().collect();
@@ -139,7 +139,7 @@ impl GlyphAtlas {
     }
 
     /// The cells of a text and the pen position of each, pixels from its start. Characters that the atlas lacks are skipped.
-    pub fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
+    pub(crate) fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
         text.chars().filter_map(|c| self.cells.get(&c)).scan(0.0, |pen, cell| {
             let at = *pen;
             *pen += cell.advance;

@@ -40,7 +40,7 @@ impl MapStore {
     }
 
     /// The same, with a limit on the megapixels of maps in the folder.
-    pub fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
+    pub(crate) fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
         Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default() }
     }
 
@@ -63,7 +63,7 @@ impl MapStore {
     }
 
     /// The map with its mip chain, filtered for drawing.
-    pub fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
+    pub(crate) fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), decoding);
         if let Some(found) = self.decoded.lock().get(&key) {
             return Ok(found.clone());
@@ -73,7 +73,7 @@ impl MapStore {
     }
 
     /// A colour image whose texels are multiplied by their alpha, in linear light.
-    pub fn premultiplied(&self, name: &str) -> Result<SharedTexture, ImageError> {
+    pub(crate) fn premultiplied(&self, name: &str) -> Result<SharedTexture, ImageError> {
         if let Some(found) = self.premultiplied.lock().get(name) {
             return Ok(found.clone());
         }
@@ -82,12 +82,12 @@ impl MapStore {
     }
 
     /// Adds a texture that was created elsewhere, under a name that no file has.
-    pub fn keep(&self, name: &str, decoding: MapDecoding, texture: Texture) {
+    pub(crate) fn keep(&self, name: &str, decoding: MapDecoding, texture: Texture) {
         self.decoded.lock().insert((name.to_owned(), decoding), Arc::new(texture));
     }
 
     /// The same for an image with premultiplied alpha.
-    pub fn keep_premultiplied(&self, name: &str, texture: Texture) {
+    pub(crate) fn keep_premultiplied(&self, name: &str, texture: Texture) {
         self.premultiplied.lock().insert(name.to_owned(), Arc::new(texture));
     }
 

@@ -28,7 +28,7 @@ pub use sealed::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_t
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 /// Largest encoded image, bytes.
-pub const MAX_FILE_BYTES: u64 = 1 << 30;
+pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Default limit in megapixels: a map of 8192 x 4096 has 34, while a small file can claim any number.
 pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
 /// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and as much again for its own buffers.
@@ -131,7 +131,7 @@ impl Texture {
     }
 
     /// The same for a map of a whole sphere, with the pole filter.
-    pub fn decode_filtered(
+    pub(crate) fn decode_filtered(
         name: &str,
         encoded: &[u8],
         MapDecoding { format, poles }: MapDecoding,
@@ -145,7 +145,7 @@ impl Texture {
     /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that
     /// filtering could spread. 8-bit formats only.
     #[must_use]
-    pub fn premultiplied(self) -> Self {
+    pub(crate) fn premultiplied(self) -> Self {
         let Some(first) = self.levels.into_iter().next().filter(|_| self.format != TexelFormat::Rgba32Float) else {
             return Self { format: self.format, levels: Vec::new() };
         };

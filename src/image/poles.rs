@@ -54,7 +54,7 @@ pub(super) struct PoleRowFilter {
 }
 
 impl PoleRowFilter {
-    pub fn of(poles: PoleFilter, width: usize, height: usize, above_is_filtered: bool) -> Self {
+    pub(crate) fn of(poles: PoleFilter, width: usize, height: usize, above_is_filtered: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
         let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
         Self { poles, height, above_is_filtered, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
@@ -65,12 +65,12 @@ impl PoleRowFilter {
     }
 
     /// Whether the filter changes a row.
-    pub fn changes(&self, row: usize) -> bool {
+    pub(crate) fn changes(&self, row: usize) -> bool {
         self.sigma(row) > 0.0
     }
 
     /// Filters one row in place; linear RGBA from the left edge on.
-    pub fn smooth(&self, row: usize, texels: &mut [[f32; 4]]) {
+    pub(crate) fn smooth(&self, row: usize, texels: &mut [[f32; 4]]) {
         let sigma = self.sigma(row);
         if sigma <= 0.0 || texels.is_empty() {
             return;

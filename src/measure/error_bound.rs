@@ -50,7 +50,7 @@ struct Layers {
 ///
 /// # Errors
 /// Why the view cannot be drawn.
-pub fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, SessionError> {
+pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, SessionError> {
     let dual = DualRenderer::new(session)?;
     let sampling = SamplingQuality::of(request.quality);
     let view = dual.plan_view(request, sampling)?;

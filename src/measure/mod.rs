@@ -1,6 +1,6 @@
 //! Speed against accuracy: the time and the error of each option of each choice.
 //!
-//! In: a session, and how long it may take. Out: [`ChoiceMeasure`]s: for each option of each choice its error in a perceptible unit and its time as a
+//! In: a session, and how long it may take. Out: `ChoiceMeasure`s: for each option of each choice its error in a perceptible unit and its time as a
 //! ratio to that of the choice's most accurate option. Always: times are ratios of runs in turns ([`timing`]), errors are relative to the most expensive option in
 //! f64; the option that each quality takes is read from the program, those that it may
 //! take are computed by [`rule`]. Not measured: tessellation, since ellipsoids are intersected and not tessellated.
@@ -15,12 +15,12 @@ pub mod timing;
 mod view;
 mod whole;
 
-pub use error_bound::error_bounds;
+pub(crate) use error_bound::error_bounds;
 pub(crate) use pictures::{DualRenderer, PlannedView};
-pub use pictures::{LightPicture, levels_apart, p999};
+pub(crate) use pictures::{LightPicture, levels_apart};
 pub(crate) use timing::quantile;
-pub use view::{SUFFICIENT_LEVELS, ViewMeasure, measure_view};
-pub use whole::renderer;
+pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
+pub(crate) use whole::renderer;
 
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
@@ -38,7 +38,7 @@ pub enum Effort {
 
 impl Effort {
     /// Side of the pictures, pixels.
-    pub fn side_px(self) -> u32 {
+    pub(crate) fn side_px(self) -> u32 {
         match self {
             Self::Short => 128,
             Self::Full => 384,
@@ -46,7 +46,7 @@ impl Effort {
     }
 
     /// Rounds in which all options take turns.
-    pub fn rounds(self) -> usize {
+    pub(crate) fn rounds(self) -> usize {
         match self {
             Self::Short => 15,
             Self::Full => 25,
@@ -56,7 +56,7 @@ impl Effort {
 
 /// The measurements of one option.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OptionMeasure {
+pub(crate) struct OptionMeasure {
     /// The name on the command line or in the documents.
     pub name: String,
     /// Error and time.
@@ -71,7 +71,7 @@ pub struct OptionMeasure {
 
 /// A choice and its options, in the order of the program.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ChoiceMeasure {
+pub(crate) struct ChoiceMeasure {
     /// What is chosen.
     pub name: &'static str,
     /// The quantity of the error, and the view.
@@ -86,7 +86,7 @@ pub struct ChoiceMeasure {
 
 impl ChoiceMeasure {
     /// Qualities whose default the rule does not allow, with one that it does; empty where the view decides.
-    pub fn broken_defaults(&self) -> Vec<(Quality, &str)> {
+    pub(crate) fn broken_defaults(&self) -> Vec<(Quality, &str)> {
         let broken = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
         let allowed = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
         Quality::ALL.into_iter().filter(|q| !self.is_by_view && broken(q)).filter_map(allowed).collect()
@@ -145,10 +145,10 @@ pub(crate) fn measured(
 const BY_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
 
 /// Measures one choice.
-pub type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
+pub(crate) type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
 
 /// Every choice by name, in the order of a frame: positions, light, shapes, sampling, whole pictures.
-pub const CHOICES: [(&str, MeasureChoice); 13] = [
+pub(crate) const CHOICES: [(&str, MeasureChoice); 13] = [
     ("ephemeris", positions::ephemeris_source),
     ("light-time", positions::light_time),
     ("eclipse", drawings::eclipse_model),

@@ -16,7 +16,7 @@ const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 
 /// A picture of linear light.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LightPicture {
+pub(crate) struct LightPicture {
     /// Pixels.
     pub width: u32,
     /// Pixels.
@@ -30,7 +30,7 @@ pub struct LightPicture {
 impl LightPicture {
     /// Downsampled by averages of `by` x `by` pixels.
     #[must_use]
-    pub fn reduced(&self, by: u32) -> Self {
+    pub(crate) fn reduced(&self, by: u32) -> Self {
         let (width, height) = (self.width / by, self.height / by);
         let mean = |x: u32, y: u32| {
             let mut sum = [0.0_f64; 4];
@@ -46,7 +46,7 @@ impl LightPicture {
 
     /// Scaled to another size by bilinear interpolation of radiance between pixel centres, as a window shows a coarser picture.
     #[must_use]
-    pub fn stretched(&self, width: u32, height: u32) -> Self {
+    pub(crate) fn stretched(&self, width: u32, height: u32) -> Self {
         // The two pixels around a position of the finer picture, and the weight of the second.
         let around = |k: u32, from: u32, to: u32| {
             let place = ((f64::from(k) + 0.5) * f64::from(from) / f64::from(to) - 0.5).clamp(0.0, f64::from(from - 1));
@@ -73,13 +73,13 @@ impl LightPicture {
 }
 
 /// Per pixel the difference of the worst channel, in 255ths of the display.
-pub fn levels_apart(a: &LightPicture, b: &LightPicture) -> Vec<f64> {
+pub(crate) fn levels_apart(a: &LightPicture, b: &LightPicture) -> Vec<f64> {
     let worst = |(p, q): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a.level(p[c]) - b.level(q[c])).abs()).fold(0.0, f64::max);
     a.light.iter().zip(&b.light).map(worst).collect()
 }
 
 /// The 99.9th percentile; 0 for no values.
-pub fn p999(mut values: Vec<f64>) -> f64 {
+pub(crate) fn p999(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     quantile(&values, 0.999).unwrap_or(0.0)
 }
@@ -92,11 +92,11 @@ pub(crate) struct DualRenderer<'a> {
 }
 
 impl<'a> DualRenderer<'a> {
-    pub fn new(session: &'a Session) -> Result<Self, SessionError> {
+    pub(crate) fn new(session: &'a Session) -> Result<Self, SessionError> {
         Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_in(true)? })
     }
 
-    pub fn renderer(&self, precision: Precision) -> &SoftwareRenderer {
+    pub(crate) fn renderer(&self, precision: Precision) -> &SoftwareRenderer {
         match precision {
             Precision::F32 => &self.single,
             Precision::F64 => &self.double,
@@ -104,25 +104,25 @@ impl<'a> DualRenderer<'a> {
     }
 
     /// Plans a view that is to be drawn repeatedly.
-    pub fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+    pub(crate) fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let (scene, plan) = self.session.plan(request, sampling)?;
         Ok(PlannedView { scene, plan })
     }
 
-    pub fn light(&self, view: &PlannedView, precision: Precision) -> Result<LightPicture, SessionError> {
+    pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LightPicture, SessionError> {
         let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), true)?;
         let exposure_factor = view.scene.exposure.factor();
         Ok(LightPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
     }
 
     /// Draws and drops the result, for timing.
-    pub fn draw(&self, view: &PlannedView, precision: Precision) -> Result<(), SessionError> {
+    pub(crate) fn draw(&self, view: &PlannedView, precision: Precision) -> Result<(), SessionError> {
         self.renderer(precision).render(&view.plan, self.session.library(), false)?;
         Ok(())
     }
 
     /// The same with only the draws of the target (of all bodies without one): smaller bodies change from points to discs as the picture grows.
-    pub fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+    pub(crate) fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
         let plan = plan::plan(&scene, self.session, sampling)?;
@@ -130,7 +130,7 @@ impl<'a> DualRenderer<'a> {
     }
 
     /// The same view with its metered exposure fixed, so that all options have one exposure.
-    pub fn exposed(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
+    pub(crate) fn exposed(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
         let stops = self.plan_view(&request, FINEST)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })
     }

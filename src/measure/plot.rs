@@ -12,7 +12,7 @@ use std::error::Error;
 use std::sync::OnceLock;
 
 /// Size of the whole plot, pixels.
-pub const SIZE_PX: (u32, u32) = (1560, 1240);
+pub(crate) const SIZE_PX: (u32, u32) = (1560, 1240);
 /// Panels in a row.
 const COLUMNS: usize = 4;
 const FONT: &str = "sans-serif";
@@ -23,7 +23,7 @@ const DOMINATED: RGBColor = RGBColor(190, 70, 20);
 /// The plot could not be drawn, in one line.
 #[derive(Debug, thiserror::Error)]
 #[error("the plot cannot be drawn: {0}")]
-pub struct PlotError(String);
+pub(crate) struct PlotError(String);
 
 fn failed(e: impl Error) -> PlotError {
     PlotError(e.to_string())
@@ -33,7 +33,7 @@ fn failed(e: impl Error) -> PlotError {
 ///
 /// # Errors
 /// An error of the plotting library.
-pub fn svg(choices: &[ChoiceMeasure]) -> Result<String, PlotError> {
+pub(crate) fn svg(choices: &[ChoiceMeasure]) -> Result<String, PlotError> {
     let mut text = String::new();
     draw(&SVGBackend::with_string(&mut text, SIZE_PX).into_drawing_area(), choices)?;
     Ok(text)
@@ -43,7 +43,7 @@ pub fn svg(choices: &[ChoiceMeasure]) -> Result<String, PlotError> {
 ///
 /// # Errors
 /// An error of the plotting library.
-pub fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotError> {
+pub(crate) fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotError> {
     let mut rgb = vec![255; 3 * (SIZE_PX.0 * SIZE_PX.1) as usize];
     draw(&BitMapBackend::with_buffer(&mut rgb, SIZE_PX).into_drawing_area(), choices)?;
     Ok(rgb.chunks_exact(3).map(|p| [p[0], p[1], p[2], 255]).collect())

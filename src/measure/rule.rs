@@ -9,7 +9,7 @@ use crate::scene::request::Quality;
 
 /// The unit of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub(crate) enum Unit {
     /// Angle on the sky.
     Arcseconds,
     /// Percent of the radiance or of all light.
@@ -20,7 +20,7 @@ pub enum Unit {
 
 impl Unit {
     /// The name in tables and plots.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Arcseconds => "arcsec",
             Self::PercentOfLight => "% of light",
@@ -33,7 +33,7 @@ impl Unit {
     /// `draft` is for looking around: an arcsecond is a quarter of the resolution of a good eye at a magnification of 15; 15.9 % of light is a quarter of a stop; 32
     /// levels in one pixel of a thousand is an edge that jumps by an eighth of white. `standard` is what the program shows and writes: a tenth of an arcsecond
     /// is 0.2 s of a contact with the Moon, half a percent of light is a level at mid grey, and three levels are 1 % of the display's range.
-    pub fn bound(self, quality: Quality) -> Option<f64> {
+    pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],
             Self::PercentOfLight => [15.9, 0.5],
@@ -49,7 +49,7 @@ impl Unit {
 
 /// Error and time of an option.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
+pub(crate) struct Measurement {
     /// In the choice's unit, at least 0.
     pub error: f64,
     /// Ratio to the time of the choice's most accurate option.
@@ -68,20 +68,20 @@ impl Measurement {
     }
 
     /// Whether `self` is preferable to `other` in every respect.
-    pub fn dominates(&self, other: &Self) -> bool {
+    pub(crate) fn dominates(&self, other: &Self) -> bool {
         let (cheaper, more_accurate) = (self.is_clearly_faster(other), self.is_more_accurate(other));
         cheaper && !other.is_more_accurate(self) || more_accurate && self.time.median <= other.time.median
     }
 }
 
 /// For each option whether another dominates it.
-pub fn dominated(options: &[Measurement]) -> Vec<bool> {
+pub(crate) fn dominated(options: &[Measurement]) -> Vec<bool> {
     options.iter().map(|a| options.iter().any(|b| b.dominates(a))).collect()
 }
 
 /// For each option whether a quality may take it: it is within the bound, and no other within it is clearly cheaper. If none is within, and for `reference`:
 /// no other is more accurate, and none of equal accuracy is clearly cheaper.
-pub fn admissible(quality: Quality, unit: Unit, options: &[Measurement]) -> Vec<bool> {
+pub(crate) fn admissible(quality: Quality, unit: Unit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
     let is_good = |o: &Measurement| match bound {
         Some(bound) => o.error <= bound,

@@ -8,13 +8,13 @@ use crate::session::process_cpu;
 use std::time::{Duration, Instant};
 
 /// A workload to be timed; its error ends the measurement.
-pub type Work<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
+pub(crate) type Work<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
 
 /// Runs every workload once per round, in turns: the results by workload, then by round.
 ///
 /// # Errors
 /// The first error of a workload.
-pub fn in_turns<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
+pub(crate) fn in_turns<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
     let mut answers: Vec<Vec<T>> = works.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = works.len();
     for round in 0..rounds {
@@ -31,7 +31,7 @@ pub fn in_turns<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Ve
 ///
 /// # Errors
 /// The workload's error.
-pub fn seconds_of<E>(work: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
+pub(crate) fn seconds_of<E>(work: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
     let before = process_cpu();
     let start = Instant::now();
     work()?;
@@ -42,7 +42,7 @@ pub fn seconds_of<E>(work: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
 
 /// A median with its quartiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
+pub(crate) struct Spread {
     /// The lower quartile.
     pub low: f64,
     /// The median.
@@ -53,20 +53,20 @@ pub struct Spread {
 
 impl Spread {
     /// The quartiles of any values; `None` for no values.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         Some(Self { low: quantile(&values, 0.25)?, median: quantile(&values, 0.5)?, high: quantile(&values, 0.75)? })
     }
 
     /// The quartiles of the ratios of times from the same rounds.
-    pub fn of_ratios(times: &[f64], to: &[f64]) -> Option<Self> {
+    pub(crate) fn of_ratios(times: &[f64], to: &[f64]) -> Option<Self> {
         Self::of(times.iter().zip(to).filter(|(_, to)| **to > 0.0).map(|(time, to)| time / to))
     }
 }
 
 /// By linear interpolation between the sorted values.
-pub fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
+pub(crate) fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let place = part.clamp(0.0, 1.0) * last as f64;
     let below = place.floor() as usize;

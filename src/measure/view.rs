@@ -11,11 +11,11 @@ use crate::scene::request::{Quality, ViewRequest};
 use crate::session::{Session, SessionError};
 
 /// A quality is sufficient if 99.9 % of the pixels are within this of the reference, 255ths.
-pub const SUFFICIENT_LEVELS: f64 = 1.0;
+pub(crate) const SUFFICIENT_LEVELS: f64 = 1.0;
 
 /// Measurements of the qualities in one view.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ViewMeasure {
+pub(crate) struct ViewMeasure {
     /// Error and time of each.
     pub qualities: ChoiceMeasure,
     /// The first sufficient quality.
@@ -26,7 +26,7 @@ pub struct ViewMeasure {
 ///
 /// # Errors
 /// Why the view cannot be drawn.
-pub fn measure_view(session: &Session, request: &ViewRequest, effort: Effort) -> Result<ViewMeasure, SessionError> {
+pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Effort) -> Result<ViewMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let request = dual.exposed(request.clone())?;
     let plan_view = |quality: Quality| dual.plan_view(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));

@@ -75,7 +75,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
 ///
 /// # Errors
 /// Why the view cannot be drawn.
-pub fn renderer(session: &Session, effort: Effort) -> Result<Option<ChoiceMeasure>, SessionError> {
+pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<ChoiceMeasure>, SessionError> {
     let (choices, preference) = session.renderers();
     if preference == RendererPreference::Software || !choices.contains(&RendererPreference::Gpu) {
         return Ok(None);

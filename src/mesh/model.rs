@@ -47,7 +47,7 @@ pub enum ShapeError {
 }
 
 /// Largest distance of a vertex from the centre, in the body's largest semi-axis; a larger file is in another unit.
-pub const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
+pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// Distance from the axis, in radii, within which a corner is at the pole.
 const ON_AXIS: f64 = 1e-7;
 
@@ -176,11 +176,11 @@ impl Builder {
 }
 
 impl Model {
-    pub fn vertices(&self) -> usize {
+    pub(crate) fn vertices(&self) -> usize {
         self.positions.len() / 3
     }
 
-    pub fn triangles(&self) -> usize {
+    pub(crate) fn triangles(&self) -> usize {
         self.indices.len() / 3
     }
 

@@ -8,9 +8,9 @@
 use glam::{DVec2, DVec3};
 
 /// Maximum number of each kind of vertex data in one file, and of triangles: 4 million triangles take some 0.5 GB while they are prepared.
-pub const MAX_COUNT: usize = 4_000_000;
+pub(crate) const MAX_COUNT: usize = 4_000_000;
 /// Maximum number of corners of a face.
-pub const MAX_CORNERS: usize = 64;
+pub(crate) const MAX_CORNERS: usize = 64;
 
 /// A corner of a triangle, by index into the lists of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -21,7 +21,7 @@ const LEAF: usize = 4;
 const TOGETHER: usize = 512;
 
 /// A mesh prepared for ray casting.
-pub struct Solid {
+pub(crate) struct Solid {
     /// Places in kilometres and unit normals, by vertex.
     points: Vec<(DVec3, DVec3)>,
     /// For each vertex the corner point that it shares: triangles that meet there do not occlude it.
@@ -89,7 +89,7 @@ fn meets(node: &Node, origin: DVec3, inverse: DVec3) -> bool {
 
 impl Solid {
     /// `points`: positions in kilometres and unit normals; `places`: equal for vertices at one position; `indices`: three per triangle.
-    pub fn new(points: Vec<(DVec3, DVec3)>, places: &[u32], indices: &[u32], two_sided: bool) -> Self {
+    pub(crate) fn new(points: Vec<(DVec3, DVec3)>, places: &[u32], indices: &[u32], two_sided: bool) -> Self {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         Self { points, places: places.to_vec(), triangles, two_sided, tree: OnceLock::new() }
     }
@@ -180,7 +180,7 @@ impl Solid {
     }
 
     /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
-    pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
+    pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Tree::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
         let most = MAX_RAD / radius_rad;

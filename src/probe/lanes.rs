@@ -27,7 +27,7 @@ pub struct ProbeBatch {
 }
 
 /// Inputs of one query; unused ones are 0.
-pub type Numbers = [f64; 12];
+pub(crate) type Numbers = [f64; 12];
 
 /// The value as f32, and the remainder as f32.
 fn split(value: f64) -> (f32, f32) {

@@ -13,7 +13,7 @@ mod ring;
 mod scatter;
 pub mod sunlight;
 
-pub use error::ProbeError;
+pub(crate) use error::ProbeError;
 
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
@@ -32,7 +32,7 @@ pub struct Prober<'a> {
 }
 
 impl Prober<'_> {
-    pub fn library(&self) -> &ShaderLibrary {
+    pub(crate) fn library(&self) -> &ShaderLibrary {
         self.session.library()
     }
     pub fn catalog(&self) -> &Catalog {
@@ -143,7 +143,7 @@ pub fn queries_text() -> String {
 }
 
 /// The same as JSON.
-pub fn queries_json() -> Value {
+pub(crate) fn queries_json() -> Value {
     let field = |f: &QueryField| {
         let default = match f.need {
             Requirement::Or(without) => Value::from(without),

@@ -91,7 +91,7 @@ pub(super) fn view_request(
 
 /// The values of one pixel of a picture, in the prober's precision.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PixelReport {
+pub(crate) struct PixelReport {
     /// The linear pixel, all draws together.
     pub radiance: [f32; 3],
     pub exposure_stops: f64,
@@ -102,7 +102,7 @@ pub struct PixelReport {
 
 /// One draw at the pixel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PixelDraw {
+pub(crate) struct PixelDraw {
     pub body: NaifId,
     /// The body's name.
     pub name: String,
@@ -115,7 +115,7 @@ pub struct PixelDraw {
 
 impl PixelReport {
     /// The nearest globe, or else the nearest draw.
-    pub fn first(&self) -> Option<&PixelDraw> {
+    pub(crate) fn first(&self) -> Option<&PixelDraw> {
         self.draws.iter().find(|d| d.part == Part::Globe).or(self.draws.first())
     }
 }
@@ -124,7 +124,7 @@ impl PixelReport {
 ///
 /// # Errors
 /// One line: an impossible view or plan, or a pixel outside the picture.
-pub fn inspect_pixel(
+pub(crate) fn inspect_pixel(
     prober: &Prober<'_>,
     request: &ViewRequest,
     sampling: SamplingQuality,

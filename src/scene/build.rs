@@ -81,7 +81,7 @@ impl<'a> SceneBuilder<'a> {
     ///
     /// # Errors
     /// A camera inside a body, or a target that cannot be placed.
-    pub fn with_viewer(
+    pub(crate) fn with_viewer(
         catalog: &'a Catalog,
         ephemeris: &'a Ephemeris,
         request: &'a ViewRequest,
@@ -114,17 +114,17 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// The exposure as metered so far.
-    pub fn exposure(&self) -> &Exposure {
+    pub(crate) fn exposure(&self) -> &Exposure {
         &self.exposure
     }
 
     /// The bodies whose city lights the exposure depends on.
-    pub fn night_lights_wanted(&self, known: &Resources) -> Vec<NaifId> {
+    pub(crate) fn night_lights_wanted(&self, known: &Resources) -> Vec<NaifId> {
         auto_exposure::night_lights_wanted(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
     /// Meters the light again, now including city lights.
-    pub fn meter_night_lights(&mut self, resources: &Resources) {
+    pub(crate) fn meter_night_lights(&mut self, resources: &Resources) {
         let camera = &self.viewer.camera;
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
     }

@@ -4,29 +4,29 @@
 //! Not here: constants that only one side needs.
 
 /// Maximum number of rows of a ring's table, one per slope x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up to 1 / [`MIN_COSINE`].
-pub const RING_SLOPES: u32 = 97;
-pub const RING_SLOPES_PER_OCTAVE: u32 = 8;
+pub(crate) const RING_SLOPES: u32 = 97;
+pub(crate) const RING_SLOPES_PER_OCTAVE: u32 = 8;
 /// Lower limit of the cosine between a path and a ring's normal; smaller ones are treated as this.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
 /// Strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun.
-pub const SUN_PARTS: usize = 7;
+pub(crate) const SUN_PARTS: usize = 7;
 /// Size of the ring-shine table: rows are heights on one side of the ring's plane, columns are hour angles from the Sun.
 pub const RING_SHINE_ROWS: usize = 25;
 pub const RING_SHINE_COLUMNS: usize = 33;
 
 /// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates erfcx(z).
-pub const ERFCX_SLOPE: f64 = 0.46;
+pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 
 /// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row holds the irradiance of level ground.
 pub const MULTIPLE_HEIGHTS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
 pub const MULTIPLE_SUNS: usize = 16;
 /// Columns are evenly spaced in x = mu / (|mu| + bend).
-pub const MULTIPLE_BEND: f64 = 0.3;
+pub(crate) const MULTIPLE_BEND: f64 = 0.3;
 /// x of the first column; the last one has the Sun in the zenith.
-pub const MULTIPLE_FIRST: f64 = -0.5;
+pub(crate) const MULTIPLE_FIRST: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
-pub const MULTIPLE_COEFFICIENTS: usize = 5;
+pub(crate) const MULTIPLE_COEFFICIENTS: usize = 5;
 
 /// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row holds the irradiance of level ground.
 pub const SPREAD_HEIGHTS: usize = 4;
@@ -40,11 +40,11 @@ pub const REFRACTION_LAYERS: usize = 32;
 pub const OVERLAY_ROWS: usize = 6;
 
 /// Maximum number of size classes of procedural craters in one frame.
-pub const DETAIL_ROWS: usize = 16;
+pub(crate) const DETAIL_ROWS: usize = 16;
 
 /// Columns and rows of the lunar limb profile as a table; their product is the number of position angles.
-pub const LIMB_COLUMNS: usize = 1024;
-pub const LIMB_ROWS: usize = 8;
+pub(crate) const LIMB_COLUMNS: usize = 1024;
+pub(crate) const LIMB_ROWS: usize = 8;
 
 /// Sine of the Sun's depression at which city lights are fully lit: 6 degrees, the end of civil twilight.
-pub const CIVIL_TWILIGHT_SINE: f64 = 0.104_528_46;
+pub(crate) const CIVIL_TWILIGHT_SINE: f64 = 0.104_528_46;

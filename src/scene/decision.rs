@@ -21,7 +21,7 @@ pub struct Decision {
 
 impl Decision {
     /// The reason, then the tier and its error if the effect has several.
-    pub fn description(&self) -> String {
+    pub(crate) fn description(&self) -> String {
         match self.tier {
             Some(tier) => format!("{}; {tier}", self.reason),
             None => self.reason.clone(),
@@ -37,34 +37,34 @@ pub(crate) struct DecisionLog<'a> {
 }
 
 impl<'a> DecisionLog<'a> {
-    pub fn new(effects: &'a EffectOverrides, resources: &'a Resources) -> Self {
+    pub(crate) fn new(effects: &'a EffectOverrides, resources: &'a Resources) -> Self {
         Self { effects, resources, decisions: Vec::new() }
     }
 
     /// Records a decision and returns whether the feature is drawn.
-    pub fn note(&mut self, feature: &'static str, on: bool, reason: String) -> bool {
+    pub(crate) fn note(&mut self, feature: &'static str, on: bool, reason: String) -> bool {
         self.decisions.push(Decision { feature, on, reason, tier: None });
         on
     }
     /// Adds the tier to the latest decision that draws `feature`.
-    pub fn tier(&mut self, feature: &'static str, tier: Option<Tier>) {
+    pub(crate) fn tier(&mut self, feature: &'static str, tier: Option<Tier>) {
         if let Some(last) = self.decisions.iter_mut().rfind(|d| d.feature == feature && d.on) {
             last.tier = tier;
         }
     }
     /// Records an effect: the threshold decides unless the user set the effect.
-    pub fn effect(&mut self, effect: Effect, by_threshold: bool, reason: String) -> bool {
+    pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: String) -> bool {
         match self.effects.override_of(effect) {
             Some(on) => self.note(effect.name(), on, "set by you".into()),
             None => self.note(effect.name(), by_threshold, reason),
         }
     }
     /// Whether the viewer switched an effect off.
-    pub fn is_switched_off(&self, effect: Effect) -> bool {
+    pub(crate) fn is_switched_off(&self, effect: Effect) -> bool {
         self.effects.override_of(effect) == Some(false)
     }
     /// Like [`Self::effect`] for an effect that needs a map: off if the body has none, or if its file cannot be read.
-    pub fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, String)) -> bool {
+    pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, String)) -> bool {
         match map {
             None => self.note(effect.name(), false, "not available for this body".into()),
             Some(m) if self.resources.is_unreadable(&m.file) => {

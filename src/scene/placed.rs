@@ -46,7 +46,7 @@ pub(crate) struct PlacedBody<'a> {
 
 impl PlacedBody<'_> {
     /// Ratio of the disc's brightness at this phase to that of its photometric model; for the Sun its radiance.
-    pub fn phase_brightness(&self) -> f64 {
+    pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
             _ => photometry::phase_correction(self.body, self.alpha, self.distance_km / self.body.radii_km.x),
@@ -54,7 +54,7 @@ impl PlacedBody<'_> {
     }
 
     /// The factor that scales the photometric model to the catalog's geometric albedo, times [`Self::phase_brightness`].
-    pub fn radiance_scale(&self) -> DVec3 {
+    pub(crate) fn radiance_scale(&self) -> DVec3 {
         photometry::albedo_normalisation(self.body) * self.phase_brightness()
     }
 }

@@ -25,8 +25,8 @@ pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 pub const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameters between which a disc replaces a point. Below, one sample per pixel represents too much of the disc: averaged over positions in the pixel, a
 /// full disc of 4 pixels is 6 % too bright, a half-lit one within 10 %; at 2 pixels 18 % and 25 % (computed outside this program).
-pub const BLEND_FROM_PX: f64 = 2.0;
-pub const BLEND_TO_PX: f64 = 4.0;
+pub(crate) const BLEND_FROM_PX: f64 = 2.0;
+pub(crate) const BLEND_TO_PX: f64 = 4.0;
 
 /// Fraction of the light that the disc draw carries at a diameter; the point carries the rest.
 pub fn disc_share(diameter_px: f64) -> f64 {

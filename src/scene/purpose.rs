@@ -1,6 +1,6 @@
 //! What a picture is for, and how faint a change may be left out of it.
 //!
-//! In: the requested purpose and the exposure. Out: a [`Threshold`], which every decision about a feature compares with. Always: for linear light no feature is
+//! In: the requested purpose and the exposure. Out: a `Threshold`, which every decision about a feature compares with. Always: for linear light no feature is
 //! left out that changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display no feature is left out that
 //! changes a byte by one level: light of half a level on black is kept, because the sRGB curve is steepest there. Not here: limits of size (a disc below a
 //! pixel is a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
@@ -33,19 +33,19 @@ impl Purpose {
 
 /// The threshold below which a feature is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Threshold {
+pub(crate) struct Threshold {
     purpose: Purpose,
     white: f64,
 }
 
 impl Threshold {
     /// `white`: the radiance that the display shows as white.
-    pub fn of(purpose: Purpose, white: f64) -> Self {
+    pub(crate) fn of(purpose: Purpose, white: f64) -> Self {
         Self { purpose, white }
     }
 
     /// Whether this radiance, added to black, is too much to leave out.
-    pub fn is_exceeded_by(self, radiance: f64) -> bool {
+    pub(crate) fn is_exceeded_by(self, radiance: f64) -> bool {
         match self.purpose {
             Purpose::Display => radiance > VISIBLE_LIGHT * self.white,
             Purpose::Linear { .. } => radiance > 0.0,
@@ -53,12 +53,12 @@ impl Threshold {
     }
 
     /// Whether this relative change of a pixel is too much to leave out.
-    pub fn is_exceeded_by_change(self, part: f64) -> bool {
+    pub(crate) fn is_exceeded_by_change(self, part: f64) -> bool {
         part > self.least_change()
     }
 
     /// The smallest relative change of a pixel that is kept.
-    pub fn least_change(self) -> f64 {
+    pub(crate) fn least_change(self) -> f64 {
         match self.purpose {
             Purpose::Display => VISIBLE_CHANGE,
             Purpose::Linear { floor } => floor,
@@ -66,22 +66,22 @@ impl Threshold {
     }
 
     /// Whether the purpose is linear light, for which features are kept that a display would lose by their size alone.
-    pub fn is_linear(self) -> bool {
+    pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }
 
     /// A radiance relative to white. A picture for linear light has no white; there it is relative to that of a white plane at 1 au.
-    pub fn relative_to_white(self, radiance: f64) -> f64 {
+    pub(crate) fn relative_to_white(self, radiance: f64) -> f64 {
         radiance / self.white
     }
 
     /// A part of white as a radiance below which a picture cuts light off; 0 for linear light, which keeps all.
-    pub fn cutoff_radiance(self, part_of_white: f64) -> f64 {
+    pub(crate) fn cutoff_radiance(self, part_of_white: f64) -> f64 {
         if self.is_linear() { 0.0 } else { part_of_white * self.white }
     }
 
     /// A radiance and its threshold, in words.
-    pub fn description(self, radiance: f64) -> String {
+    pub(crate) fn description(self, radiance: f64) -> String {
         match self.purpose {
             Purpose::Display => format!("{:.2e} of white against {VISIBLE_LIGHT:.2e}", self.relative_to_white(radiance)),
             Purpose::Linear { .. } => format!("{radiance:.2e} of linear light, where any counts"),
@@ -89,7 +89,7 @@ impl Threshold {
     }
 
     /// A relative change and its threshold, in words.
-    pub fn change_description(self, part: f64) -> String {
+    pub(crate) fn change_description(self, part: f64) -> String {
         format!("{part:.2e} of the light against {:.2e}", self.least_change())
     }
 }

@@ -57,12 +57,12 @@ pub struct Resources {
 
 impl Resources {
     /// Whether a map or mesh file is known to be unreadable.
-    pub fn is_unreadable(&self, file: &str) -> bool {
+    pub(crate) fn is_unreadable(&self, file: &str) -> bool {
         self.unreadable.contains(file)
     }
 
     /// The panorama of the sky.
-    pub fn sky_map(&self) -> SkyMap {
+    pub(crate) fn sky_map(&self) -> SkyMap {
         self.sky_map.clone().unwrap_or_else(SkyMap::milky_way)
     }
 }

@@ -69,7 +69,7 @@ pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
 }
 
 /// The tier of a ring's shadow on the globe; `None` without one. Compared with the closed form and with sums over the Sun's disc
-/// (tests/rings/reference_tables.rs); the simpler model is chosen where its edges are off by less than [`MAX_EDGE_ERROR_PX`].
+/// (tests/rings/reference_tables.rs); the simpler model is chosen where its edges are off by less than `MAX_EDGE_ERROR_PX`.
 pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
     let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
@@ -104,7 +104,7 @@ pub fn sphere_shadow_offset(polar: f64, sine: f64, outer: f64) -> f64 {
 }
 
 /// Error or softness of a shadow's edges, in pixels, from which the better model is chosen.
-pub const MAX_EDGE_ERROR_PX: f64 = 0.5;
+pub(crate) const MAX_EDGE_ERROR_PX: f64 = 0.5;
 
 #[cfg(test)]
 mod tests {

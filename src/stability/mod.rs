@@ -90,7 +90,7 @@ impl SweepReport {
 }
 
 /// Apparent direction of a body from the Earth's centre: of any length, ICRF.
-pub type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec3, SessionError>;
+pub(crate) type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec3, SessionError>;
 
 /// Fault injection: tests use it to show that a sweep finds an error.
 #[derive(Clone, Copy, Debug, Default)]
@@ -122,7 +122,7 @@ impl<'a> SweepBench<'a> {
 
     /// The same with another number of random views; `None`: the effort's.
     #[must_use]
-    pub fn with_views(self, views: Option<usize>) -> Self {
+    pub(crate) fn with_views(self, views: Option<usize>) -> Self {
         Self { views, ..self }
     }
 

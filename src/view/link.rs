@@ -21,12 +21,12 @@ use serde_json::{Map, Value};
 use std::borrow::Cow;
 
 /// The beginning of every link.
-pub const SCHEME: &str = "orrery://view?";
+pub(crate) const SCHEME: &str = "orrery://view?";
 
 /// Fields that a text may have although the default view does not write them.
 const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
 /// Largest text, bytes; written ones have some 600.
-pub const MAX_BYTES: u64 = 65_536;
+pub(crate) const MAX_BYTES: u64 = 65_536;
 /// Largest number of listed errors, and of characters of each.
 const MAX_FAULTS: usize = 20;
 const MAX_FAULT_CHARACTERS: usize = 200;
@@ -56,7 +56,7 @@ fn faults_text(faults: &[String]) -> String {
 }
 
 /// Whether a text is meant as a link, valid or not.
-pub fn is_link(text: &str) -> bool {
+pub(crate) fn is_link(text: &str) -> bool {
     text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
 }
 

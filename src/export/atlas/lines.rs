@@ -9,14 +9,14 @@ type Line = (String, String, u32, String);
 
 /// Numbers lines in the order of their first use, so that consecutive lines of a module mostly have consecutive numbers.
 #[derive(Default)]
-pub struct LineTable {
+pub(crate) struct LineTable {
     numbers: HashMap<Line, usize>,
     lines: Vec<Line>,
 }
 
 impl LineTable {
     /// A module's lines as `first,count` pairs with `;` between them, counted from 0.
-    pub fn add(&mut self, wgsl: &str, map: &SourceMap) -> String {
+    pub(crate) fn add(&mut self, wgsl: &str, map: &SourceMap) -> String {
         let mut runs: Vec<(usize, usize)> = Vec::new();
         for (k, text) in wgsl.lines().enumerate() {
             let (fragment, line) = map.origin_of(k + 1).unwrap_or_default();
@@ -34,7 +34,7 @@ impl LineTable {
     }
 
     /// The table as a script: fragments and features by number, and each line as text, fragment, line, feature.
-    pub fn script(&self) -> String {
+    pub(crate) fn script(&self) -> String {
         let names = |of: fn(&Line) -> &str| self.lines.iter().map(of).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
         let (fragments, features) = (names(|l| &l.1), names(|l| &l.3));
         let number = |names: &[&str], name: &str| names.binary_search(&name).unwrap_or_default();

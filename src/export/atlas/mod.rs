@@ -28,7 +28,7 @@ const SIDE: u32 = 96;
 /// Modules that are in memory at a time.
 const BATCH: usize = 128;
 /// Name of the list of all modules, which identifies a folder as an atlas.
-pub const MANIFEST: &str = "manifest.json";
+pub(crate) const MANIFEST: &str = "manifest.json";
 
 /// Why an atlas was not written.
 #[derive(Debug, thiserror::Error)]

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// From one key to another.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Step<'a> {
+pub(crate) struct Step<'a> {
     /// `+clouds`, `-clouds` or `sun1 -> sun2`.
     pub words: String,
     pub to: &'a str,
@@ -18,7 +18,7 @@ fn without(parts: &[&str], k: usize) -> String {
 }
 
 /// The steps from each key to others of the set.
-pub fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Step<'a>>> {
+pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Step<'a>>> {
     let keys: BTreeSet<&str> = keys.into_iter().collect();
     // Key texts with one part removed, and the keys and parts that they come from.
     let mut by_rest: HashMap<String, Vec<(&str, &str)>> = HashMap::new();

@@ -20,7 +20,7 @@ fn light(of: Option<f64>) -> String {
 }
 
 /// The page of one module. `runs`: its lines in the table; `steps`: descriptions and file stems of neighbouring modules.
-pub fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String, &str)]) -> String {
+pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String, &str)]) -> String {
     let name = escaped(&entry.module);
     let mut html = head(&entry.module, "../");
     let _ = write!(html, "<p><a href=\"../index.html\">All modules</a></p>\n<h1>{name}</h1>\n<div class=\"about\">\n");
@@ -60,7 +60,7 @@ pub fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String, &str)]
 }
 
 /// The list of all modules.
-pub fn index(revision: &str, entries: &[Entry]) -> String {
+pub(crate) fn index(revision: &str, entries: &[Entry]) -> String {
     let mut html = head("Orrery: atlas of shader modules", "");
     let _ = write!(
         html,

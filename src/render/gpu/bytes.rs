@@ -16,7 +16,7 @@ impl FrameBytes {
     ///
     /// Returns the offset of the uniform block, offset and length of each attribute, and the offset of the indices, in bytes. `align`: alignment
     /// of uniform blocks.
-    pub fn append(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
+    pub(crate) fn append(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
         let uniform_offset = (!draw.uniform_bytes.is_empty()).then(|| {
             self.uniforms.resize(self.uniforms.len().next_multiple_of(align), 0);
             let at = self.uniforms.len() as u32;
@@ -52,7 +52,7 @@ pub(super) struct Buffers {
 
 impl Buffers {
     /// Uploads the bytes of a frame.
-    pub fn upload(&mut self, device: &Device, queue: &Queue, bytes: &FrameBytes) {
+    pub(crate) fn upload(&mut self, device: &Device, queue: &Queue, bytes: &FrameBytes) {
         let upload = |buffer: &mut Option<Buffer>, bytes: &[u8], usage: BufferUsages, label: &str| {
             let size = (bytes.len() as u64).next_multiple_of(4);
             if size == 0 {

@@ -23,7 +23,7 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         let buffer = |usage| {
             device.create_buffer(&BufferDescriptor {
                 label: Some("clock"),
@@ -41,7 +41,7 @@ impl Clock {
     }
 
     /// Milliseconds by pass of the last plan.
-    pub fn read(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
+    pub(crate) fn read(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
         let tick_ms = f64::from(queue.get_timestamp_period()) * 1e-6;
         read_mapped(device, &self.read, u64::from(16 * timed_passes(plan)), |bytes| {
             let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();

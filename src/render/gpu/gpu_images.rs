@@ -10,12 +10,12 @@ use wgpu::TextureView;
 static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 
 #[derive(Default)]
-pub struct GpuImages {
+pub(crate) struct GpuImages {
     by_id: HashMap<u64, (Weak<u64>, TextureView)>,
 }
 
 impl GpuImages {
-    pub fn keep(&mut self, view: TextureView, [width, height]: [u32; 2]) -> GpuImage {
+    pub(crate) fn keep(&mut self, view: TextureView, [width, height]: [u32; 2]) -> GpuImage {
         self.by_id.retain(|_, (held, _)| held.strong_count() > 0);
         let id = Arc::new(NEXT_ID.fetch_add(1, Ordering::Relaxed));
         self.by_id.insert(*id, (Arc::downgrade(&id), view));
@@ -23,7 +23,7 @@ impl GpuImages {
     }
 
     /// `None` for an image of another device.
-    pub fn get(&self, image: &GpuImage) -> Option<TextureView> {
+    pub(crate) fn get(&self, image: &GpuImage) -> Option<TextureView> {
         self.by_id.get(&*image.id).map(|(_, view)| view.clone())
     }
 }

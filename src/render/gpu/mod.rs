@@ -1,7 +1,7 @@
 //! The GPU renderer: executes the plan's modules through wgpu (Vulkan, Metal, DX12 or GL).
 //!
 //! In: a [`Plan`](super::plan::Plan) and the modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) as the software
-//! renderer's, up to rounding and texture filtering, or an image that stays in GPU memory, or a window's next frame ([`GpuSurface`]). It decides
+//! renderer's, up to rounding and texture filtering, or an image that stays in GPU memory, or a window's next frame (`GpuSurface`). It decides
 //! nothing about the image: passes, order, blending, depth and uniform bytes are the plan's. Every failure is a [`GpuError`] and never a panic, so
 //! that the caller can draw the same plan in software. Kept between frames: the device, pipelines, uploaded textures within a budget, and targets
 //! of the last size.
@@ -20,7 +20,7 @@ mod uploads;
 
 pub use adapters::{AdapterFacts, AdapterKind, adapters};
 pub use renderer::{FrameGuard, GpuRenderer, GpuTimings};
-pub use screen::{GpuSurface, WindowHandle};
+pub(crate) use screen::{GpuSurface, WindowHandle};
 
 /// Why the GPU does not draw.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -20,11 +20,11 @@ use wgpu::{
     TextureFormat, TextureSampleType, TextureViewDimension, VertexAttribute, VertexBufferLayout, VertexFormat, VertexState, VertexStepMode,
 };
 
-pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// Everything that distinguishes one pipeline from another.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct PipelineKey {
+pub(crate) struct PipelineKey {
     pub module: ModuleId,
     pub target: TextureFormat,
     pub samples: u32,
@@ -41,7 +41,7 @@ pub struct PipelineKey {
 }
 
 impl PipelineKey {
-    pub fn of(draw: &PlanDraw, target: TextureFormat, samples: u32, depth: bool, unfiltered: Vec<u32>) -> Self {
+    pub(crate) fn of(draw: &PlanDraw, target: TextureFormat, samples: u32, depth: bool, unfiltered: Vec<u32>) -> Self {
         let of_vertices = match &draw.vertices {
             crate::render::plan::Vertices::Count(_) => &[][..],
             crate::render::plan::Vertices::Mesh { attributes, .. } => attributes,
@@ -61,36 +61,36 @@ impl PipelineKey {
 }
 
 /// A pipeline with its bind group layout and its module's reflected layout.
-pub struct Pipeline {
+pub(crate) struct Pipeline {
     pub pipeline: RenderPipeline,
     pub bind_group_layout: BindGroupLayout,
     pub layout: Layout,
 }
 
 #[derive(Default)]
-pub struct Pipelines {
+pub(crate) struct Pipelines {
     modules: HashMap<ModuleId, (wgpu::ShaderModule, Layout)>,
     by_key: HashMap<PipelineKey, Arc<Pipeline>>,
     samplers: HashMap<SamplerState, Sampler>,
 }
 
 impl Pipelines {
-    pub fn has(&self, key: &PipelineKey) -> bool {
+    pub(crate) fn has(&self, key: &PipelineKey) -> bool {
         self.by_key.contains_key(key)
     }
 
     /// Number of pipelines so far.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.by_key.len()
     }
 
     /// A pipeline that [`Pipelines::create`] has created.
-    pub fn get(&self, key: &PipelineKey) -> Option<Arc<Pipeline>> {
+    pub(crate) fn get(&self, key: &PipelineKey) -> Option<Arc<Pipeline>> {
         self.by_key.get(key).cloned()
     }
 
     /// Creates the missing pipelines on as many threads as there are cores: most drivers compile here, which is slow.
-    pub fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
+    pub(crate) fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
         let fault = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
@@ -114,7 +114,7 @@ impl Pipelines {
         Ok(())
     }
 
-    pub fn sampler(&mut self, device: &Device, state: SamplerState) -> Sampler {
+    pub(crate) fn sampler(&mut self, device: &Device, state: SamplerState) -> Sampler {
         let sampler = self.samplers.entry(state).or_insert_with(|| {
             let address = |mode: AddressMode| match mode {
                 AddressMode::Repeat => wgpu::AddressMode::Repeat,

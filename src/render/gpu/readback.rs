@@ -12,12 +12,12 @@ const BAND_BYTES: u64 = 64 << 20;
 
 /// The staging buffer, kept between frames.
 #[derive(Default)]
-pub struct Readback {
+pub(crate) struct Readback {
     buffer: Option<Buffer>,
 }
 
 /// Maps a buffer, waiting for the device, and passes its bytes to `read`.
-pub fn read_mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
+pub(crate) fn read_mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
     let lost = |what: &dyn std::fmt::Display| GpuError::Lost(what.to_string());
     let (send, receive) = mpsc::channel();
     let slice = buffer.slice(..length);
@@ -36,7 +36,7 @@ pub fn read_mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl 
 
 impl Readback {
     /// All pixels of a texture, top row first, `N` bytes each.
-    pub fn pixels<const N: usize>(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<Vec<[u8; N]>, GpuError> {
+    pub(crate) fn pixels<const N: usize>(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<Vec<[u8; N]>, GpuError> {
         let (width, height) = (texture.width(), texture.height());
         let row_bytes = width * N as u32;
         let padded = row_bytes.next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);

@@ -56,7 +56,7 @@ impl State {
     }
 
     /// Whether all pipelines exist for a plan whose passes draw into these formats.
-    pub fn is_ready(&self, plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> bool {
+    pub(crate) fn is_ready(&self, plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> bool {
         pipeline_keys(plan, format).iter().all(|key| self.pipelines.has(key))
     }
 }
@@ -167,17 +167,17 @@ impl GpuRenderer {
     }
 
     /// Destroys the device: every later frame fails as if the driver had lost it, which is how the recovery is tested.
-    pub fn destroy(&self) {
+    pub(crate) fn destroy(&self) {
         self.device.destroy();
     }
 
     /// Waits for exclusive use of the renderer.
-    pub fn lock(&self) -> FrameGuard<'_> {
+    pub(crate) fn lock(&self) -> FrameGuard<'_> {
         FrameGuard(self.state.lock())
     }
 
     /// Exclusive use of the renderer, if the plan can be drawn without waiting for the compiler or for another frame.
-    pub fn try_lock_for(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
+    pub(crate) fn try_lock_for(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
         let state = self.state.try_lock()?;
         state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(FrameGuard(state))
     }
@@ -207,7 +207,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub fn render_in(
+    pub(crate) fn render_in(
         &self,
         FrameGuard(mut state): FrameGuard<'_>,
         plan: &Plan,
@@ -239,7 +239,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub fn render_to_gpu_in(
+    pub(crate) fn render_to_gpu_in(
         &self,
         FrameGuard(mut state): FrameGuard<'_>,
         plan: &Plan,

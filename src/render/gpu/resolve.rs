@@ -16,18 +16,18 @@ const SHADER: &str = concat!(include_str!("../../../shaders/lib/screen.wesl"), i
 
 /// Resolve pipelines by target format and number of samples.
 #[derive(Default)]
-pub struct ResolvePipelines {
+pub(crate) struct ResolvePipelines {
     by_format: HashMap<(TextureFormat, u32), RenderPipeline>,
 }
 
 /// The resolve pass of one target.
-pub struct ResolvePass {
+pub(crate) struct ResolvePass {
     pipeline: RenderPipeline,
     bind_group: BindGroup,
 }
 
 impl ResolvePipelines {
-    pub fn resolve_pass(&mut self, device: &Device, samples: &TextureView, format: TextureFormat, count: u32) -> ResolvePass {
+    pub(crate) fn resolve_pass(&mut self, device: &Device, samples: &TextureView, format: TextureFormat, count: u32) -> ResolvePass {
         let pipeline = self.by_format.entry((format, count)).or_insert_with(|| create_pipeline(device, format, count)).clone();
         let entries = [BindGroupEntry { binding: 0, resource: BindingResource::TextureView(samples) }];
         let layout = &pipeline.get_bind_group_layout(0);
@@ -37,7 +37,12 @@ impl ResolvePipelines {
 }
 
 impl ResolvePass {
-    pub fn encode(&self, encoder: &mut CommandEncoder, target: &TextureView, timestamp_writes: Option<RenderPassTimestampWrites<'_>>) {
+    pub(crate) fn encode(
+        &self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        timestamp_writes: Option<RenderPassTimestampWrites<'_>>,
+    ) {
         let ops = Operations { load: LoadOp::Clear(Color::TRANSPARENT), store: StoreOp::Store };
         let colour = RenderPassColorAttachment { view: target, depth_slice: None, resolve_target: None, ops };
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {

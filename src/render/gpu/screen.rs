@@ -16,7 +16,7 @@ pub trait WindowHandle: wgpu::DisplayAndWindowHandle + 'static {}
 impl<T: wgpu::DisplayAndWindowHandle + 'static> WindowHandle for T {}
 
 /// A window's surface on one renderer's device.
-pub struct GpuSurface {
+pub(crate) struct GpuSurface {
     surface: Surface<'static>,
     format: TextureFormat,
     alpha_mode: CompositeAlphaMode,
@@ -36,7 +36,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// The renderer's adapter cannot present to this window.
-    pub fn create_surface(&self, window: impl WindowHandle) -> Result<GpuSurface, GpuError> {
+    pub(crate) fn create_surface(&self, window: impl WindowHandle) -> Result<GpuSurface, GpuError> {
         let refused = |why: String| GpuError::Adapter { adapter: self.facts().to_string(), why };
         let surface = self.instance.create_surface(window).map_err(|e| refused(super::one_line(&e.to_string())))?;
         let capabilities = surface.get_capabilities(&self.adapter);
@@ -89,7 +89,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// As [`GpuRenderer::render`]; the surface is then to be dropped.
-    pub fn present(
+    pub(crate) fn present(
         &self,
         surface: &mut GpuSurface,
         plan: &Plan,

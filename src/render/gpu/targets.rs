@@ -23,7 +23,7 @@ pub(super) struct Target {
 
 impl Target {
     /// `external`: the caller's texture for the colour. `resolve_pipelines`: given if a shader is to resolve the samples.
-    pub fn new(
+    pub(crate) fn new(
         device: &Device,
         resolve_pipelines: Option<&mut ResolvePipelines>,
         pass: &Pass,

@@ -38,7 +38,7 @@ struct Uploaded {
 }
 
 #[derive(Default)]
-pub struct Uploads {
+pub(crate) struct Uploads {
     by_source: HashMap<Source, Uploaded>,
     frame: u64,
     /// Bytes written since the last submission.
@@ -48,7 +48,7 @@ pub struct Uploads {
     pub sent_bytes: u64,
 }
 
-pub fn format_of(format: TexelFormat) -> TextureFormat {
+pub(crate) fn format_of(format: TexelFormat) -> TextureFormat {
     match format {
         TexelFormat::Rgba8Srgb => TextureFormat::Rgba8UnormSrgb,
         TexelFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
@@ -58,7 +58,7 @@ pub fn format_of(format: TexelFormat) -> TextureFormat {
 
 impl Uploads {
     /// Starts a frame: evicts textures that no longer exist, and the least recently used ones above the budget.
-    pub fn begin_frame(&mut self) {
+    pub(crate) fn begin_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
         self.by_source.retain(|_, u| match &u.alive {
@@ -82,12 +82,18 @@ impl Uploads {
         }
     }
 
-    pub fn total_bytes(&self) -> u64 {
+    pub(crate) fn total_bytes(&self) -> u64 {
         self.by_source.values().map(|u| u.bytes).sum()
     }
 
     /// The view of a texture, which is uploaded first if necessary. `persistent`: its owner holds it as long as it is unchanged.
-    pub fn view(&mut self, device: &Device, queue: &Queue, texture: &SharedTexture, persistent: bool) -> Result<TextureView, String> {
+    pub(crate) fn view(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        texture: &SharedTexture,
+        persistent: bool,
+    ) -> Result<TextureView, String> {
         let source = match &texture.levels[..] {
             [] => return Err("a texture without levels".into()),
             [only] if !persistent => Source::Table(Sha256::digest(&only.bytes).into()),

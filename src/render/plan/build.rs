@@ -56,7 +56,7 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
 
 /// Resource names of the scene's linear HDR image and of the display-encoded image.
 pub(super) const HDR_TARGET: &str = "light";
-pub const DISPLAY_TARGET: &str = "picture";
+pub(crate) const DISPLAY_TARGET: &str = "picture";
 
 /// If white has less than this radiance, a display level may be smaller than the smallest step of half floats, 2^-24: half a level on black is
 /// 1.5e-4 of white.

@@ -60,7 +60,7 @@ pub enum GraphError {
 
 impl Step {
     /// The resource that it writes.
-    pub fn resource(&self) -> &'static str {
+    pub(crate) fn resource(&self) -> &'static str {
         match &self.writes {
             Write::New(target) => target.resource,
             Write::Over(resource) => resource,
@@ -104,7 +104,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: 
 ///
 /// # Errors
 /// A violation of the rules above, with the step.
-pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError> {
+pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError> {
     let mut makers: BTreeMap<&'static str, (&Step, &Target)> = BTreeMap::new();
     for step in steps {
         if let Write::New(target) = &step.writes
@@ -156,7 +156,7 @@ pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError
 }
 
 /// Text that lists passes, steps and draws in drawing order.
-pub fn outline(steps: &[Step], plan: &Plan) -> String {
+pub(crate) fn outline(steps: &[Step], plan: &Plan) -> String {
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
         let depth = if pass.depth { ", depth" } else { "" };

@@ -23,4 +23,4 @@ pub use passes::{
     SamplerBinding, SamplerState, SimpleDraw, TextureBinding, TextureSource, Vertices,
 };
 pub use provider::ResourceProvider;
-pub use sky::SKY_DECODING;
+pub(crate) use sky::SKY_DECODING;

@@ -161,7 +161,7 @@ impl Plan {
     }
 
     /// The draws of simple shaders, in order.
-    pub fn simple_draws(&self) -> Vec<SimpleDraw> {
+    pub(crate) fn simple_draws(&self) -> Vec<SimpleDraw> {
         let of_draw = |pass: &Pass, d: &PlanDraw| match d.module {
             ModuleId::Simple(module) => {
                 let label = format!("{}, for {}", d.label, pass.name);

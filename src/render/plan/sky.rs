@@ -16,7 +16,7 @@ const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 
 /// How a panorama of the sky is decoded.
-pub const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
+pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
 
 /// Bound if there is no panorama.
 static BLACK: LazyLock<SharedTexture> = LazyLock::new(|| {

@@ -4,7 +4,7 @@ use crate::render::plan::Blend;
 
 /// One pixel or sample: the new value of the target.
 #[inline(always)]
-pub fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
+pub(crate) fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
     match blend {
         Blend::Replace => source,
         Blend::PremultipliedOver => {
@@ -17,7 +17,7 @@ pub fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
 
 /// The same arithmetic as [`blended`] for several pixels, one array per component.
 #[inline(always)]
-pub fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]; 4]) {
+pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];
     for (from, to) in source.into_iter().zip(target) {
         match blend {

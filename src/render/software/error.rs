@@ -38,7 +38,7 @@ pub enum RenderError {
 }
 
 /// A vector of `count` values; returns an error, and does not abort, when there is too little memory.
-pub fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<Vec<T>, RenderError> {
+pub(crate) fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<Vec<T>, RenderError> {
     let mut vec = Vec::new();
     if vec.try_reserve_exact(count).is_err() {
         return Err(RenderError::Memory { what, bytes: count as u128 * size_of::<T>() as u128 });
@@ -48,7 +48,7 @@ pub fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<V
 }
 
 /// Reserves memory for `more` values; returns an error, and does not abort, when there is too little.
-pub fn try_grow<T>(vec: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), RenderError> {
+pub(crate) fn try_grow<T>(vec: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), RenderError> {
     let bytes = (vec.len() as u128 + more as u128) * size_of::<T>() as u128;
     vec.try_reserve(more).map_err(|_| RenderError::Memory { what, bytes })
 }

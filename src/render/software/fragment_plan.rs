@@ -1,13 +1,13 @@
 //! The inputs and outputs of a fragment program, resolved once for a draw of a pass.
 //!
-//! In: the program's lane inputs and outputs, the draw's depth state. Out: [`FragmentPlan`]. Not here: triangles, tiles.
+//! In: the program's lane inputs and outputs, the draw's depth state. Out: `FragmentPlan`. Not here: triangles, tiles.
 
 use super::program::{LaneInput, LaneOutput};
 use crate::render::plan::DepthState;
 
 /// The value that a lane input gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InputSource {
+pub(crate) enum InputSource {
     PixelX,
     PixelY,
     Depth,
@@ -19,7 +19,7 @@ pub enum InputSource {
 
 /// The fragment stage of one draw, prepared once per pass.
 #[derive(Clone, Debug)]
-pub struct FragmentPlan {
+pub(crate) struct FragmentPlan {
     pub(super) input_sources: Vec<InputSource>,
     /// Indices of the program's outputs for red, green, blue and alpha.
     pub(super) colour: [Option<usize>; 4],
@@ -31,7 +31,7 @@ pub struct FragmentPlan {
 
 impl FragmentPlan {
     /// `has_depth`: the pass has a depth target.
-    pub fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
+    pub(crate) fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
         let mut varyings = 0;
         let input_sources = inputs
             .iter()
@@ -57,11 +57,11 @@ impl FragmentPlan {
     }
 
     /// Whether every covered pixel is drawn: there is neither discard nor a depth test.
-    pub fn draws_all_covered(&self) -> bool {
+    pub(crate) fn draws_all_covered(&self) -> bool {
         self.early_depth_test && !self.uses_depth()
     }
 
-    pub fn uses_depth(&self) -> bool {
+    pub(crate) fn uses_depth(&self) -> bool {
         self.depth.test || self.depth.write
     }
 }

@@ -30,9 +30,9 @@ pub mod vertex;
 pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub use lower::lowering;
-pub use named::{NamedValue, PixelValues};
+pub(crate) use named::{NamedValue, PixelValues};
 pub use renderer::{Options, Precision, SoftwareRenderer};
-pub use timings::{PassTimings, Timings};
+pub(crate) use timings::Timings;
 
 /// Greatest width and height of a pass.
-pub const MAX_SIZE: u32 = 16384;
+pub(crate) const MAX_SIZE: u32 = 16384;

@@ -16,7 +16,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// As [`clip_positions`].
-pub fn nearest_triangle<R: Real>(
+pub(crate) fn nearest_triangle<R: Real>(
     draw: &PlanDraw,
     vertex: &dyn LaneProgram<R>,
     [width, height]: [u32; 2],

@@ -3,7 +3,7 @@
 //! Bins hold, per tile, the triangles in the order of the draws, so a tile's pixels do not depend on which thread draws it or when:
 //! one thread and many give the same bits. Tiles write disjoint parts of the target.
 //!
-//! Two passes can be fused ([`execute_fused`]): if the second reads each pixel of the first only where it writes that pixel (pass_fusion.rs),
+//! Two passes can be fused (`execute_fused`): if the second reads each pixel of the first only where it writes that pixel (pass_fusion.rs),
 //! a tile goes through both passes before the next tile is started, and the first pass's image is never stored.
 
 use super::RenderError;
@@ -119,7 +119,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
 
 /// Executes two fused passes; the image is that of the second. `None` if they cannot be fused: the first draw of the second pass does not cover
 /// its whole target, or reads pixels other than its own. The first pass's wall time is that of both.
-pub fn execute_fused<R: Real>(
+pub(crate) fn execute_fused<R: Real>(
     first: &Pass,
     first_stages: &[DrawStages<'_, R>],
     second: &Pass,

@@ -24,7 +24,7 @@ static BLOCK_OFFSETS: std::sync::LazyLock<[[u32; LANES]; 2]> = std::sync::LazyLo
 
 /// Whether pass `k` and the next one may be fused: pass `k` is an HDR image whose only reader is the first draw of the next pass, which writes
 /// display values of the same size.
-pub fn can_fuse_with_next(plan: &Plan, k: usize) -> bool {
+pub(crate) fn can_fuse_with_next(plan: &Plan, k: usize) -> bool {
     let (Some(hdr), Some(display)) = (plan.passes.get(k), plan.passes.get(k + 1)) else { return false };
     let reads = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == k);
     let readers = plan.passes.iter().flat_map(|p| &p.draws).flat_map(|d| &d.textures).filter(|t| reads(&t.source)).count();
@@ -37,7 +37,7 @@ pub fn can_fuse_with_next(plan: &Plan, k: usize) -> bool {
 }
 
 /// A resolved tile in the guise of a texture of its target's size.
-pub struct TileTexture<'a> {
+pub(crate) struct TileTexture<'a> {
     pub resolved: &'a TileTarget,
     /// Top-left pixel of the tile.
     pub tile: [u32; 2],

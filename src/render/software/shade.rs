@@ -24,7 +24,7 @@ struct Quad {
 }
 
 /// A draw whose triangles are set up, ready to be shaded tile by tile.
-pub struct DrawJob<'a, R: Real> {
+pub(crate) struct DrawJob<'a, R: Real> {
     pub geometry: Geometry,
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
@@ -34,7 +34,7 @@ pub struct DrawJob<'a, R: Real> {
 }
 
 /// Shades one tile on one thread.
-pub struct TileShader<'a> {
+pub(crate) struct TileShader<'a> {
     pub target: &'a mut TileTarget,
     pub pixels: &'a TilePixels,
     /// Top-left pixel of the tile.
@@ -62,7 +62,7 @@ static DEFAULT_COMPONENTS: [[f32; LANES]; 2] = [[0.0; LANES], [1.0; LANES]];
 
 /// Quads that are collected until the batch is full.
 #[derive(Clone, Debug)]
-pub struct Batch {
+pub(crate) struct Batch {
     quads: [Quad; QUADS],
     count: usize,
     /// Colour of the last run, converted to f32 where the lanes are f64.
@@ -70,7 +70,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS], count: 0, narrowed: [[0.0; LANES]; 4] }
     }
 }
@@ -117,7 +117,7 @@ fn evaluate<R: Real>(lanes: &mut [R], [x, y]: [&[R]; 2], at_origin: R, plane: &P
 
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
-    pub fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+    pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         let plan = &job.fragment_plan;
         for &t in triangles {
             let triangle = &job.geometry.triangles[t as usize];
@@ -180,7 +180,7 @@ impl TileShader<'_> {
     }
 
     /// Shades one block of a full-screen draw, which reads `texture` in place of the bound textures.
-    pub fn shade_block_with_texture<R: Real>(
+    pub(crate) fn shade_block_with_texture<R: Real>(
         &mut self,
         job: &DrawJob<'_, R>,
         block: usize,

@@ -1,7 +1,7 @@
 //! The interface between the rasteriser and a shader stage: lanes in, lanes out.
 //!
 //! The rasteriser does not depend on the tape. A [`LaneProgram`] is one entry point bound to one draw's uniforms and textures; each thread
-//! takes its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. [`TapeStage`] runs lowered programs; tests supply
+//! takes its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `TapeStage` runs lowered programs; tests supply
 //! hand-written stages, so that coverage, interpolation and blending are checked without any shader compiler.
 
 use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
@@ -46,7 +46,7 @@ pub trait LaneRun<R: Real> {
 }
 
 /// An entry point of a lowered module, bound to a draw.
-pub struct TapeStage<'a, R: Real> {
+pub(crate) struct TapeStage<'a, R: Real> {
     program: &'a Program,
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
@@ -58,7 +58,7 @@ pub struct TapeStage<'a, R: Real> {
 impl<'a, R: Real> TapeStage<'a, R> {
     /// # Errors
     /// An invalid program, or a kernel class that this machine lacks.
-    pub fn new(
+    pub(crate) fn new(
         program: &'a Program,
         uniform_bytes: &[u8],
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
@@ -69,7 +69,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
     }
 
     /// Whether a batch was stopped at the loop limit: the image is then incomplete.
-    pub fn hit_loop_limit(&self) -> bool {
+    pub(crate) fn hit_loop_limit(&self) -> bool {
         self.hit_loop_limit.load(Ordering::Relaxed)
     }
 }

@@ -6,7 +6,7 @@
 
 use super::blend::{blend_lanes, blended};
 use super::raster::coverage::{self, BLOCK_PIXELS, TILE, TILE_BLOCKS, block_position};
-use crate::render::plan::{Blend, ColourFormat};
+use crate::render::plan::Blend;
 use std::mem::MaybeUninit;
 
 const PIXELS: usize = (TILE * TILE) as usize;
@@ -17,7 +17,7 @@ const UNSPLIT: u16 = u16::MAX;
 
 /// Pixels in lane order (see [`super::raster::coverage`]).
 #[derive(Clone, Debug)]
-pub struct TileTarget {
+pub(crate) struct TileTarget {
     samples: u8,
     /// Colour of unsplit pixels, one array per component.
     colour: [Vec<f32>; 4],
@@ -37,7 +37,7 @@ pub struct TileTarget {
 }
 
 impl TileTarget {
-    pub fn new(samples: u8) -> Self {
+    pub(crate) fn new(samples: u8) -> Self {
         let plane = || vec![0.0; PIXELS];
         Self {
             samples,
@@ -53,7 +53,7 @@ impl TileTarget {
     }
 
     /// Starts a new tile. `depth`: the tile tests or writes depth, which is cleared to infinitely far.
-    pub fn clear(&mut self, colour: [f32; 4], depth: bool) {
+    pub(crate) fn clear(&mut self, colour: [f32; 4], depth: bool) {
         self.merge_samples();
         self.cleared = colour;
         (self.touched, self.has_depth) = (0, 0);
@@ -76,7 +76,7 @@ impl TileTarget {
     }
 
     /// Fills all blocks that were not written with the clear colour, before a reader of the whole tile.
-    pub fn touch_all(&mut self) {
+    pub(crate) fn touch_all(&mut self) {
         for block in 0..TILE_BLOCKS {
             self.touch(block);
         }
@@ -96,7 +96,7 @@ impl TileTarget {
 
     /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater, and so nearer; stores it if `write`.
     #[inline(always)]
-    pub fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
+    pub(crate) fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
         self.touch_depth(pixel);
         let stored = &mut self.depth[pixel];
         let mut passed = 0;
@@ -112,7 +112,7 @@ impl TileTarget {
     /// Depth test of consecutive, fully covered pixels of one block. If all samples pass, returns true and stores their depth if `write`;
     /// otherwise changes nothing.
     #[inline(always)]
-    pub fn all_pass_depth(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
+    pub(crate) fn all_pass_depth(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
         self.touch_depth(pixel);
         let Some(stored) = self.depth.get_mut(pixel..pixel + new.len()) else { return false };
         let mut all = true;
@@ -131,7 +131,7 @@ impl TileTarget {
 
     /// Blends `source` into the samples of `covered`.
     #[inline(always)]
-    pub fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
+    pub(crate) fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
         let all = if self.samples == 4 { 0xf } else { 1 };
         self.touch(pixel / BLOCK_PIXELS);
         if self.split[pixel] == UNSPLIT {
@@ -158,7 +158,7 @@ impl TileTarget {
 
     /// Blends fully covered pixels from `pixel` on. Returns false and changes nothing if one of them is split.
     #[inline(always)]
-    pub fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) -> bool {
+    pub(crate) fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) -> bool {
         let range = pixel..pixel + source[0].len();
         // No early exit, so that the compiler vectorises the loop.
         if !self.split_pixels.is_empty() && self.split[range.clone()].iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
@@ -181,7 +181,7 @@ impl TileTarget {
     }
 
     /// Resolves the tile: every split pixel gets the mean of its samples.
-    pub fn merge_samples(&mut self) {
+    pub(crate) fn merge_samples(&mut self) {
         for (pixel, s) in self.split_pixels.drain(..).map(usize::from).zip(self.split_colour.drain(..)) {
             self.split[pixel] = UNSPLIT;
             for (k, plane) in self.colour.iter_mut().enumerate() {
@@ -191,18 +191,18 @@ impl TileTarget {
     }
 
     /// The colours of a block's pixels, one array per component. Valid once the tile is resolved, for a block that was written.
-    pub fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
+    pub(crate) fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
         let [r, g, b, a] = &self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK_PIXELS>().0.get(block));
         Some([(*r)?, (*g)?, (*b)?, (*a)?])
     }
 
     /// Whether a block was written since the tile was started.
-    pub fn is_touched(&self, block: usize) -> bool {
+    pub(crate) fn is_touched(&self, block: usize) -> bool {
         self.touched >> block & 1 == 1
     }
 
     /// Writes every pixel of a resolved tile's rows; `rows[y]` holds those of the tile that lie inside the target.
-    pub fn write_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
+    pub(crate) fn write_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
@@ -257,7 +257,7 @@ impl TileTarget {
 
 /// Values 0..=1 to bytes, round to nearest, ties to even; NaN is 0. Without saturating conversions, which would keep loops over it from being vectorised.
 #[inline(always)]
-pub fn unorm8(colour: [f32; 4]) -> [u8; 4] {
+pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     let byte = |v: f32| {
         let v = if v > 0.0 { v } else { 0.0 };
         let v = if v < 1.0 { v } else { 1.0 };
@@ -265,14 +265,6 @@ pub fn unorm8(colour: [f32; 4]) -> [u8; 4] {
         (v * 255.0 + 12_582_912.0).to_bits() & 0xff
     };
     (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
-}
-
-/// Bytes of one pixel of a target.
-pub fn bytes_per_pixel(format: ColourFormat) -> usize {
-    match format {
-        ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => 16,
-        ColourFormat::Rgba8Unorm => 4,
-    }
 }
 
 #[cfg(test)]

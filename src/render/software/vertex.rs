@@ -18,7 +18,7 @@ const SETUP_CHUNK: usize = 4096;
 
 /// The triangles of one draw, and the time that they took.
 #[derive(Clone, Debug)]
-pub struct Assembled {
+pub(crate) struct Assembled {
     pub geometry: Geometry,
     /// Triangles before clipping and culling.
     pub given: usize,
@@ -84,7 +84,7 @@ fn element_count(attribute: &Attribute) -> usize {
 }
 
 /// Outputs of the vertex program for every vertex of every instance.
-pub struct ShadedVertices {
+pub(crate) struct ShadedVertices {
     /// For each vertex its clip position, then the varyings.
     values: Vec<f64>,
     varyings: usize,
@@ -100,7 +100,7 @@ impl ShadedVertices {
     }
 
     /// Clip position of a vertex of the first instance; `None` where there is no such vertex.
-    pub fn position(&self, vertex: u32) -> Option<[f64; 4]> {
+    pub(crate) fn position(&self, vertex: u32) -> Option<[f64; 4]> {
         ((vertex as usize) < self.count && !self.values.is_empty()).then(|| {
             let row = self.row(0, vertex as usize);
             [row[0], row[1], row[2], row[3]]
@@ -112,7 +112,7 @@ impl ShadedVertices {
 ///
 /// # Errors
 /// As [`assemble`].
-pub fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>) -> Result<ShadedVertices, RenderError> {
+pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>) -> Result<ShadedVertices, RenderError> {
     shade(draw, vertex, &[])
 }
 
@@ -182,7 +182,7 @@ fn shade<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>, varyings: &[Vary
 ///
 /// # Errors
 /// Attributes or varyings that do not fit the programs, an index beyond the vertices, or too little memory.
-pub fn assemble<R: Real>(
+pub(crate) fn assemble<R: Real>(
     draw: &PlanDraw,
     vertex: &dyn LaneProgram<R>,
     fragment_inputs: &[LaneInput],

@@ -45,7 +45,7 @@ fn hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool
 }
 
 /// The dots of all layers; those of later layers are on top.
-pub fn dots(picture: &impl PicturePlaces, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
+pub(crate) fn dots(picture: &impl PicturePlaces, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
     let scale = picture.size_px().y / HEIGHT_PX;
     let placed: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
     let mut all = Vec::new();

@@ -22,7 +22,7 @@ const LIMB_FADE: (f64, f64) = (0.15, 0.35);
 /// Largest size of a named feature, in units of the picture's shorter side: larger ones fill the view.
 const MAX_SIZE: f64 = 1.5;
 /// sRGB of a name.
-pub const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
+pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
 /// Rises smoothly from 0 at the first value to 1 at the second.
 fn rise((from, to): (f64, f64), value: f64) -> f64 {
@@ -30,7 +30,7 @@ fn rise((from, to): (f64, f64), value: f64) -> f64 {
 }
 
 /// The names, and the positions of landing sites. `occupied`: rectangles of other labels; those of the names are added.
-pub fn features(
+pub(crate) fn features(
     picture: &impl PicturePlaces,
     bodies: &[BodyInView],
     lettering: &LabelMetrics,

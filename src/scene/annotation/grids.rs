@@ -1,6 +1,6 @@
 //! Grids of longitude and latitude: which lines a picture gets, and their coordinates as text.
 //!
-//! In: the size of a pixel and the visible part of a sphere. Out: [`GridLine`]s with an opacity that is continuous in the field of view and along the line:
+//! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that is continuous in the field of view and along the line:
 //! a line fades in as its neighbours move apart, and fades out towards a pole, where lines would crowd. The set of lines depends on nothing else, so that
 //! none jumps when the camera pans. Not here: the orientation of the sphere, and the drawing.
 
@@ -14,7 +14,7 @@ const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
 /// A parallel, or half a meridian circle from pole to pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GridLine {
+pub(crate) struct GridLine {
     pub kind: GridLineKind,
     /// Its latitude, or its longitude from 0 to 360.
     pub at_deg: f64,
@@ -24,7 +24,7 @@ pub struct GridLine {
 
 /// The kind of a grid line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GridLineKind {
+pub(crate) enum GridLineKind {
     /// A circle of constant latitude.
     Parallel,
     /// A half circle of constant longitude.
@@ -33,7 +33,7 @@ pub enum GridLineKind {
 
 /// The part of a sphere that may be in view: a spherical cap about a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cap {
+pub(crate) struct Cap {
     pub longitude_deg: f64,
     pub latitude_deg: f64,
     pub radius_deg: f64,
@@ -46,7 +46,7 @@ fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
 
 impl GridLine {
     /// Opacity at a latitude in degrees, 0 to 1.
-    pub fn opacity(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
+    pub(crate) fn opacity(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
         let spacing_factor = match self.kind {
             GridLineKind::Parallel => 1.0,
             // The meridians of the coarsest step extend to the pole.
@@ -57,7 +57,7 @@ impl GridLine {
     }
 
     /// The range of latitudes in which a meridian is visible.
-    pub fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
+    pub(crate) fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
         let least = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
         let most = if self.step_deg == STEPS_DEG[0] || least <= 0.0 { 90.0 } else { least.min(1.0).acos().to_degrees() };
         [-most, most]
@@ -65,7 +65,7 @@ impl GridLine {
 }
 
 /// The lines that may be visible in a cap of the sphere, where a pixel spans `pixel_deg`.
-pub fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
+pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     let latitudes = [cap.latitude_deg - cap.radius_deg, cap.latitude_deg + cap.radius_deg].map(|lat| lat.clamp(-90.0, 90.0));
     // The cap's latitude nearest to the equator, where meridians are farthest apart.
     let widest = if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
@@ -106,7 +106,7 @@ fn is_multiple(value: f64, of: f64) -> bool {
 }
 
 /// An angle with minutes and seconds only where they are not zero: `-20°30'`, `1°0'05"`. `signed`: with a plus sign if positive.
-pub fn angle_text(degrees: f64, signed: bool) -> String {
+pub(crate) fn angle_text(degrees: f64, signed: bool) -> String {
     let seconds = (degrees.abs() * 3600.0).round() as u64;
     let sign = match () {
         () if seconds == 0 => "",
@@ -118,7 +118,7 @@ pub fn angle_text(degrees: f64, signed: bool) -> String {
 }
 
 /// A right ascension in hours.
-pub fn hours_text(degrees: f64) -> String {
+pub(crate) fn hours_text(degrees: f64) -> String {
     let tenths = (degrees.rem_euclid(360.0) / 15.0 * 36_000.0).round() as u64 % 864_000;
     let text = parts_text("", tenths / 10, ["h", "m", "s"]);
     if tenths.is_multiple_of(10) {
@@ -138,7 +138,7 @@ fn parts_text(sign: &str, seconds: u64, [whole, minute, second]: [&str; 3]) -> S
 }
 
 /// The compass point of an azimuth if there is one, else the azimuth in degrees.
-pub fn azimuth_text(degrees: f64) -> String {
+pub(crate) fn azimuth_text(degrees: f64) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;
     let point = ((eighth.round() as i64).rem_euclid(8)) as usize;
@@ -146,7 +146,7 @@ pub fn azimuth_text(degrees: f64) -> String {
 }
 
 /// Degrees per pixel, the mean over the picture's height: more in the middle of a wide view, less at its edges.
-pub fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
+pub(crate) fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
     2.0 * tan_half_height.atan().to_degrees() / f64::from(height)
 }
 

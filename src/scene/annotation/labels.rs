@@ -7,8 +7,9 @@
 use super::data::{self, Dot};
 use super::features;
 use super::margin::Margin;
+pub use super::text::LabelMetrics;
 use super::text::Rect;
-pub use super::text::{LETTER_WIDTH, LINE_HEIGHT, LabelMetrics, MARKER_RADIUS, NAME_COLOUR};
+pub(crate) use super::text::{MARKER_RADIUS, NAME_COLOUR};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::draw::PixelView;
@@ -40,11 +41,11 @@ pub struct LabelSide {
 impl LabelSide {
     pub const DEFAULT: Self = Self { left: false, below: false };
     /// All sides in the order in which they are tried.
-    pub const ALL: [Self; 4] =
+    pub(crate) const ALL: [Self; 4] =
         [Self::DEFAULT, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
 
     /// Vector from the body's centre to the near end of the centre line of its name, pixels.
-    pub fn offset_px(self, gap_px: f64) -> DVec2 {
+    pub(crate) fn offset_px(self, gap_px: f64) -> DVec2 {
         let along = |back: bool| if back { -gap_px } else { gap_px };
         DVec2::new(along(self.left), along(!self.below))
     }
@@ -64,11 +65,11 @@ fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option
 }
 
 /// sRGB of the selected body's name, marker and outline.
-pub const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
+pub(crate) const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker relative to that of a name, for a body that is not selected.
-pub const MARKER_OPACITY: f32 = 0.55;
+pub(crate) const MARKER_OPACITY: f32 = 0.55;
 /// Diameter relative to the picture's height above which a body is not named, because it fills the picture.
-pub const FILLS_PICTURE: f64 = 0.45;
+pub(crate) const FILLS_PICTURE: f64 = 0.45;
 
 /// The labels of a picture, for letters of `size_px`.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,7 +85,7 @@ pub struct LabelLayer {
 
 impl LabelLayer {
     /// The labels of the request's layers; `None` if there are none. `with_margin`: also caption, scale bar and compass.
-    pub fn of(
+    pub(crate) fn of(
         picture: &impl PicturePlaces,
         request: &ViewRequest,
         catalog: &Catalog,
@@ -127,13 +128,13 @@ impl LabelLayer {
     }
 
     /// A layer without labels.
-    pub fn empty(request: &ViewRequest) -> Self {
+    pub(crate) fn empty(request: &ViewRequest) -> Self {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
         Self { size_px: glyph_size_px(request.height), selected, marks: Vec::new(), margin: Margin::default(), dots: Vec::new() }
     }
 
     /// Adds texts, bars and rings.
-    pub fn add(&mut self, margin: Margin) {
+    pub(crate) fn add(&mut self, margin: Margin) {
         self.margin.texts.extend(margin.texts);
         self.margin.bars.extend(margin.bars);
         self.margin.rings.extend(margin.rings);
@@ -146,7 +147,7 @@ impl LabelLayer {
 }
 
 /// Size of letters in a picture, pixels: readable in a small picture, in proportion in a large one.
-pub fn glyph_size_px(height: u32) -> f64 {
+pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
@@ -154,7 +155,7 @@ pub fn glyph_size_px(height: u32) -> f64 {
 const CROWDED_PX: f64 = 7.0;
 
 /// The labels of the bodies that a camera sees, most important first.
-pub fn marks(
+pub(crate) fn marks(
     camera: &dyn PicturePlaces,
     bodies: &[BodyInView],
     selected: NaifId,

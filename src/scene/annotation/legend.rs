@@ -8,7 +8,7 @@ use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 
 /// The legend of a picture, and the invented maps and shapes in it.
-pub fn legend_of(scene: &Scene) -> String {
+pub(crate) fn legend_of(scene: &Scene) -> String {
     let mut text = legend(scene.pixel_view, &scene.exposure);
     for body in &scene.bodies {
         for (file, how) in &body.invented {
@@ -19,7 +19,7 @@ pub fn legend_of(scene: &Scene) -> String {
 }
 
 /// The legend of a pixel view.
-pub fn legend(view: PixelView, exposure: &Exposure) -> String {
+pub(crate) fn legend(view: PixelView, exposure: &Exposure) -> String {
     let white = exposure.white();
     let range = |unit: &str| format!("linear; black 0, white {white:.6} {unit}");
     let grey = "grey";

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 
 /// A text that is to be placed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SkyText {
+pub(crate) struct SkyText {
     pub text: String,
     /// Its centre, or for a coordinate the end of its line; pixels from the picture's top left corner.
     pub at_px: DVec2,
@@ -45,7 +45,7 @@ const WHITE_FRACTION: f64 = 0.35;
 const MAX_TEXTS: usize = 400;
 
 /// Places the texts that fit beside the labels of bodies.
-pub fn place_texts(mut wanted: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, picture_px: DVec2) -> TextLayer {
+pub(crate) fn place_texts(mut wanted: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, picture_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(size_px);
     let of_bodies = labels.into_iter().flat_map(|layer| {
         let lettering = LabelMetrics::of_size(layer.size_px);

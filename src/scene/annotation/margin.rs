@@ -26,7 +26,7 @@ const DISC_PX: f64 = 20.0;
 
 impl Margin {
     /// The margin of a picture.
-    pub fn of(
+    pub(crate) fn of(
         picture: &impl PicturePlaces,
         request: &ViewRequest,
         catalog: &Catalog,
@@ -48,7 +48,7 @@ impl Margin {
     }
 
     /// The margin shifted to the right.
-    pub fn shifted(mut self, right_px: f64) -> Self {
+    pub(crate) fn shifted(mut self, right_px: f64) -> Self {
         let by = DVec2::new(right_px, 0.0);
         self.texts.iter_mut().for_each(|t| t.left_px += by);
         self.rings.iter_mut().for_each(|r| *r += by);

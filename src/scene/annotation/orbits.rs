@@ -2,7 +2,7 @@
 //!
 //! In: a state relative to the parent and the body's apparent place. Out: [`OrbitArc`]s. The first vertex is the body's own place, so that the line passes
 //! through the disc at any distance. An arc is a point of the conic in camera axes with its first and second derivative, computed in f64 and narrowed; it
-//! is subdivided until its [`PIECES`] chords deviate by less than [`MAX_BEND_PX`] and it is not much larger than the frame, so that f32 is precise to
+//! is subdivided until its `PIECES` chords deviate by less than `MAX_BEND_PX` and it is not much larger than the frame, so that f32 is precise to
 //! hundredths of a pixel, or until it is outside the frame: from a metre to a hundred au that is some dozen arcs. Ellipse, parabola and hyperbola share one
 //! formula (`ephemeris::conic`). Left out: perturbations; traces show those.
 
@@ -16,13 +16,13 @@ use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// Largest deviation of a chord from its arc, pixels.
-pub const MAX_BEND_PX: f64 = 0.1;
+pub(crate) const MAX_BEND_PX: f64 = 0.1;
 /// Chords per arc.
-pub const PIECES: u32 = 8;
+pub(crate) const PIECES: u32 = 8;
 /// Half the width of a line, pixels.
-pub const HALF_WIDTH_PX: f32 = 0.6;
+pub(crate) const HALF_WIDTH_PX: f32 = 0.6;
 /// Radiance of a white line relative to the radiance that is shown as white.
-pub const LEVEL: f32 = 0.3;
+pub(crate) const LEVEL: f32 = 0.3;
 /// Margin around the frame in which arcs are kept, pixels: more than half the width of a line.
 const MARGIN_PX: f64 = 4.0;
 /// Half length in pixels at which an orbit starts to appear, and at which it is opaque.
@@ -72,7 +72,7 @@ impl OrbitArc {
 
 /// A conic about the parent, parameterised by the universal anomaly s from the body's position, ds = dt / r.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conic {
+pub(crate) struct Conic {
     /// Derivatives of the position by s at the body.
     slope: DVec3,
     bend: DVec3,
@@ -85,7 +85,7 @@ pub struct Conic {
 
 impl Conic {
     /// The orbit of a state relative to a parent. `gm`: of both together, km^3/s^2. `None` without gravity, or for a radial path.
-    pub fn of(state: &State, gm_km3_s2: f64) -> Option<Self> {
+    pub(crate) fn of(state: &State, gm_km3_s2: f64) -> Option<Self> {
         let (r, v) = (state.pos_km, state.vel_km_s);
         let distance = r.length();
         let alpha = 2.0 * gm_km3_s2 / distance - v.length_squared();
@@ -95,7 +95,7 @@ impl Conic {
     }
 
     /// The semi-major axis of an ellipse; for an open path the body's distance.
-    pub fn size_km(&self) -> f64 {
+    pub(crate) fn size_km(&self) -> f64 {
         if self.is_closed() { self.gm / self.alpha } else { self.body_km.length() }
     }
 
@@ -105,7 +105,7 @@ impl Conic {
     }
 
     /// Vector from the body to the point at s; exact for small s.
-    pub fn from_body_km(&self, s: f64) -> DVec3 {
+    pub(crate) fn from_body_km(&self, s: f64) -> DVec3 {
         let [_, c1, c2, _] = stumpff(self.alpha * s * s);
         self.slope * (s * c1) + self.bend * (s * s * c2)
     }
@@ -117,7 +117,7 @@ impl Conic {
     }
 
     /// Range of s that is drawn: half a turn back and ahead, or the ends of an open path.
-    pub fn reach(&self) -> [f64; 2] {
+    pub(crate) fn reach(&self) -> [f64; 2] {
         if self.is_closed() {
             let half = PI / self.alpha.sqrt();
             return [-half, half];
@@ -139,7 +139,7 @@ impl Conic {
 }
 
 /// Half the orbit's length on the screen as seen from outside it, pixels; an orbit around the camera counts as large as the frame.
-pub fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
+pub(crate) fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
     let middle = if conic.is_closed() { 0.5 * conic.from_body_km(conic.reach()[1]) } else { DVec3::ZERO };
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
@@ -227,7 +227,7 @@ impl Subdivision<'_> {
 }
 
 /// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `strength`: opacity beside the body.
-pub fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<OrbitArc> {
+pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<OrbitArc> {
     let strength = strength * smoothstep((half_length_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
     if strength <= 0.0 || !body_km.is_finite() {
         return Vec::new();

@@ -1,6 +1,6 @@
 //! Lines on the sky, infinitely far away: grids, and the figures and borders of constellations, with their labels.
 //!
-//! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: [`SkyLines`]: line segments in drawing order, behind
+//! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `SkyLines`: line segments in drawing order, behind
 //! all bodies, the labels beside them, and a decision about each layer. Always: the corner of a figure is where its star is drawn, and a grid line is where
 //! `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Lines with their labels and decisions.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SkyLines {
+pub(crate) struct SkyLines {
     pub segments: Vec<LineSegment>,
     pub texts: Vec<SkyText>,
     pub decisions: Vec<Decision>,

@@ -1,14 +1,14 @@
 //! Curves in space as line segments on the screen.
 //!
 //! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Spans are halved until a chord deviates from its arc by less than [`MAX_BEND_PX`], or is outside the frame: however much of the curve is
+//! exactly. Spans are halved until a chord deviates from its arc by less than `MAX_BEND_PX`, or is outside the frame: however much of the curve is
 //! outside, the result is some hundred segments. All in f64; only clip coordinates are narrowed.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Largest deviation of a chord from its arc, pixels.
-pub const MAX_BEND_PX: f64 = 0.1;
+pub(crate) const MAX_BEND_PX: f64 = 0.1;
 /// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
 const MARGIN_PX: f64 = 4.0;
 /// Maximum number of halvings of a span: at 100 au an arc is then 30 metres long.
@@ -30,7 +30,7 @@ pub struct LineSegment {
 }
 
 /// A curve as seen from the camera.
-pub struct Curve<'a> {
+pub(crate) struct Curve<'a> {
     pub camera: &'a Camera,
     /// Position relative to the camera, ICRF; kilometres, or a unit vector for points infinitely far away.
     pub point: &'a dyn Fn(f64) -> DVec3,
@@ -41,7 +41,7 @@ pub struct Curve<'a> {
 }
 
 /// A polyline inside the frame: points in camera axes (right, up, forward) with their parameters.
-pub type Run = Vec<(DVec3, f64)>;
+pub(crate) type Run = Vec<(DVec3, f64)>;
 
 struct Subdivision<'a> {
     curve: &'a Curve<'a>,
@@ -55,7 +55,7 @@ impl Curve<'_> {
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. At the parameter 0 a new run starts.
-    pub fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Run> {
+    pub(crate) fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Run> {
         let mut subdivision = Subdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
             let [from, to] = [span[0], span[1]].map(|at| (self.in_camera(at), at));
@@ -122,7 +122,7 @@ impl Subdivision<'_> {
 }
 
 /// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `strength`: opacity at a parameter.
-pub fn segments(
+pub(crate) fn segments(
     camera: &Camera,
     run: &[(DVec3, f64)],
     depth: impl Fn(DVec3) -> f64,

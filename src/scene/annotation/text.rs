@@ -15,7 +15,7 @@ impl LabelMetrics {
     }
 
     /// Size of the letters.
-    pub fn size_px(&self) -> f64 {
+    pub(crate) fn size_px(&self) -> f64 {
         self.line_height_px / LINE_HEIGHT
     }
 
@@ -25,20 +25,20 @@ impl LabelMetrics {
     }
 
     /// Horizontal and vertical distance from a body's centre to its name, pixels.
-    pub fn gap_px(&self, radius_px: f64) -> f64 {
+    pub(crate) fn gap_px(&self, radius_px: f64) -> f64 {
         let size_px = self.size_px();
         (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
     }
 }
 
 /// sRGB of a name.
-pub const NAME_COLOUR: [u8; 3] = [200, 208, 220];
+pub(crate) const NAME_COLOUR: [u8; 3] = [200, 208, 220];
 /// Radius of a marker relative to the size of letters; bodies smaller than it have one.
-pub const MARKER_RADIUS: f64 = 5.0 / 13.0;
+pub(crate) const MARKER_RADIUS: f64 = 5.0 / 13.0;
 /// Mean width of a letter relative to its size (Ubuntu Light, over English names).
-pub const LETTER_WIDTH: f64 = 6.6 / 13.0;
+pub(crate) const LETTER_WIDTH: f64 = 6.6 / 13.0;
 /// Height of a line relative to the size of letters.
-pub const LINE_HEIGHT: f64 = 15.0 / 13.0;
+pub(crate) const LINE_HEIGHT: f64 = 15.0 / 13.0;
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +73,7 @@ impl Rect {
     }
 
     /// The rectangle enlarged on every side.
-    pub fn padded(&self, margin: DVec2) -> Self {
+    pub(crate) fn padded(&self, margin: DVec2) -> Self {
         Self { least: self.least - margin, most: self.most + margin }
     }
 }

@@ -164,7 +164,7 @@ pub(crate) struct SurroundingAir<'a> {
 }
 
 impl<'a> SurroundingAir<'a> {
-    pub fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
+    pub(crate) fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
         let air = body.atmosphere.as_ref()?;
         // A camera at a body's centre sees as if the body were not there.
         if placement.camera_is_inside() {
@@ -174,25 +174,25 @@ impl<'a> SurroundingAir<'a> {
     }
 
     /// Tint of light from beyond: transmittance per channel over its mean. The draw of the sky applies the mean. `direction`: towards the light, ICRF.
-    pub fn tint(&self, direction: DVec3) -> DVec3 {
+    pub(crate) fn tint(&self, direction: DVec3) -> DVec3 {
         let transmittance = self.transmittance(direction);
         let mean = transmittance.element_sum() / 3.0;
         if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
     }
 
     /// Unit vector at the camera, away from the body's centre.
-    pub fn up(&self) -> DVec3 {
+    pub(crate) fn up(&self) -> DVec3 {
         -self.placement.centre_km.normalize()
     }
 
     /// Whether it is dense enough for a daylight sky.
-    pub fn is_bright(&self) -> bool {
+    pub(crate) fn is_bright(&self) -> bool {
         vertical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
     /// The radiance for which a picture under this sky is exposed: [`SKY_LEVELS`] interpolated in the light's height. `towards`: the light, from the
     /// body.
-    pub fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
+    pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
         let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
@@ -201,12 +201,12 @@ impl<'a> SurroundingAir<'a> {
     }
 
     /// Transmittance to light from beyond, the mean of the channels.
-    pub fn mean_transmittance(&self, direction: DVec3) -> f64 {
+    pub(crate) fn mean_transmittance(&self, direction: DVec3) -> f64 {
         self.transmittance(direction).element_sum() / 3.0
     }
 
     /// Transmittance to light from beyond, per channel, for what is drawn after the air.
-    pub fn transmittance(&self, direction: DVec3) -> DVec3 {
+    pub(crate) fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();
         let scale = (along * self.placement.radii_km).length();

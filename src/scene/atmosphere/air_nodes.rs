@@ -13,12 +13,12 @@ use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
 /// Vectors per node.
-pub const ROWS: usize = 3;
+pub(crate) const ROWS: usize = 3;
 /// Nodes after the samples: the camera's end and the far end.
-pub const ENDS: usize = 2;
+pub(crate) const ENDS: usize = 2;
 
 /// Rows of lib/air/scatter_marched.wesl's samples: position, weight, midpoint between this position and the next.
-pub fn samples(count: usize) -> Vec<Vec4> {
+pub(crate) fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
     let next = |k: usize| all.get(k + 1).map_or(1.0, |n| n.0);
     all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, 0.5 * (x + next(k)))).extend(0.0)).collect()
@@ -85,7 +85,7 @@ impl Grid {
 }
 
 /// The rows of `samples` samples and of the two ends.
-pub fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
+pub(crate) fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     let grid = Grid::of(air, samples);
     let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (samples + ENDS));
     for (k, (x, weight)) in grid.nodes.iter().enumerate() {
@@ -102,12 +102,12 @@ pub fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
 }
 
 /// Number of coefficients of the polynomial in mu / (mu + 0.3) that approximates the multiple-scattering table at a height.
-pub const POWERS: usize = 5;
+pub(crate) const POWERS: usize = 5;
 /// Number of zenith cosines at which it is fitted.
 const FIT_POINTS: usize = 48;
 
 /// The polynomials of `samples` samples: least squares over the Sun's heights from the horizon to the zenith.
-pub fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
+pub(crate) fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     let place = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * air_table::column_coordinate(1.0);
     let mut all = Vec::with_capacity(POWERS * samples);
     let grid = Grid::of(air, samples);

@@ -22,12 +22,12 @@ use std::f64::consts::{PI, TAU};
 /// used.
 pub use crate::scene::constants::SPREAD_HEIGHTS as HEIGHTS;
 /// One row per height, then one for the irradiance of level ground.
-pub const ROWS: usize = HEIGHTS + 1;
+pub(crate) const ROWS: usize = HEIGHTS + 1;
 /// Columns: distances from the occluder's limb, densest in the middle of the shadow.
 pub use crate::scene::constants::SPREAD_COLUMNS as COLUMNS;
 pub const NODES: usize = ROWS * COLUMNS;
 /// Index of the first vector with the range of an occluder's columns, and the total number of vectors.
-pub const REACHES: usize = NODES * MAX_OCCLUDERS as usize;
+pub(crate) const REACHES: usize = NODES * MAX_OCCLUDERS as usize;
 pub const TABLES: usize = REACHES + MAX_OCCLUDERS as usize;
 
 /// The reason that the decision reports.

@@ -18,7 +18,7 @@ pub use crate::scene::constants::{MULTIPLE_HEIGHTS as HEIGHTS, MULTIPLE_SUNS as 
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
 /// body's numbers, which are part of the cache key too, and the narrowing to f32.
-pub const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str!("extinction.rs"), include_str!("../constants.rs")];
+pub(crate) const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str!("extinction.rs"), include_str!("../constants.rs")];
 
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SamplingQuality = SamplingQuality { directions: 64, steps: 24 };
@@ -206,12 +206,12 @@ impl AirSphere<'_> {
 }
 
 /// The column coordinate of a zenith cosine: mu / (|mu| + BEND).
-pub fn column_coordinate(cosine: f64) -> f64 {
+pub(crate) fn column_coordinate(cosine: f64) -> f64 {
     cosine / (cosine.abs() + BEND)
 }
 
 /// Interpolates the square roots of a table at a fraction of the height to the top and a column coordinate; 0 for a truncated table.
-pub fn root_between(table: &[Vec4], part: f64, column_coordinate: f64) -> DVec3 {
+pub(crate) fn root_between(table: &[Vec4], part: f64, column_coordinate: f64) -> DVec3 {
     let row = part.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
     let column = ((column_coordinate - FIRST) / (1.0 / (1.0 + BEND) - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
     let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));

@@ -1,6 +1,6 @@
 //! Where a finished picture shows directions: a plane, a fisheye or whole sphere, or two eyes.
 //!
-//! In: ICRF directions, pixels of the finished picture. Out: each from the other. Always: [`ImageGeometry::direction`] and [`ImageGeometry::place_px`] are inverse to
+//! In: ICRF directions, pixels of the finished picture. Out: each from the other. Always: `ImageGeometry::direction` and [`ImageGeometry::place_px`] are inverse to
 //! each other within the picture; of a stereo pair both are those of a camera between the eyes, so that a body in front of the target or behind it is off by half its
 //! parallax. Not here: a warp mesh, which moves the finished picture.
 
@@ -27,7 +27,7 @@ pub enum ImageGeometry {
 
 impl ImageGeometry {
     /// As labels and marks ask for it.
-    pub fn places<'a>(&'a self, camera: &'a Camera) -> &'a dyn PicturePlaces {
+    pub(crate) fn places<'a>(&'a self, camera: &'a Camera) -> &'a dyn PicturePlaces {
         match self {
             Self::Perspective => camera,
             Self::Sphere(picture) => picture,
@@ -41,7 +41,7 @@ impl ImageGeometry {
     }
 
     /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle.
-    pub fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
+    pub(crate) fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
         let of_camera = |camera: &Camera, pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
             Self::Perspective => of_camera(camera, pixel),
@@ -51,7 +51,7 @@ impl ImageGeometry {
     }
 
     /// A pixel of the right picture of a side-by-side pair, where the left one has it; any other pixel itself.
-    pub fn one_eye_px(&self, pixel: DVec2) -> DVec2 {
+    pub(crate) fn one_eye_px(&self, pixel: DVec2) -> DVec2 {
         match self {
             Self::Stereo { between, side_by_side: true } if pixel.x >= f64::from(between.width) => {
                 pixel - DVec2::new(f64::from(between.width), 0.0)

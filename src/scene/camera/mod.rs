@@ -52,12 +52,12 @@ impl Placement {
         self.body_from_icrf * v * (self.radii_km.x / self.radii_km)
     }
 
-    pub fn camera_is_inside(&self) -> bool {
+    pub(crate) fn camera_is_inside(&self) -> bool {
         self.camera_in_unit_sphere().length_squared() <= 1.0
     }
 
     /// Unit-sphere point of the body in an ICRF direction from the camera; `None` beside the body.
-    pub fn surface_along(&self, direction: DVec3) -> Option<DVec3> {
+    pub(crate) fn surface_along(&self, direction: DVec3) -> Option<DVec3> {
         let origin = self.camera_in_unit_sphere();
         let w = self.direction_in_unit_sphere(direction).normalize();
         let b = origin.dot(w);
@@ -80,7 +80,7 @@ impl ClipRect {
     pub const VIEWPORT: Self = Self { left: -1.0, top: 1.0, right: 1.0, bottom: -1.0 };
 
     /// The intersection of two rectangles.
-    pub fn common(&self, other: &Self) -> Option<Self> {
+    pub(crate) fn common(&self, other: &Self) -> Option<Self> {
         let both = Self {
             left: self.left.max(other.left),
             top: self.top.min(other.top),
@@ -117,22 +117,22 @@ pub enum AnchorForm {
 }
 
 /// Narrows f64 to f32, rounding to nearest: the only narrowing in `scene`.
-pub fn narrow(v: DVec3) -> Vec3 {
+pub(crate) fn narrow(v: DVec3) -> Vec3 {
     v.as_vec3()
 }
 
 /// Like [`narrow`], for two components.
-pub fn narrow2(v: DVec2) -> Vec2 {
+pub(crate) fn narrow2(v: DVec2) -> Vec2 {
     v.as_vec2()
 }
 
 /// Like [`narrow`], for four components.
-pub fn narrow4(v: glam::DVec4) -> Vec4 {
+pub(crate) fn narrow4(v: glam::DVec4) -> Vec4 {
     v.as_vec4()
 }
 
 /// Like [`narrow`], for one number.
-pub fn narrow_scalar(v: f64) -> f32 {
+pub(crate) fn narrow_scalar(v: f64) -> f32 {
     v as f32
 }
 
@@ -160,7 +160,7 @@ impl Camera {
 
     /// Whether a ball can be in the picture: in front of the near plane and inside the frame's four planes, each moved outwards by a margin. Its centre
     /// is in the camera's axes: right, up, forward, km.
-    pub fn may_show_ball(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
+    pub(crate) fn may_show_ball(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();
         let beside = |across: f64, tan: f64, half: f64| {
             let tan = tan * (1.0 + margin_px / half);
@@ -171,7 +171,7 @@ impl Camera {
     }
 
     /// Clip units per pixel, for shaders.
-    pub fn clip_per_pixel(&self) -> Vec2 {
+    pub(crate) fn clip_per_pixel(&self) -> Vec2 {
         (1.0 / self.half_size()).as_vec2()
     }
 

@@ -1,6 +1,6 @@
 //! Fisheye and equirectangular pictures: the mapping between directions and pixels.
 //!
-//! In: directions in the picture's axes (x right, y up, z forward) or ICRF. Out: pixels, and their size on the sky. Always: [`SpherePicture::direction`]
+//! In: directions in the picture's axes (x right, y up, z forward) or ICRF. Out: pixels, and their size on the sky. Always: `SpherePicture::direction`
 //! and [`SpherePicture::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
 
 use super::Camera;
@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// The mapping of a picture from directions to pixels, counted from the top left corner.
-pub trait PicturePlaces {
+pub(crate) trait PicturePlaces {
     /// The pixel of a direction (ICRF, of any length); `None` if the picture cannot show it.
     fn place_px(&self, direction: DVec3) -> Option<DVec2>;
     /// Width and height, pixels.
@@ -64,7 +64,7 @@ impl SpherePicture {
     }
 
     /// Radians per pixel: along a fisheye's radius, or along an equirectangular picture's rows (at the equator) and columns.
-    pub fn radians_per_pixel(&self) -> DVec2 {
+    pub(crate) fn radians_per_pixel(&self) -> DVec2 {
         if self.is_fisheye() {
             DVec2::splat(2.0 * self.half_fov_rad / self.size().min_element())
         } else {
@@ -73,7 +73,7 @@ impl SpherePicture {
     }
 
     /// The direction in the picture's axes that a pixel shows; `None` outside a fisheye's circle.
-    pub fn direction(&self, pixel: DVec2) -> Option<DVec3> {
+    pub(crate) fn direction(&self, pixel: DVec2) -> Option<DVec3> {
         let scale = self.radians_per_pixel();
         let from_middle = (pixel - 0.5 * self.size()) * scale * DVec2::new(1.0, -1.0);
         if self.is_fisheye() {
@@ -119,7 +119,7 @@ impl SpherePicture {
 
     /// Largest number of pixels per radian, except near an equirectangular picture's poles and beyond 90 degrees off a fisheye's axis, where it is
     /// unbounded in the tangential direction.
-    pub fn pixels_per_radian(&self) -> f64 {
+    pub(crate) fn pixels_per_radian(&self) -> f64 {
         let densest = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {
             return densest;

@@ -37,7 +37,7 @@ pub struct Viewer {
 pub(crate) const OBLIQUITY_J2000: f64 = 84_381.406 * crate::units::RAD_PER_ARCSEC;
 
 /// The smallest rotation from unit vector `from` to `to`.
-pub fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
+pub(crate) fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
     DMat3::from_quat(glam::DQuat::from_rotation_arc(from, to))
 }
 
@@ -66,7 +66,7 @@ impl Places<'_> {
 
 /// Maximum distance of a camera from the body relative to which it is placed: a thousand light years of 365.25 days. From farther away the time of emission
 /// would be outside every ephemeris.
-pub const FARTHEST_KM: f64 = 1000.0 * 365.25 * crate::units::SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
+pub(crate) const FARTHEST_KM: f64 = 1000.0 * 365.25 * crate::units::SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
 
 fn near_enough(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
     if distance_km <= FARTHEST_KM {

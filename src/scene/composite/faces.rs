@@ -20,16 +20,16 @@ use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
 /// Maximum size of a face, in pixels, if it is determined by a fisheye's rim.
-pub const MAX_FACE_PX: u32 = 4096;
+pub(crate) const MAX_FACE_PX: u32 = 4096;
 /// Border of a face on each side, in pixels: the filter's radius.
-pub const BORDER_PX: u32 = 2;
+pub(crate) const BORDER_PX: u32 = 2;
 /// Minimum size of a face, pixels.
 const LEAST_FACE_PX: u32 = 16;
 /// Default field of view of a fisheye, degrees.
 const FISHEYE_DEG: f64 = 180.0;
 
 /// Right, up and forward of each face, in the picture's axes.
-pub const AXES: [[DVec3; 3]; 6] = [
+pub(crate) const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Y, DVec3::Z],
     [DVec3::NEG_Z, DVec3::Y, DVec3::X],
     [DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z],
@@ -39,7 +39,7 @@ pub const AXES: [[DVec3; 3]; 6] = [
 ];
 
 /// The face that contains a direction in the picture's axes: that with the nearest axis; ties as in the shader.
-pub fn face_of(direction: DVec3) -> usize {
+pub(crate) fn face_of(direction: DVec3) -> usize {
     let a = direction.abs();
     if a.z >= a.x && a.z >= a.y {
         if direction.z >= 0.0 { 0 } else { 2 }

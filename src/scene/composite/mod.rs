@@ -10,7 +10,7 @@ mod faces;
 pub mod sprites;
 
 pub use arrangement::{Arrangement, Eyes, Faces, FrameRequest, Frames};
-pub use faces::{BORDER_PX, MAX_FACE_PX};
+pub(crate) use faces::BORDER_PX;
 
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
@@ -47,7 +47,7 @@ impl Frames {
     }
 
     /// Sets the metered exposure for all frames.
-    pub fn exposed(&mut self, exposure: &Exposure) {
+    pub(crate) fn exposed(&mut self, exposure: &Exposure) {
         self.frames.iter_mut().for_each(|f| f.request.exposure = ExposureRequest::Stops(exposure.stops));
     }
 }
@@ -63,7 +63,13 @@ pub struct Composite {
 
 impl Composite {
     /// Combines the scenes of the frames, one per frame in the same order. `meter`: the camera of the light meter, midway between both eyes.
-    pub fn new(catalog: &Catalog, request: &ViewRequest, arrangement: Arrangement, meter: &Camera, mut scenes: Vec<Scene>) -> Option<Self> {
+    pub(crate) fn new(
+        catalog: &Catalog,
+        request: &ViewRequest,
+        arrangement: Arrangement,
+        meter: &Camera,
+        mut scenes: Vec<Scene>,
+    ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
         if let Arrangement::Faces(Faces { picture, frame_of, .. }) = &arrangement {
             whole.geometry = ImageGeometry::Sphere(picture.clone());

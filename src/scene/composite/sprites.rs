@@ -62,7 +62,7 @@ fn placed(picture: &SpherePicture, face: usize, camera: &Camera, centre: Vec3, f
 }
 
 /// The stars of a face. `white`: the radiance that is shown as white.
-pub fn stars(picture: &SpherePicture, face: usize, camera: &Camera, of_face: &[StarSprite], white: f64) -> Vec<StarSprite> {
+pub(crate) fn stars(picture: &SpherePicture, face: usize, camera: &Camera, of_face: &[StarSprite], white: f64) -> Vec<StarSprite> {
     let of = |s: &StarSprite| {
         let star = s.star;
         let sprites = placed(picture, face, camera, s.centre, s.flux, white);
@@ -72,7 +72,7 @@ pub fn stars(picture: &SpherePicture, face: usize, camera: &Camera, of_face: &[S
 }
 
 /// The points of a face.
-pub fn points(picture: &SpherePicture, face: usize, camera: &Camera, of_face: &[Point], white: f64) -> Vec<Point> {
+pub(crate) fn points(picture: &SpherePicture, face: usize, camera: &Camera, of_face: &[Point], white: f64) -> Vec<Point> {
     let of = |p: &Point| {
         let body = p.body;
         let sprites = placed(picture, face, camera, p.centre, p.flux, white);

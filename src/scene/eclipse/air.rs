@@ -37,7 +37,7 @@ pub(crate) struct RefractingLayers {
 impl RefractingLayers {
     /// Approximate fraction of sunlight, as luminance, that they refract to a point: `distance` from the axis in solar radii of `scale` a unit, `depth`
     /// units behind.
-    pub fn light(&self, distance: f64, depth: f64, scale: f64) -> f64 {
+    pub(crate) fn light(&self, distance: f64, depth: f64, scale: f64) -> f64 {
         let layer = |(edge, transmittances): (&DVec4, &DVec3)| {
             let ring = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * scale;
             // The fraction of the ring's circumference that lies on the Sun's disc.

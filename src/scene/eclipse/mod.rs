@@ -15,5 +15,4 @@ pub use occluders::{
     EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_law, max_occluders, model,
     select_occluders,
 };
-pub use shade::Shade;
-pub use uniforms::uniforms_of_casters;
+pub(crate) use uniforms::uniforms_of_casters;

@@ -7,7 +7,7 @@ use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver};
 use glam::DVec3;
 
 /// Approximate fraction of sunlight that occluders leave at points of a receiver, for discs without limb darkening. Pictures are not shaded by it.
-pub struct Shade<'a> {
+pub(crate) struct Shade<'a> {
     occluders: &'a [Occluder<'a>],
     axis: Axis,
     /// The first occluder's air, if it refracts light.
@@ -16,7 +16,7 @@ pub struct Shade<'a> {
 
 impl<'a> Shade<'a> {
     /// `None` without occluders.
-    pub fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
+    pub(crate) fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
         let fraction = |c: &Occluder<'_>| air::bending_fraction(c.along, axis.sun_distance);
@@ -24,7 +24,7 @@ impl<'a> Shade<'a> {
     }
 
     /// Fraction of sunlight at a point: body axes, equatorial radii.
-    pub fn sunlight_fraction(&self, point: DVec3) -> f64 {
+    pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
         let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
         let mut fraction = 1.0_f64;
         for (index, c) in self.occluders.iter().enumerate() {
@@ -44,7 +44,7 @@ impl<'a> Shade<'a> {
     }
 
     /// Mean fraction over the lit ground that a viewer sees. `camera`: from the centre, body axes.
-    pub fn mean(&self, camera: DVec3) -> f64 {
+    pub(crate) fn mean(&self, camera: DVec3) -> f64 {
         let towards = camera.normalize_or(self.axis.along);
         const POINTS: usize = 200;
         let (mut sum, mut weights) = (0.0, 0.0);

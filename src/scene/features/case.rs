@@ -52,7 +52,7 @@ pub(crate) struct Case<'c, 'a> {
 }
 
 impl<'c, 'a> Case<'c, 'a> {
-    pub fn of(frame: &'c Frame<'c>, placed: &'c PlacedBody<'a>) -> Self {
+    pub(crate) fn of(frame: &'c Frame<'c>, placed: &'c PlacedBody<'a>) -> Self {
         let camera = frame.camera;
         let diameter_px = match placed.outline {
             Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
@@ -69,34 +69,34 @@ impl<'c, 'a> Case<'c, 'a> {
         Self { frame, placed, diameter_px, rect, model, ring_view, share }
     }
 
-    pub fn body(&self) -> &'c Body {
+    pub(crate) fn body(&self) -> &'c Body {
         self.placed.body
     }
 
-    pub fn threshold(&self) -> Threshold {
+    pub(crate) fn threshold(&self) -> Threshold {
         self.frame.threshold
     }
 
-    pub fn effects(&self) -> &'c EffectOverrides {
+    pub(crate) fn effects(&self) -> &'c EffectOverrides {
         &self.frame.context.request.effects
     }
 
-    pub fn pixel_view(&self) -> PixelView {
+    pub(crate) fn pixel_view(&self) -> PixelView {
         self.frame.context.request.pixel_view
     }
 
     /// Degrees of ground that a pixel spans in the middle of the disc.
-    pub fn ground_deg_per_px(&self) -> f64 {
+    pub(crate) fn ground_deg_per_px(&self) -> f64 {
         let (distance_km, radius_km) = (self.placed.distance_km, self.body().radii_km.x);
         ((distance_km / radius_km - 1.0).max(0.0) * self.frame.camera.pixel_tangent()).to_degrees()
     }
 
     /// The Sun, from the list of light sources.
-    pub fn sun(&self) -> Option<&'c Body> {
+    pub(crate) fn sun(&self) -> Option<&'c Body> {
         self.frame.reflectors.iter().map(|r| r.body).find(|b| b.id == NaifId::SUN)
     }
 
-    pub fn log(&self) -> DecisionLog<'c> {
+    pub(crate) fn log(&self) -> DecisionLog<'c> {
         DecisionLog::new(self.effects(), self.frame.context.resources)
     }
 }
@@ -138,7 +138,7 @@ pub(crate) struct Decisions<'c> {
 }
 
 impl<'c> Decisions<'c> {
-    pub fn new(log: DecisionLog<'c>) -> Self {
+    pub(crate) fn new(log: DecisionLog<'c>) -> Self {
         Self {
             log,
             chosen: FeatureSelection::default(),

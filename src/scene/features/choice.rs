@@ -25,7 +25,7 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    pub fn of(body: &Body) -> Self {
+    pub(crate) fn of(body: &Body) -> Self {
         let emissive = matches!(body.photometry, Photometry::Emissive { .. });
         let maps = MapSet {
             albedo: body.maps.albedo.is_some(),
@@ -90,7 +90,7 @@ impl FeatureSelection {
     }
 
     /// The features of the globe's draw, without those that the body does not have.
-    pub fn features(self, body: &Body, view: PixelView) -> DrawFeatures {
+    pub(crate) fn features(self, body: &Body, view: PixelView) -> DrawFeatures {
         let available = Capabilities::of(body);
         let air = species::features(body, self.air);
         // Under an atmosphere the shape is always the ellipsoid, even where a sphere would do: that halves the keys.
@@ -155,7 +155,7 @@ impl FeatureSelection {
 
 impl FeatureSelection {
     /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows what lies under them.
-    pub fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
+    pub(crate) fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Final | PixelView::Cost);
         let ground = Self { mesh: None, ..self }.features(body, view);
         shown.then_some(DrawFeatures {
@@ -171,7 +171,7 @@ impl FeatureSelection {
     }
 
     /// The features of the ring's draws; `None` if the body has no rings.
-    pub fn ring_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
+    pub(crate) fn ring_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let available = Capabilities::of(body);
         let features = DrawFeatures {
             surface: Surface::Ring,
@@ -185,7 +185,7 @@ impl FeatureSelection {
     }
 
     /// The features of the draw of the air beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
-    pub fn sky_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
+    pub(crate) fn sky_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = matches!(view, PixelView::Final | PixelView::Cost | PixelView::OpticalDepth);
         let ground = self.features(body, view);
         let sky = DrawFeatures {

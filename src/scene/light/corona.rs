@@ -74,7 +74,7 @@ pub fn radiance(rho: f64) -> f64 {
 }
 
 /// Solar activity by the phase of the sunspot cycle: 0 at a minimum, 1 at a maximum.
-pub fn activity(time: Instant) -> f64 {
+pub(crate) fn activity(time: Instant) -> f64 {
     let year = 2000.0 + (time.jd_tt() - 2_451_545.0) / 365.25;
     let (first, last) = (SUNSPOT_MINIMA[0], SUNSPOT_MINIMA[SUNSPOT_MINIMA.len() - 1]);
     let phase = if (first..last).contains(&year) {

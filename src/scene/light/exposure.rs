@@ -15,7 +15,7 @@ pub struct Exposure {
 
 impl Exposure {
     /// An exposure of 2^stops, and the reason for it.
-    pub fn of(stops: f64, reason: impl Into<String>) -> Self {
+    pub(crate) fn of(stops: f64, reason: impl Into<String>) -> Self {
         Self { stops, metered_stops: stops, reason: reason.into() }
     }
     /// The factor on radiance.
@@ -23,7 +23,7 @@ impl Exposure {
         self.stops.exp2()
     }
     /// The factor on radiance, as the tone map takes it.
-    pub fn factor_f32(&self) -> f32 {
+    pub(crate) fn factor_f32(&self) -> f32 {
         narrow_scalar(self.factor())
     }
     /// The radiance that the picture shows as white.
@@ -33,7 +33,7 @@ impl Exposure {
 }
 
 /// Exposure of the pixel view of costs: 16384 instructions are white.
-pub const COST_STOPS: f64 = -14.0;
+pub(crate) const COST_STOPS: f64 = -14.0;
 /// Level at which automatic exposure shows a fully lit disc (brightest channel), as a part of white: features twice as bright as the mean are not clipped,
 /// and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;

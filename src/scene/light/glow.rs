@@ -72,7 +72,7 @@ pub(crate) struct VeilingGlare {
 
 impl VeilingGlare {
     /// The glare of a Sun that is at least partly in the frame.
-    pub fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
+    pub(crate) fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let towards = sun.placement.centre_km / sun.distance_km;
         let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
@@ -87,7 +87,7 @@ impl VeilingGlare {
     }
 
     /// Radiance in a direction (a unit vector).
-    pub fn radiance(&self, direction: DVec3) -> f64 {
+    pub(crate) fn radiance(&self, direction: DVec3) -> f64 {
         self.strength / (direction - self.towards).length_squared().max(self.least_sq)
     }
 }

@@ -10,7 +10,7 @@ use crate::units::KM_PER_AU;
 use glam::DVec3;
 
 /// A body as a source of reflected light: its position and the Sun's relative to it, ICRF.
-pub struct Reflector<'a> {
+pub(crate) struct Reflector<'a> {
     pub body: &'a Body,
     pub position_km: DVec3,
     pub sun_from_body_km: DVec3,
@@ -18,7 +18,7 @@ pub struct Reflector<'a> {
 
 /// One light on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightOn {
+pub(crate) struct LightOn {
     pub from: NaifId,
     /// Unit vector towards the light, ICRF.
     pub direction: DVec3,
@@ -27,7 +27,7 @@ pub struct LightOn {
 }
 
 /// The Sun's light on a body.
-pub fn sunlight(sun_from_body_km: DVec3) -> LightOn {
+pub(crate) fn sunlight(sun_from_body_km: DVec3) -> LightOn {
     let irradiance = (KM_PER_AU / sun_from_body_km.length()).powi(2);
     LightOn { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
 }
@@ -49,7 +49,7 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn
 /// The significant reflected lights on a receiver, strongest first, at most two; and the strongest of all with the radiance that it causes.
 ///
 /// `is_significant` tests the radiance of a surface of the receiver's albedo that faces the light.
-pub fn planet_shine(
+pub(crate) fn planet_shine(
     receiver: &Body,
     receiver_km: DVec3,
     sources: &[Reflector<'_>],

@@ -20,7 +20,7 @@ pub struct NightLights {
 }
 
 /// Radiance of a white texel of the body's night map; 0 without one.
-pub fn brightest(body: &Body) -> f64 {
+pub(crate) fn brightest(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
@@ -33,7 +33,7 @@ pub(crate) fn lit(cos_incidence: f64) -> f64 {
 impl NightLights {
     /// From the texels of an equirectangular map: rows from north, each texel's brightest channel, linear, 0 to 1. `None` if the number of texels is
     /// wrong.
-    pub fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
+    pub(crate) fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
         let white = brightest(body);
         let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
         let is_complete = width > 0 && height > 0 && radiance.len() == width * height;
@@ -41,7 +41,7 @@ impl NightLights {
     }
 
     /// Radiance at a point of the unit-sphere frame, bilinearly interpolated.
-    pub fn at(&self, point: DVec3) -> f64 {
+    pub(crate) fn at(&self, point: DVec3) -> f64 {
         let direction = (point * DVec3::new(1.0, 1.0, self.stretch)).normalize();
         let u = 0.5 + direction.y.atan2(direction.x) / TAU;
         let v = 0.5 - direction.z.clamp(-1.0, 1.0).asin() / PI;

@@ -8,7 +8,7 @@
 use crate::catalog::NaifId;
 
 /// Magnitudes against phase angle in degrees: pieces of polynomials (constant term first), each up to an angle.
-pub struct PhaseLaw {
+pub(crate) struct PhaseLaw {
     pieces: &'static [(f64, &'static [f64])],
     /// Largest phase angle that the law was fitted to, degrees.
     pub range_deg: f64,
@@ -16,7 +16,7 @@ pub struct PhaseLaw {
 
 impl PhaseLaw {
     /// Brightness over that at zero phase, for an angle of 0..=`range_deg` degrees.
-    pub fn brightness(&self, alpha_deg: f64) -> f64 {
+    pub(crate) fn brightness(&self, alpha_deg: f64) -> f64 {
         10f64.powf(-0.4 * (self.magnitude(alpha_deg) - self.magnitude(0.0)))
     }
 
@@ -44,7 +44,7 @@ const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e
 const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], range_deg: 133.0 };
 
 /// The law of a body, where one is published.
-pub fn law(body: NaifId) -> Option<&'static PhaseLaw> {
+pub(crate) fn law(body: NaifId) -> Option<&'static PhaseLaw> {
     match body.0 {
         199 => Some(&MERCURY),
         299 => Some(&VENUS),

@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Visual magnitude of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47, table 3: Johnson V).
-pub const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
+pub(crate) const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
 /// Geometric albedo of the model with unit multiplier; for an emissive body the mean of its limb darkening over the disc.
 ///
@@ -58,7 +58,7 @@ pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, co
 }
 
 /// Phase function of a Lambert sphere, 1 at zero phase (Russell 1916).
-pub fn lambert_phase(alpha: f64) -> f64 {
+pub(crate) fn lambert_phase(alpha: f64) -> f64 {
     (alpha.sin() + (PI - alpha) * alpha.cos()) / PI
 }
 
@@ -116,7 +116,7 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
 }
 
 /// Phase function of the body: the published law if there is one, else the model's. Beyond the law's range the model's relative slope continues it.
-pub fn phase(body: &Body, alpha: f64) -> f64 {
+pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit = law.range_deg.to_radians();
     if alpha <= limit {
@@ -140,17 +140,17 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
 }
 
 /// Factor on the reflectance map or colour that gives the disc the catalog's geometric albedo.
-pub fn albedo_normalisation(body: &Body) -> DVec3 {
+pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }
 
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
-pub fn sun_disc_radiance() -> f64 {
+pub(crate) fn sun_disc_radiance() -> f64 {
     (KM_PER_AU / SUN_RADIUS_KM).powi(2)
 }
 
 /// Projected area of the ellipsoid in the direction `n` (unit vector, body axes), divided by pi.
-pub fn projected_radius_squared_km2(radii_km: DVec3, n: DVec3) -> f64 {
+pub(crate) fn projected_radius_squared_km2(radii_km: DVec3, n: DVec3) -> f64 {
     let (a, b, c) = (radii_km.x, radii_km.y, radii_km.z);
     ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
 }

@@ -21,7 +21,7 @@ const DISC: usize = 24;
 
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RingLight {
+pub(crate) struct RingLight {
     /// I/F integrated over the rings' visible area, divided by pi equatorial radii squared: corresponds to the globe's geometric albedo times its phase
     /// function.
     pub ring_albedo: f64,
@@ -31,10 +31,10 @@ pub struct RingLight {
 
 impl RingLight {
     /// The value for a body without rings.
-    pub const NONE: Self = Self { ring_albedo: 0.0, globe_fraction: 1.0 };
+    pub(crate) const NONE: Self = Self { ring_albedo: 0.0, globe_fraction: 1.0 };
 
     /// `sun` and `viewer`: unit vectors from the body's centre, body axes.
-    pub fn of(tables: &RingTables, body: &Body, sun: DVec3, viewer: DVec3) -> Self {
+    pub(crate) fn of(tables: &RingTables, body: &Body, sun: DVec3, viewer: DVec3) -> Self {
         let unit_km = body.radii_km.x;
         if body.rings.iter().all(|r| r.tau_normal <= 0.0) {
             return Self::NONE;

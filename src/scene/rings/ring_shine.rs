@@ -37,7 +37,7 @@ const EQUATOR: f64 = 1e-6;
 impl RingShine {
     /// Irradiance of level ground per unit of sunlight, brightest channel, interpolated as in shaders/lib/ring/shine.wesl. `point`: unit-sphere frame;
     /// `sun`: unit vector, body axes.
-    pub fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
+    pub(crate) fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
         let height = point.z.abs();
         let level = sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let hour = point.truncate().perp_dot(level).abs().atan2(point.truncate().dot(level)) / PI;
@@ -267,7 +267,7 @@ impl RingShineGeometry<'_> {
 
     /// Upper limit of the irradiance of any place, per unit of sunlight: each ring at its maximum brightness, all of it above the nearest point of the
     /// equator.
-    pub fn upper_limit(&self) -> f64 {
+    pub(crate) fn upper_limit(&self) -> f64 {
         let brightest = particle_phase(1.0);
         let of = |ring: &&Ring| {
             let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);

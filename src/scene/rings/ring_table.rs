@@ -12,9 +12,9 @@ use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
 
 /// Maximum number of rows of a ring's table, for slopes x = 2^(k/8), k = 0..=96.
-pub use crate::scene::constants::RING_SLOPES as SLOPES;
+pub(crate) use crate::scene::constants::RING_SLOPES as SLOPES;
 /// Maximum number of radii in a table: half of the widest texture that every GPU supports.
-pub const MAX_NODES: usize = 4096;
+pub(crate) const MAX_NODES: usize = 4096;
 
 /// An interval of radius with constant optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +83,7 @@ impl RingTables {
     }
 
     /// [`RingTable::of`] some rings of a body, cached.
-    pub fn profile(&self, rings: &[&Ring], unit_km: f64, seen: &RingSeen) -> Option<Arc<RingTable>> {
+    pub(crate) fn profile(&self, rings: &[&Ring], unit_km: f64, seen: &RingSeen) -> Option<Arc<RingTable>> {
         let light = seen.sunlight.iter().flatten().flatten().copied();
         let asked = std::iter::once(unit_km).chain(seen.slopes.map(f64::from)).chain(light);
         let key = asked.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
@@ -92,7 +92,7 @@ impl RingTables {
     }
 
     /// [`RingTable::of_shadow`] of some rings of a body, cached.
-    pub fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
+    pub(crate) fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
         let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let steps = || self.steps(rings.iter().copied(), unit_km);
         self.shadows.get(key, || RingTable::of_shadow_steps(&steps(), slopes).map(Arc::new))

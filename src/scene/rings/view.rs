@@ -24,7 +24,7 @@ use std::sync::Arc;
 const THIN: f64 = 1e-6;
 
 /// The geometry of a body's rings in a frame.
-pub struct View<'a> {
+pub(crate) struct View<'a> {
     pub body: &'a Body,
     pub camera: &'a Camera,
     pub placement: &'a Placement,
@@ -41,13 +41,13 @@ pub struct View<'a> {
 }
 
 /// The result of comparing a value with its threshold.
-pub struct ThresholdCheck {
+pub(crate) struct ThresholdCheck {
     pub on: bool,
     pub reason: String,
 }
 
 /// The rings that can visibly change a pixel.
-pub struct VisibleRings<'a> {
+pub(crate) struct VisibleRings<'a> {
     pub rings: Vec<&'a Ring>,
     pub check: ThresholdCheck,
 }
@@ -85,7 +85,7 @@ impl<'a> View<'a> {
     }
 
     /// The visible rings; with `include_all` also those below the threshold.
-    pub fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
+    pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let rings: Vec<&Ring> = self.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         let strongest = rings.iter().map(|r| (self.visible_change(r).0, r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
         let outer = rings.iter().filter(|r| self.visible_change(r).1 || include_all).map(|r| r.outer_km).fold(0.0, f64::max);
@@ -105,7 +105,7 @@ impl<'a> View<'a> {
     }
 
     /// Whether any of the rings can be in the picture.
-    pub fn meets_frame(&self) -> bool {
+    pub(crate) fn meets_frame(&self) -> bool {
         self.rect(self.body.rings.iter().map(|r| r.outer_km).fold(0.0, f64::max)).is_some()
     }
 
@@ -114,7 +114,7 @@ impl<'a> View<'a> {
     }
 
     /// Whether the rings' shadow on the lit globe is visible, and its model.
-    pub fn ring_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, RingShadow) {
+    pub(crate) fn ring_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, RingShadow) {
         let sine = self.sun.z.abs();
         let tangent = self.sun_tangent(sun_radius_km);
         // The Sun's cylinder through the terminator is the farthest place where a path from the lit globe to the Sun crosses the plane.
@@ -132,7 +132,7 @@ impl<'a> View<'a> {
     }
 
     /// Whether the globe's shadow falls on the ring, and its model.
-    pub fn body_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, BodyShadow) {
+    pub(crate) fn body_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, BodyShadow) {
         let inner_km = rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min);
         let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
         // Distance of the shadow's axis from the nearest point of the innermost ring, equatorial radii.
@@ -148,7 +148,7 @@ impl<'a> View<'a> {
     }
 
     /// The rectangle around the outline of the outermost visible ring.
-    pub fn rect(&self, outer_km: f64) -> Option<ClipRect> {
+    pub(crate) fn rect(&self, outer_km: f64) -> Option<ClipRect> {
         let disc = Placement { radii_km: DVec3::new(outer_km, outer_km, outer_km * THIN), ..*self.placement };
         if disc.camera_is_inside() {
             return Some(ClipRect::VIEWPORT);
@@ -157,7 +157,7 @@ impl<'a> View<'a> {
     }
 
     /// The view rays over the rectangle, in units of the equatorial radius on all axes.
-    pub fn rays(&self, rect: ClipRect) -> DrawUniforms {
+    pub(crate) fn rays(&self, rect: ClipRect) -> DrawUniforms {
         let round = Placement { radii_km: DVec3::splat(self.body.radii_km.x), ..*self.placement };
         DrawUniforms::of_rays(&self.camera.view_rays(&round, rect, AnchorForm::Auto))
     }
@@ -185,7 +185,7 @@ impl<'a> View<'a> {
     }
 
     /// Uniforms of ring-shine on the globe. `undo`: the factor for the Sun's phase in the albedo, which does not apply to this light.
-    pub fn shine_axes(&self, shine: &RingShine, undo: f64) -> Vec4 {
+    pub(crate) fn shine_axes(&self, shine: &RingShine, undo: f64) -> Vec4 {
         let level = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let [x, y, z, w] = [level.x, level.y, 1.0 / shine.reach, 1.0 / undo.max(1e-6)].map(camera::narrow_scalar);
         Vec4::new(x, y, z, w)
@@ -204,13 +204,13 @@ impl<'a> View<'a> {
     }
 
     /// The uniforms of both draws, except `half`.
-    pub fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingUniforms {
+    pub(crate) fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingUniforms {
         let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.seen(rings, sun, shows));
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
     /// Ring uniforms of the globe in the rings' shadow: out to the last ring with a visible shadow, or all rings if there is none.
-    pub fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
+    pub(crate) fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
         let tangent = self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x));
         let is_visible = |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
         let outer = rings.iter().filter(is_visible).map(|r| r.outer_km).fold(0.0, f64::max);

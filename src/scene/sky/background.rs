@@ -34,7 +34,7 @@ pub struct SkyBackground {
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
     pub zodiacal_law: [Vec4; 5],
-    /// See the shader: [`zodiacal::NEAR`], and cosines of [`zodiacal::HANDOVER_DEG`].
+    /// See the shader: `zodiacal::NEAR`, and cosines of `zodiacal::HANDOVER_DEG`.
     pub near: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,

@@ -21,7 +21,7 @@ pub enum SkyFrame {
 /// An unknown frame name, with a suggestion.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct UnknownSkyFrame(String);
+pub(crate) struct UnknownSkyFrame(String);
 
 /// Unit vector of a right ascension and declination, or of any longitude and latitude, degrees.
 pub fn direction(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
@@ -35,9 +35,9 @@ pub fn ecliptic_pole() -> DVec3 {
 }
 
 impl SkyFrame {
-    pub const ALL: [Self; 3] = [Self::Galactic, Self::Equatorial, Self::Ecliptic];
+    pub(crate) const ALL: [Self; 3] = [Self::Galactic, Self::Equatorial, Self::Ecliptic];
 
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Galactic => "galactic",
             Self::Equatorial => "equatorial",
@@ -49,7 +49,7 @@ impl SkyFrame {
     ///
     /// # Errors
     /// An unknown name: the nearest known one, or a list of all.
-    pub fn by_name(name: &str) -> Result<Self, UnknownSkyFrame> {
+    pub(crate) fn by_name(name: &str) -> Result<Self, UnknownSkyFrame> {
         let known = Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name));
         known.ok_or_else(|| UnknownSkyFrame(suggestion_or_list(name, &Self::ALL.map(Self::name))))
     }

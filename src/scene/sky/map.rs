@@ -22,7 +22,7 @@ pub struct SkyMap {
 }
 
 /// File of the built-in panorama.
-pub const MILKY_WAY_FILE: &str = "milky_way.jpg";
+pub(crate) const MILKY_WAY_FILE: &str = "milky_way.jpg";
 
 /// Surface brightness of the Large Sagittarius Star Cloud, the mean over 3 degrees at l 2, b -4: 20.5 V magnitudes in a square second, an estimate to 0.5 magnitudes
 /// (published surface photometry of the brightest Milky Way lies between 20 and 21). In stars of tenth magnitude in a square degree.
@@ -34,7 +34,7 @@ impl SkyMap {
     /// The built-in Milky Way. Its stars are filtered out, because those of the catalogue are drawn separately. With the cloud above at its brightness,
     /// the mean over the sky is 71 stars of tenth magnitude per square degree, and the stars to V 7 add 26: together the roughly 100 of integrated
     /// starlight (Roach & Megill 1961, ApJ 133, 228).
-    pub fn milky_way() -> Self {
+    pub(crate) fn milky_way() -> Self {
         let unit_radiance = CLOUD_S10 / CLOUD_VALUE * *S10;
         Self {
             file: MILKY_WAY_FILE.into(),

@@ -45,7 +45,7 @@ impl OrbitTiming {
 }
 
 impl MinorPlanetColumns {
-    pub fn of(bodies: &[SmallBody]) -> Self {
+    pub(crate) fn of(bodies: &[SmallBody]) -> Self {
         let mut columns = [Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(bodies.len())];
         for body in bodies {
             let o = &body.orbit;
@@ -65,7 +65,7 @@ impl MinorPlanetColumns {
     }
 
     /// Time of each body since its perihelion, in the shader's unit.
-    pub fn times(&self, days: f64) -> Vec<f32> {
+    pub(crate) fn times(&self, days: f64) -> Vec<f32> {
         self.timings.iter().map(|timing| narrow_scalar(timing.time(days))).collect()
     }
 }

@@ -47,9 +47,9 @@ pub struct MinorPlanets {
 }
 
 /// Light time per au in units of time at 1 au: days per au times Gauss' constant.
-pub const LIGHT_TIME: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY * GAUSS_CONSTANT;
+pub(crate) const LIGHT_TIME: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY * GAUSS_CONSTANT;
 /// View depth that maps to reversed depth 1, au.
-pub const NEAR_AU: f64 = NEAR_DEPTH_KM / KM_PER_AU;
+pub(crate) const NEAR_AU: f64 = NEAR_DEPTH_KM / KM_PER_AU;
 
 /// Splits a vector into a sum of two f32 vectors.
 fn two_parts(v: DVec3) -> [Vec3; 2] {

@@ -51,7 +51,7 @@ impl StarPlacer {
     }
 
     /// For the stars of a given catalogue.
-    pub fn of_stars(stars: &StarCatalog, viewer: &Viewer, request: &ViewRequest) -> Self {
+    pub(crate) fn of_stars(stars: &StarCatalog, viewer: &Viewer, request: &ViewRequest) -> Self {
         Self {
             years: stars.years_since_epoch(request.time.jd_tt()),
             viewer_au: viewer.camera.position_km / KM_PER_AU,

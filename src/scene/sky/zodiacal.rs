@@ -15,22 +15,22 @@ use std::sync::LazyLock;
 const SQUARE_DEGREES: f64 = (180.0 / PI) * (180.0 / PI);
 
 /// Radiance of one star of tenth magnitude per square degree.
-pub static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES * PI);
+pub(crate) static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES * PI);
 
 /// The S10 unit (one star of tenth magnitude of the Sun's colour per square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
 const TABLE_PER_S10: f64 = 1.28;
 /// Exponent of the distance from the Sun.
 const DISTANCE_EXPONENT: f64 = -2.3;
 /// Distance from the Sun, au, within which only the corona's law is used.
-pub const NEAREST_AU: f64 = 0.1;
+pub(crate) const NEAREST_AU: f64 = 0.1;
 /// Elongations, degrees, between which the corona blends into the zodiacal light.
-pub const HANDOVER_DEG: (f64, f64) = (15.0, 25.0);
+pub(crate) const HANDOVER_DEG: (f64, f64) = (15.0, 25.0);
 
 /// Offset that keeps the logarithm's argument positive towards the Sun.
-pub const NEAR: f64 = 1.02;
+pub(crate) const NEAR: f64 = 1.02;
 /// Coefficients of the binary logarithm of the table's values: rows are powers of log2(NEAR - cosine of the elongation), columns are powers of the sine of
 /// the latitude.
-pub const LAW: [[f64; 4]; 5] = [
+pub(crate) const LAW: [[f64; 4]; 5] = [
     [7.8937, 0.0533, -5.4046, 3.8745],
     [-0.8988, 2.1406, -4.6106, 2.7313],
     [0.4626, -1.6305, 3.2623, -1.2307],

@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const NO_EDGE: f64 = 1e6;
 
 /// Whether an overlay can change a pixel. `ground_deg_per_px`: degrees of ground per pixel.
-pub fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Threshold) -> (bool, String) {
+pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Threshold) -> (bool, String) {
     let least_deg = match overlay.projection {
         Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
         Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
@@ -48,7 +48,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
 }
 
 /// The uniforms of an overlay. `factor`: from the image's colour to the albedo of the draw.
-pub fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
+pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
     let shape = body.radii_km / body.radii_km.x;
     let (axes, kind, limits, around) = match overlay.projection {
         Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => {

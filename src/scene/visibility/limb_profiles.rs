@@ -24,7 +24,7 @@ impl Default for LimbProfiles {
 
 impl LimbProfiles {
     /// `place_km`: in the Moon's axes, outside of all ground.
-    pub fn seen_from(&self, map: &Arc<HeightMap>, place_km: DVec3) -> Arc<LimbProfile> {
+    pub(crate) fn seen_from(&self, map: &Arc<HeightMap>, place_km: DVec3) -> Arc<LimbProfile> {
         let is_same_limb = |kept: &(usize, DVec3), wanted: &(usize, DVec3)| {
             let lengths = kept.1.length() / wanted.1.length();
             kept.0 == wanted.0 && angle_rad(kept.1, wanted.1) < SAME_PLACE && (lengths - 1.0).abs() < 1e-3

@@ -19,14 +19,14 @@ pub enum Clock {
 
 impl Clock {
     /// The civil time; `None` outside the calendar.
-    pub fn shown(self, t: Instant) -> Option<NaiveDateTime> {
+    pub(crate) fn shown(self, t: Instant) -> Option<NaiveDateTime> {
         match self {
             Self::Utc => shown(t, &Utc),
             Self::Local => shown(t, &Local),
         }
     }
 
-    pub fn instant(self, civil: NaiveDateTime) -> Option<Instant> {
+    pub(crate) fn instant(self, civil: NaiveDateTime) -> Option<Instant> {
         match self {
             Self::Utc => instant(civil, &Utc),
             Self::Local => instant(civil, &Local),
@@ -34,7 +34,7 @@ impl Clock {
     }
 
     /// `UTC`, or the zone's offset: `UTC+05:30`.
-    pub fn name(self, t: Instant) -> String {
+    pub(crate) fn name(self, t: Instant) -> String {
         match (self, Self::Utc.shown(t)) {
             (Self::Local, Some(utc)) => offset_text(Local.offset_from_utc_datetime(&utc).fix().local_minus_utc()),
             _ => "UTC".into(),

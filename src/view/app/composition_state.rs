@@ -8,9 +8,9 @@ use crate::view::app::option_text;
 use serde::{Deserialize, Serialize};
 
 /// Full angle of a usual dome.
-pub const FISHEYE_DEG: f64 = 180.0;
+pub(crate) const FISHEYE_DEG: f64 = 180.0;
 /// Full angles that a fisheye can show.
-pub const FISHEYE_RANGE_DEG: std::ops::RangeInclusive<f64> = 1.0..=360.0;
+pub(crate) const FISHEYE_RANGE_DEG: std::ops::RangeInclusive<f64> = 1.0..=360.0;
 
 /// How the picture is put together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,7 +44,7 @@ impl Default for CompositionState {
 
 impl CompositionState {
     /// Without its mesh.
-    pub fn of(composition: &Composition) -> Self {
+    pub(crate) fn of(composition: &Composition) -> Self {
         Self {
             projection: composition.projection,
             dome_zenith: composition.zenith_centred,
@@ -55,12 +55,12 @@ impl CompositionState {
         }
     }
 
-    pub fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         *self == Self::default()
     }
 
     /// What the picture is made as; what a projection does not use is left out.
-    pub fn composition(&self) -> Composition {
+    pub(crate) fn composition(&self) -> Composition {
         let sphere = self.projection != Projection::Perspective;
         Composition {
             projection: self.projection,

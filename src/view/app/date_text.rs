@@ -10,7 +10,7 @@ const MONTHS: [&str; 12] =
     ["january", "february", "march", "april", "may", "june", "july", "august", "september", "october", "november", "december"];
 
 /// The instant of a date text.
-pub fn parse_date(text: &str, now: Instant) -> Option<Instant> {
+pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let text = text.trim().to_lowercase();
     match text.as_str() {
         "now" | "today" => return Some(now),

@@ -149,7 +149,7 @@ impl EventSearch {
     ///
     /// # Errors
     /// The ephemeris does not reach so far.
-    pub fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
+    pub(crate) fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
         while !self.is_over() {
             if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
                 return Ok(Some(event));
@@ -177,7 +177,7 @@ const PLAYBACK_S: f64 = 30.0;
 const LEAD_FRACTION: f64 = 0.05;
 
 impl SkyEvent {
-    pub fn kind(&self) -> EventKind {
+    pub(crate) fn kind(&self) -> EventKind {
         match self {
             Self::Solar(_) => EventKind::Solar,
             Self::Lunar(_) => EventKind::Lunar,
@@ -196,7 +196,7 @@ impl SkyEvent {
     }
 
     /// Contacts for the Earth as a whole, by time.
-    pub fn contacts(&self) -> &[(&'static str, Instant)] {
+    pub(crate) fn contacts(&self) -> &[(&'static str, Instant)] {
         match self {
             Self::Solar(e) => &e.contacts,
             Self::Lunar(e) => &e.contacts,
@@ -263,7 +263,7 @@ impl SkyEvent {
     }
 
     /// Whether the event is notable: a total, annular or hybrid solar eclipse, a total lunar eclipse, a transit, or a shadow on a planet.
-    pub fn is_notable(&self) -> bool {
+    pub(crate) fn is_notable(&self) -> bool {
         match self {
             Self::Solar(e) => e.class != SolarType::Partial,
             Self::Lunar(e) => e.class == LunarType::Total,
@@ -273,7 +273,7 @@ impl SkyEvent {
     }
 
     /// First and last contact.
-    pub fn span(&self) -> (Instant, Instant) {
+    pub(crate) fn span(&self) -> (Instant, Instant) {
         let contacts = self.contacts();
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
     }
@@ -297,7 +297,7 @@ impl SkyEvent {
     }
 
     /// The view from a place on the Earth, where the body is at the given altitude.
-    pub fn view_from(&self, place: Place, altitude_deg: f64, base_view: &ViewState) -> ViewState {
+    pub(crate) fn view_from(&self, place: Place, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
             Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_FOV_DEG),
@@ -317,7 +317,7 @@ impl SkyEvent {
     }
 
     /// From shortly before the first contact to shortly after the last one, at a rate that takes half a minute.
-    pub fn playback(&self) -> Playback {
+    pub(crate) fn playback(&self) -> Playback {
         let (first, last) = self.local_span();
         let length_s = (seconds(last) - seconds(first)).max(1.0);
         Playback {
@@ -373,7 +373,7 @@ const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
 /// Span and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Playback {
+pub(crate) struct Playback {
     pub from_tdb_s: f64,
     pub to_tdb_s: f64,
     /// Scene seconds per real second.

@@ -1,7 +1,7 @@
 //! Automatic exposure of the window: it approaches the metered value smoothly.
 //!
 //! In: metered exposures of drawn pictures, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays by
-//! exp(-t / [`TIME_CONSTANT_S`]) in real time, at any frame rate; it jumps without a predecessor: for the first picture, for
+//! exp(-t / `TIME_CONSTANT_S`) in real time, at any frame rate; it jumps without a predecessor: for the first picture, for
 //! another target or standpoint that no flight leads to, and after manual exposure. It reads no clock, and does not apply to saved pictures: a link, a
 //! file and a sequence of frames are exposed for their instant alone.
 
@@ -13,7 +13,7 @@ use std::mem::{Discriminant, discriminant};
 
 /// A camera's automatic exposure takes half a second, as does the eye's neural adaptation; its photochemical adaptation takes minutes, too long to wait for.
 /// Chosen by eye.
-pub const TIME_CONSTANT_S: f64 = 0.4;
+pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 
 /// The properties that two views must share for the exposure to adapt smoothly.
 type Standpoint = (NaifId, NaifId, Discriminant<CameraPose>);
@@ -26,7 +26,7 @@ struct Adapted {
 }
 
 #[derive(Default)]
-pub struct ExposureAdaptation {
+pub(crate) struct ExposureAdaptation {
     standpoint: Option<Standpoint>,
     /// `None` before the first picture.
     adapted: Option<Adapted>,
@@ -54,7 +54,7 @@ impl ExposureAdaptation {
     }
 
     /// The exposure to request for the next picture of a view.
-    pub fn ask(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
+    pub(crate) fn ask(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
         self.reset_on_cut(view);
         (self.asked_s, self.awaited) = (now_s, true);
         match (view.exposure_stops, self.adapted) {
@@ -68,14 +68,14 @@ impl ExposureAdaptation {
     }
 
     /// Takes note of a finished picture.
-    pub fn note_drawn(&mut self, exposure: &Exposure, asked: ExposureRequest) {
+    pub(crate) fn note_drawn(&mut self, exposure: &Exposure, asked: ExposureRequest) {
         self.awaited = false;
         let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.asked_s };
         self.adapted = (!matches!(asked, ExposureRequest::Stops(_))).then_some(adapted);
     }
 
     /// Whether another picture of the same view would be closer to the metered exposure.
-    pub fn is_adapting(&self) -> bool {
+    pub(crate) fn is_adapting(&self) -> bool {
         !self.awaited && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
     }
 }

@@ -11,14 +11,14 @@ const DIGITS: usize = 5;
 /// A name with an invalid number placeholder.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: write the frame number as %d or %05d, once")]
-pub struct FrameNumberError {
+pub(crate) struct FrameNumberError {
     /// The name as it was given.
     pub name: String,
 }
 
 /// A name with a number placeholder.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NumberedName {
+pub(crate) struct NumberedName {
     before: String,
     digits: usize,
     after: String,
@@ -35,7 +35,7 @@ impl NumberedName {
     ///
     /// # Errors
     /// How to write a placeholder.
-    pub fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
+    pub(crate) fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
         let Some((before, rest)) = name.split_once('%') else { return Ok(None) };
         let found = rest.split_once('d').and_then(|(width, after)| {
             let digits = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
@@ -44,7 +44,7 @@ impl NumberedName {
         found.map(Some).ok_or_else(|| FrameNumberError { name: name.to_owned() })
     }
 
-    pub fn path(&self, number: u32) -> PathBuf {
+    pub(crate) fn path(&self, number: u32) -> PathBuf {
         let Self { before, digits, after } = self;
         format!("{before}{number:0digits$}{after}").into()
     }
@@ -54,7 +54,7 @@ impl NumberedName {
     ///
     /// # Errors
     /// How to write a placeholder.
-    pub fn of_sequence(name: &str, frames: u32) -> Result<Self, FrameNumberError> {
+    pub(crate) fn of_sequence(name: &str, frames: u32) -> Result<Self, FrameNumberError> {
         let (before, after) = split(name);
         let plain = || Self { before: format!("{before}-"), digits: DIGITS, after: after.to_owned() };
         let first = Self::of(name)?.unwrap_or_else(plain);
@@ -68,7 +68,7 @@ impl NumberedName {
 ///
 /// # Errors
 /// How to write a placeholder.
-pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
+pub(crate) fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
     }
@@ -78,7 +78,7 @@ pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>
 }
 
 /// The absolute path, for messages.
-pub fn absolute_path(path: &Path) -> String {
+pub(crate) fn absolute_path(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 

@@ -7,20 +7,20 @@
 use glam::{DQuat, DVec3};
 
 /// Length of a flight, seconds.
-pub const FLIGHT_S: f64 = 2.0;
+pub(crate) const FLIGHT_S: f64 = 2.0;
 /// Fraction of the time after which the camera faces the target.
 const GAZE_SETTLES: f64 = 0.5;
 
 /// Position and orientation of the camera, relative to the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
+pub(crate) struct Pose {
     pub offset_km: DVec3,
     pub forward: DVec3,
     pub up: DVec3,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flight {
+pub(crate) struct Flight {
     pub from: Pose,
     pub to: Pose,
     pub passed_s: f64,
@@ -38,17 +38,17 @@ fn slerp(from: DVec3, to: DVec3, part: f64) -> DVec3 {
 }
 
 impl Flight {
-    pub fn new(from: Pose, to: Pose) -> Self {
+    pub(crate) fn new(from: Pose, to: Pose) -> Self {
         Self { from, to, passed_s: 0.0 }
     }
 
     /// Advances time; true while the flight lasts.
-    pub fn advance(&mut self, seconds: f64) -> bool {
+    pub(crate) fn advance(&mut self, seconds: f64) -> bool {
         self.passed_s += seconds.max(0.0);
         self.passed_s < FLIGHT_S
     }
 
-    pub fn pose(&self) -> Pose {
+    pub(crate) fn pose(&self) -> Pose {
         let part = (self.passed_s / FLIGHT_S).clamp(0.0, 1.0);
         if part >= 1.0 {
             return self.to;

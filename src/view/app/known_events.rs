@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// An event with its title.
 #[derive(Clone, Debug)]
-pub struct KnownEvent {
+pub(crate) struct KnownEvent {
     pub tdb_s: f64,
     pub title: String,
     pub event: Arc<SkyEvent>,
@@ -23,7 +23,7 @@ const MAX_EVENTS: usize = 5000;
 
 /// The events of some kinds found so far.
 #[derive(Debug)]
-pub struct KnownEvents {
+pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
     step_s: f64,
     /// TDB seconds past J2000, from and to.
@@ -35,7 +35,7 @@ pub struct KnownEvents {
 
 /// A short search, and the side that it extends.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NextSearch {
+pub(crate) struct NextSearch {
     pub search: EventSearch,
     backward: bool,
     from_s: f64,
@@ -43,12 +43,12 @@ pub struct NextSearch {
 
 impl KnownEvents {
     /// `step_days`: length of one search.
-    pub fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
+    pub(crate) fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
         Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
     /// The next search for a span; `None` if the span is known.
-    pub fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
+    pub(crate) fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
         let middle_s = 0.5 * (from_s + to_s);
         let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
         if self.searched.is_none_or(|s| is_elsewhere(&s)) || self.events.len() > MAX_EVENTS {
@@ -70,7 +70,7 @@ impl KnownEvents {
     }
 
     /// Takes the result of a search; `None`: outside the ephemeris. Results for a span that was left meanwhile are dropped.
-    pub fn take(&mut self, of: &NextSearch, found: Option<Vec<KnownEvent>>) {
+    pub(crate) fn take(&mut self, of: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
         let end_s = if of.backward { first_s } else { last_s };
         if *end_s != of.from_s {
@@ -86,7 +86,7 @@ impl KnownEvents {
     }
 
     /// Known events of a span, by time.
-    pub fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
+    pub(crate) fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
         let at = |s: f64| self.events.partition_point(|e| e.tdb_s < s);
         self.events.get(at(from_s)..at(to_s)).unwrap_or_default()
     }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer, Serializer};
 const MAX_ECHO_CHARS: usize = 60;
 
 /// A choice with a name for each value.
-pub trait Named: Copy + 'static {
+pub(crate) trait Named: Copy + 'static {
     fn names() -> Vec<&'static str>;
     fn name(self) -> &'static str;
     fn by_name(name: &str) -> Option<Self>;
@@ -41,11 +41,11 @@ named!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 pub mod by_name {
     use super::{Deserialize, Deserializer, Error, MAX_ECHO_CHARS, Named, Serializer, echo_within, suggestion_or_list};
 
-    pub fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(choice.name())
     }
 
-    pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    pub(crate) fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
         let name = String::deserialize(deserializer)?;
         let unknown = || {
             D::Error::custom(format!("`{}` is not known; {}", echo_within(&name, MAX_ECHO_CHARS), suggestion_or_list(&name, &T::names())))
@@ -63,11 +63,11 @@ pub mod by_optional_name {
     #[serde(bound = "T: Named")]
     struct Name<T: Named>(#[serde(with = "by_name")] T);
 
-    pub fn serialize<T: Named, S: Serializer>(choice: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<T: Named, S: Serializer>(choice: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
         choice.map(Name).serialize(serializer)
     }
 
-    pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    pub(crate) fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
         Ok(Option::<Name<T>>::deserialize(deserializer)?.map(|Name(choice)| choice))
     }
 }
@@ -76,11 +76,11 @@ pub mod by_optional_name {
 pub mod effects {
     use super::{Deserialize, Deserializer, EffectOverrides, Error, Serializer};
 
-    pub fn serialize<S: Serializer>(effects: &EffectOverrides, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(effects: &EffectOverrides, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&effects.to_text())
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<EffectOverrides, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<EffectOverrides, D::Error> {
         EffectOverrides::parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
     }
 }
@@ -89,11 +89,11 @@ pub mod effects {
 pub mod layers {
     use super::{Deserialize, Deserializer, Error, Layers, Serializer};
 
-    pub fn serialize<S: Serializer>(layers: &Layers, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(layers: &Layers, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&layers.to_text())
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Layers, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Layers, D::Error> {
         Layers::parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
     }
 }

@@ -10,12 +10,12 @@ const MIN_RADII: f64 = 1.0 + 1.6e-7;
 /// About 2000 au at the Earth's radius: beyond the Kuiper belt for every body.
 const MAX_RADII: f64 = 5.0e7;
 /// Relative change of the height above the ground per wheel notch (e-fold: six notches).
-pub const ZOOM_PER_NOTCH: f64 = 1.0 / 6.0;
+pub(crate) const ZOOM_PER_NOTCH: f64 = 1.0 / 6.0;
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
 /// Position of the camera around its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orbit {
+pub(crate) struct Orbit {
     /// Angle about the pole from the node of the target's equator on the ICRF equator, radians.
     pub azimuth_rad: f64,
     /// Angle above the target's equator, radians, within ±89.9 degrees.
@@ -26,7 +26,7 @@ pub struct Orbit {
 
 /// Axes about a pole: z the pole, x the ascending node of its equator on the ICRF equator. Columns are the axes:
 /// `icrf_from_equator`.
-pub fn icrf_from_equator(pole: DVec3) -> DMat3 {
+pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
     let z = pole.try_normalize().unwrap_or(DVec3::Z);
     let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);
     DMat3::from_cols(x, z.cross(x), z)
@@ -34,7 +34,7 @@ pub fn icrf_from_equator(pole: DVec3) -> DMat3 {
 
 impl Orbit {
     /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`.
-    pub fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
+    pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         let v = icrf_from_equator(pole).transpose() * offset_km;
         let flat = v.truncate().length();
         let mut orbit = Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(flat), distance_radii: v.length() / radius_km };
@@ -43,14 +43,14 @@ impl Orbit {
     }
 
     /// The camera's offset from the target's centre, ICRF kilometres.
-    pub fn offset_km(&self, radius_km: f64, pole: DVec3) -> DVec3 {
+    pub(crate) fn offset_km(&self, radius_km: f64, pole: DVec3) -> DVec3 {
         let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
         let (sin_e, cos_e) = self.elevation_rad.sin_cos();
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
     /// A drag in pixels. Near the ground a pixel of drag moves about a pixel of ground: the angle shrinks with the height.
-    pub fn drag(&mut self, dx_px: f64, dy_px: f64, height_px: f64, fov_rad: f64) {
+    pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / height_px.max(1.0)) * height_radii.min(4.0);
         self.azimuth_rad -= dx_px * rad_per_px / self.elevation_rad.cos();
@@ -59,7 +59,7 @@ impl Orbit {
     }
 
     /// Zooms by notches: positive moves closer. The height above the ground is scaled, so the camera never reaches the ground.
-    pub fn zoom(&mut self, notches: f64) {
+    pub(crate) fn zoom(&mut self, notches: f64) {
         let height = (self.distance_radii - 1.0).max(1e-9) * (-notches * ZOOM_PER_NOTCH).exp();
         self.distance_radii = 1.0 + height;
         self.keep_in_bounds();

@@ -98,12 +98,12 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
 }
 
 /// Names of bodies and stars similar to the text, nearest first.
-pub fn near_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
+pub(crate) fn near_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
     nearest(text.trim(), names(viewer))
 }
 
 /// All names of bodies and stars.
-pub fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
+pub(crate) fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     let bodies = viewer.subjects().iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
     bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name))
 }
@@ -149,7 +149,7 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
 }
 
 /// A feature from above, in a frame that rotates with its body; it fills a third of the picture's height.
-pub fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewState) -> ViewState {
+pub(crate) fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewState) -> ViewState {
     let above = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = Orbit::from_offset(feature.direction * (1.0 + above), 1.0, DVec3::Z);

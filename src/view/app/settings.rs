@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Scale factors of text and controls.
-pub const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
+pub(crate) const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
 /// Largest settings file, bytes: thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
 /// Number of recent views.
@@ -153,14 +153,14 @@ impl Default for Settings {
 
 impl Settings {
     /// Puts a view at the head of the recent ones.
-    pub fn remember(&mut self, name: String, view: ViewState) {
+    pub(crate) fn remember(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
         self.recent.truncate(MAX_RECENT);
     }
 
     /// The settings of a file, and an error line if it could not be read: it is then renamed to end in `.broken`.
-    pub fn load(path: &Path) -> (Self, Option<String>) {
+    pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return (Self::default(), None),
@@ -183,14 +183,14 @@ impl Settings {
     ///
     /// # Errors
     /// The path and why.
-    pub fn save(&self, path: &Path) -> Result<(), WriteError> {
+    pub(crate) fn save(&self, path: &Path) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
         write_atomic(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
     }
 
     /// The user's configuration folder.
-    pub fn default_path() -> Option<PathBuf> {
+    pub(crate) fn default_path() -> Option<PathBuf> {
         directories::BaseDirs::new().map(|dirs| dirs.config_dir().join("orrery").join("settings.json"))
     }
 }

@@ -9,8 +9,8 @@ const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_4
 const LONGEST_STEP_S: f64 = 2.0;
 
 /// Limits of the rate, scene seconds per real second.
-pub const MIN_SPEED: f64 = PRESET_SPEEDS[0];
-pub const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
+pub(crate) const MIN_SPEED: f64 = PRESET_SPEEDS[0];
+pub(crate) const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
 
 /// Rate and direction of scene time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ impl TimeRate {
         self.paused = false;
     }
 
-    pub fn slower(&mut self) {
+    pub(crate) fn slower(&mut self) {
         self.speed = PRESET_SPEEDS.into_iter().rev().find(|step| *step < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
         self.paused = false;
     }
@@ -43,24 +43,24 @@ impl TimeRate {
         (self.backward, self.paused) = (false, false);
     }
 
-    pub fn backward(&mut self) {
+    pub(crate) fn backward(&mut self) {
         (self.backward, self.paused) = (true, false);
     }
 
     /// Runs forward, or backward if the rate is negative.
-    pub fn run_at(&mut self, rate: f64) {
+    pub(crate) fn run_at(&mut self, rate: f64) {
         self.set_speed(rate.abs());
         (self.backward, self.paused) = (rate < 0.0, false);
     }
 
     /// Sets the speed and keeps the direction; paused time stays paused.
-    pub fn set_speed(&mut self, speed: f64) {
+    pub(crate) fn set_speed(&mut self, speed: f64) {
         if speed.is_finite() {
             self.speed = speed.clamp(MIN_SPEED, MAX_SPEED);
         }
     }
 
-    pub fn speed(&self) -> f64 {
+    pub(crate) fn speed(&self) -> f64 {
         self.speed
     }
 
@@ -69,12 +69,12 @@ impl TimeRate {
     }
 
     /// Pauses time, or resumes it at its former rate.
-    pub fn set_paused(&mut self, paused: bool) {
+    pub(crate) fn set_paused(&mut self, paused: bool) {
         self.paused = paused;
     }
 
     /// Real time, forward.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }
 
@@ -89,20 +89,20 @@ impl TimeRate {
     }
 
     /// Scene seconds that pass in `real_s` real seconds.
-    pub fn scene_seconds(&self, real_s: f64) -> f64 {
+    pub(crate) fn scene_seconds(&self, real_s: f64) -> f64 {
         let rate = self.rate();
         let longest_s = if rate == 1.0 { f64::INFINITY } else { LONGEST_STEP_S };
         rate * real_s.clamp(0.0, longest_s)
     }
 
     /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
-    pub fn label(&self) -> String {
+    pub(crate) fn label(&self) -> String {
         if self.paused { "paused".into() } else { speed_text(self.rate()) }
     }
 }
 
 /// Scene time per real second, in the largest unit up to it: `6 h/s`, `2.5 min/s`.
-pub fn speed_text(rate: f64) -> String {
+pub(crate) fn speed_text(rate: f64) -> String {
     const UNITS: [(f64, &str); 6] =
         [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
     let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "s"));

@@ -6,12 +6,12 @@ use crate::events::Place;
 use crate::time::Instant;
 
 /// `2024-04-08 18:17 UTC`, rounded to the minute.
-pub fn utc_minute(t: Instant) -> String {
+pub(crate) fn utc_minute(t: Instant) -> String {
     truncated(&t.plus_seconds(30.0).to_utc_iso(), "hh:mm".len())
 }
 
 /// Month, day and time of day, `04-08 18:17:16`, UTC, rounded to the second: for lists of one event's instants.
-pub fn utc_day_second(t: Instant) -> String {
+pub(crate) fn utc_day_second(t: Instant) -> String {
     let whole = truncated(&t.plus_seconds(0.5).to_utc_iso(), "hh:mm:ss".len());
     let Some((date, clock)) = whole.trim_end_matches(" UTC").split_once(' ') else { return whole };
     let mut fields = date.rsplit('-');
@@ -30,7 +30,7 @@ fn truncated(iso: &str, clock_chars: usize) -> String {
 }
 
 /// `25.5° N, 33.2° E`.
-pub fn place_text(place: Place) -> String {
+pub(crate) fn place_text(place: Place) -> String {
     let side = |deg: f64, positive, negative| format!("{:.1}° {}", deg.abs(), if deg < 0.0 { negative } else { positive });
     format!("{}, {}", side(place.latitude_deg, 'N', 'S'), side(place.longitude_deg, 'E', 'W'))
 }

@@ -12,7 +12,7 @@ use std::ops::RangeInclusive;
 const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
 /// Range of spans: a quarter of a day to four centuries.
-pub const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
+pub(crate) const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
 /// Least distance of ticks, points, so that labels do not touch.
 const TICK_POINTS: f64 = 72.0;
 /// Largest number of ticks: a window of 4000 points has fewer.
@@ -22,7 +22,7 @@ const ZOOM_PER_NOTCH: f64 = 1.3;
 
 /// Span and width of a timeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimeAxis {
+pub(crate) struct TimeAxis {
     /// Time at its middle, TDB seconds past J2000.
     pub middle_s: f64,
     pub span_s: f64,
@@ -32,7 +32,7 @@ pub struct TimeAxis {
 
 /// A labelled date on the axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tick {
+pub(crate) struct Tick {
     pub tdb_s: f64,
     pub label: String,
 }
@@ -68,17 +68,17 @@ const STEPS: [Step; 18] = [
 ];
 
 /// A span, limited to the range.
-pub fn usable_span_s(saved: f64) -> f64 {
+pub(crate) fn usable_span_s(saved: f64) -> f64 {
     if saved.is_finite() { saved.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
 }
 
 /// The span after notches of the wheel; positive ones shorten it.
-pub fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
+pub(crate) fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
     usable_span_s(span_s * ZOOM_PER_NOTCH.powf(-notches))
 }
 
 /// `36 hours`, `20 days`, `8 months`, `120 years`.
-pub fn span_text(span_s: f64) -> String {
+pub(crate) fn span_text(span_s: f64) -> String {
     let days = span_s / SECONDS_PER_DAY;
     match days {
         d if d < 3.0 => format!("{:.0} hours", d * 24.0),
@@ -89,31 +89,31 @@ pub fn span_text(span_s: f64) -> String {
 }
 
 impl TimeAxis {
-    pub fn from_s(&self) -> f64 {
+    pub(crate) fn from_s(&self) -> f64 {
         self.middle_s - 0.5 * self.span_s
     }
 
-    pub fn to_s(&self) -> f64 {
+    pub(crate) fn to_s(&self) -> f64 {
         self.middle_s + 0.5 * self.span_s
     }
 
     /// Points from the left end; negative or above the width outside the axis.
-    pub fn position(&self, tdb_s: f64) -> f64 {
+    pub(crate) fn position(&self, tdb_s: f64) -> f64 {
         (tdb_s - self.from_s()) / self.span_s * self.width
     }
 
     /// The time at a distance from the left end, points.
-    pub fn time_s(&self, points: f64) -> f64 {
+    pub(crate) fn time_s(&self, points: f64) -> f64 {
         self.from_s() + points / self.width * self.span_s
     }
 
     /// The length in seconds of a distance in points.
-    pub fn seconds(&self, points: f64) -> f64 {
+    pub(crate) fn seconds(&self, points: f64) -> f64 {
         points / self.width * self.span_s
     }
 
     /// Ticks along the axis, in a time zone; none outside the calendar.
-    pub fn ticks(&self, clock: Clock) -> Vec<Tick> {
+    pub(crate) fn ticks(&self, clock: Clock) -> Vec<Tick> {
         let room = |step: &&Step| step.seconds() / self.span_s * self.width >= TICK_POINTS;
         let step = STEPS.iter().find(room).copied().unwrap_or(Step::Years(200));
         let Some(first) = clock.shown(Instant::from_tdb_seconds_past_j2000(self.from_s())).and_then(|civil| step.floor(civil)) else {

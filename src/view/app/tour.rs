@@ -15,7 +15,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 /// Largest tour, bytes; a stop has some 600.
-pub const MAX_BYTES: u64 = 1 << 20;
+pub(crate) const MAX_BYTES: u64 = 1 << 20;
 /// Longest tour, seconds: an hour.
 const MAX_LENGTH_S: f64 = 3600.0;
 

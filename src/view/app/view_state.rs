@@ -149,9 +149,9 @@ fn default_true() -> bool {
 }
 
 /// Default field of view.
-pub const FOV_DEG: f64 = 45.0;
-pub const MIN_FOV_DEG: f64 = 1e-4;
-pub const MAX_FOV_DEG: f64 = 120.0;
+pub(crate) const FOV_DEG: f64 = 45.0;
+pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
+pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
     /// Around a body at `offset_km` (ICRF), facing it.
@@ -179,7 +179,7 @@ impl ViewState {
     }
 
     /// A body tracked from a camera at a paused instant, with automatic exposure; quality, effects and layers are kept.
-    pub fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
+    pub(crate) fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
             target,
@@ -228,7 +228,7 @@ impl ViewState {
     }
 
     /// Impossible values, field by field. Combinations (such as a camera inside a body) are not checked.
-    pub fn faults(&self, catalog: &Catalog) -> Vec<String> {
+    pub(crate) fn faults(&self, catalog: &Catalog) -> Vec<String> {
         let mut faults = Vec::new();
         let mut check = |ok: bool, fault: &dyn Fn() -> String| {
             if !ok {
@@ -308,7 +308,7 @@ struct Pose {
     up: Up,
 }
 
-pub fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
+pub(crate) fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
     CameraPose::Orbit {
         body,
         fixed,
@@ -324,7 +324,7 @@ pub fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
 const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 
 /// On the ground, facing south over the horizon.
-pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
+pub(crate) fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
     CameraPose::Ground {
         body,
         latitude_deg: latitude_deg.clamp(-90.0, 90.0),
@@ -336,7 +336,7 @@ pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPo
 }
 
 /// Forward and up vectors, turned from `forward` by `yaw` to the right and `pitch` upwards.
-pub fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
+pub(crate) fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
     let up = right.cross(forward);
     let (sin_y, cos_y) = yaw_deg.to_radians().sin_cos();
@@ -346,7 +346,7 @@ pub fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64
 }
 
 /// Forward and up vectors at a place with zenith `normal`; up is as near the zenith as possible.
-pub fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
+pub(crate) fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
     let axes = horizon_axes(normal);
     let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
     let (sin_alt, cos_alt) = altitude_deg.to_radians().sin_cos();

@@ -134,16 +134,16 @@ impl Viewer {
         &self.subjects
     }
 
-    pub fn subject(&self, id: NaifId) -> Option<&Subject> {
+    pub(crate) fn subject(&self, id: NaifId) -> Option<&Subject> {
         self.subjects.iter().find(|s| s.id == id)
     }
 
-    pub fn name(&self, id: NaifId) -> &str {
+    pub(crate) fn name(&self, id: NaifId) -> &str {
         self.subject(id).map_or("?", |s| s.name.as_str())
     }
 
     /// The current time.
-    pub fn now(&self) -> Instant {
+    pub(crate) fn now(&self) -> Instant {
         (self.clock)()
     }
 
@@ -151,16 +151,16 @@ impl Viewer {
         self.flight.is_some()
     }
 
-    pub fn has_previous_view(&self) -> bool {
+    pub(crate) fn has_previous_view(&self) -> bool {
         !self.back_history.is_empty()
     }
 
-    pub fn has_next_view(&self) -> bool {
+    pub(crate) fn has_next_view(&self) -> bool {
         !self.forward_history.is_empty()
     }
 
     /// Bodies whose name or alias begins with, then contains, the text; at most `most`.
-    pub fn completions(&self, text: &str, most: usize) -> Vec<&Subject> {
+    pub(crate) fn completions(&self, text: &str, most: usize) -> Vec<&Subject> {
         let wanted = text.trim().to_lowercase();
         if wanted.is_empty() {
             return Vec::new();
@@ -218,7 +218,7 @@ impl Viewer {
     }
 
     /// Advances by `real_s` real seconds.
-    pub fn advance(&mut self, real_s: f64) {
+    pub(crate) fn advance(&mut self, real_s: f64) {
         self.view.tdb_s += self.time_rate.scene_seconds(real_s);
         let Some((flight, goal)) = &mut self.flight else { return };
         if !flight.advance(real_s) {
@@ -232,7 +232,7 @@ impl Viewer {
     }
 
     /// Interval of frames due to time alone, seconds: `None` when paused, one in real time, else 0.
-    pub fn frame_interval_s(&self) -> Option<f64> {
+    pub(crate) fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
             _ if self.flight.is_some() || self.is_in_tour => Some(1.0 / 60.0),
             0.0 => None,

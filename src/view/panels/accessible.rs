@@ -7,12 +7,12 @@ use crate::scene::draw::PixelView;
 use egui::{ComboBox, DragValue, Response, Ui};
 
 /// A number field. Without a name, a screen reader would only read its unit.
-pub fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response {
+pub(crate) fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response {
     ui.add(field).on_hover_text(what).accessible_name(what)
 }
 
 /// The name of a pixel view in the window.
-pub fn pixel_view(view: PixelView) -> &'static str {
+pub(crate) fn pixel_view(view: PixelView) -> &'static str {
     match view {
         PixelView::Final => "final image",
         PixelView::Uv => "texture coordinates",
@@ -22,7 +22,7 @@ pub fn pixel_view(view: PixelView) -> &'static str {
 }
 
 /// A list of pixel views.
-pub fn pixel_views(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response {
+pub(crate) fn pixel_views(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response {
     let list = ComboBox::from_id_salt(what).selected_text(pixel_view(*chosen)).width(150.0).show_ui(ui, |ui| {
         for view in PixelView::ALL {
             ui.selectable_value(chosen, view, pixel_view(view));
@@ -32,6 +32,6 @@ pub fn pixel_views(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response 
 }
 
 /// A spinner for something pending.
-pub fn coming(ui: &mut Ui, what: &str) -> Response {
+pub(crate) fn coming(ui: &mut Ui, what: &str) -> Response {
     ui.spinner().accessible_name(what)
 }

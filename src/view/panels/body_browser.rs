@@ -9,7 +9,7 @@ use egui::collapsing_header::CollapsingState;
 use egui::{Id, ScrollArea, UiBuilder};
 
 #[derive(Default)]
-pub struct BodyBrowser {
+pub(crate) struct BodyBrowser {
     /// The selection for which the tree was last expanded.
     expanded_for: Option<NaifId>,
     /// The selection was made in the tree, so it need not scroll.
@@ -19,7 +19,7 @@ pub struct BodyBrowser {
 }
 
 /// The Sun, its planets each with its moons, then the other bodies.
-pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let news = branch_to_expand(interface, ui);
     let before = actions.len();
     let mut is_opening = false;

@@ -23,7 +23,7 @@ const GREY: Color32 = Color32::from_gray(190);
 
 /// The body to compare with; `None`: the Earth, or the Moon for the Earth.
 #[derive(Default)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     with: Option<NaifId>,
 }
 
@@ -34,7 +34,7 @@ impl Comparison {
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) {
     let selected = interface.viewer.selected;
     let other = interface.information.comparison.other(selected);
     ui.strong("Sizes to scale");

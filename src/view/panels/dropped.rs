@@ -8,12 +8,12 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 
 /// Files that are being read.
 #[derive(Default)]
-pub struct DroppedFiles {
+pub(crate) struct DroppedFiles {
     reading: Vec<Pending<Result<String, String>>>,
 }
 
 /// Takes the files dropped in this frame, and shows those that have been read.
-pub fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);
     for path in paths {

@@ -8,7 +8,7 @@ use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea};
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
         ui.label("Quality");
@@ -100,7 +100,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
 
 /// Measured costs of the effects in a view at rest.
 #[derive(Default)]
-pub struct EffectCosts {
+pub(crate) struct EffectCosts {
     /// The view, and the body if the switches apply to one body.
     of: Option<(ViewRequest, Option<String>)>,
     known: QueryCache<Effect, Result<EffectCost, String>>,

@@ -46,7 +46,7 @@ struct LocalView {
     seen: Option<Result<(Vec<ContactLine>, bool), String>>,
 }
 
-pub struct EventsPanel {
+pub(crate) struct EventsPanel {
     kinds: [bool; EventKind::ALL.len()],
     /// Index into [`RANGES_DAYS`].
     range: usize,
@@ -63,7 +63,7 @@ pub struct EventsPanel {
 
 impl EventsPanel {
     /// The span and rate at which the chosen event is played.
-    pub fn playback_of_chosen(&self) -> Option<Playback> {
+    pub(crate) fn playback_of_chosen(&self) -> Option<Playback> {
         self.chosen.as_ref().map(|event| event.playback())
     }
 }
@@ -85,7 +85,7 @@ impl Default for EventsPanel {
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     if search_options(interface, ui) || interface.events.searched.is_none() {
         begin(interface, worker);
     }
@@ -137,7 +137,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
 }
 
 /// Searches for some kinds: in the year that begins at `from`, or else from the displayed date on.
-pub fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
+pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
     panel.backward = false;
@@ -166,7 +166,7 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
 }
 
 /// Takes the results of a step and starts the next; stops playback at the end of its event. Runs every frame, whether the panel is open or not.
-pub fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
+pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
     let panel = &mut interface.events;
     if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
         panel.running = None;
@@ -279,7 +279,7 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
 }
 
 /// Selects an event that was found elsewhere and shows it from its best standpoint.
-pub fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
+pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     interface.events.playback = None;
     interface.events.chosen = Some(event);

@@ -64,7 +64,7 @@ struct ReportInputs {
 }
 
 #[derive(Default)]
-pub struct InformationPanel {
+pub(crate) struct InformationPanel {
     pub unit: Unit,
     pub home: Home,
     pub comparison: Comparison,
@@ -76,12 +76,12 @@ pub struct InformationPanel {
 }
 
 impl InformationPanel {
-    pub fn with(settings: &Settings) -> Self {
+    pub(crate) fn with(settings: &Settings) -> Self {
         Self { unit: settings.unit, home: settings.home, ..Self::default() }
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     ui.horizontal(|ui| {
         ui.label("Units");
         for unit in Unit::ALL {

@@ -25,7 +25,7 @@ const SWITCHES: [(&str, &str, &str); 16] = [
 ];
 
 /// The switches, and the brightening of stars and diffuse light.
-pub fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
+pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
     let decisions = interface.viewport.drawing.as_ref().map(|d| d.scene.sky.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;
     egui::CollapsingHeader::new("Sky and lines").show(ui, |ui| {

@@ -338,7 +338,7 @@ impl Interface {
     }
 
     /// Records the time of the interface itself, including painting.
-    pub fn record_interface_time(&mut self, took: std::time::Duration) {
+    pub(crate) fn record_interface_time(&mut self, took: std::time::Duration) {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
@@ -357,7 +357,7 @@ impl Interface {
     }
 
     /// For the window's title bar.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         let view = &self.viewer.view;
         format!("{} · {} · {} · Orrery", self.viewer.name(view.target), view.time().to_utc_iso(), self.viewer.time_rate.label())
     }

@@ -10,12 +10,12 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
 #[derive(Default)]
-pub struct MomentsPanel {
+pub(crate) struct MomentsPanel {
     /// Filter for names.
     filter: String,
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add(egui::TextEdit::singleline(&mut interface.moments.filter).hint_text("Filter"))
         .on_hover_text("Show moments whose name contains this text");
     let filter = interface.moments.filter.to_lowercase();

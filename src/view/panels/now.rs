@@ -44,7 +44,7 @@ enum TileState {
 }
 
 #[derive(Default)]
-pub struct NowShowing {
+pub(crate) struct NowShowing {
     tiles: [TileState; NowItem::ALL.len()],
 }
 
@@ -93,12 +93,12 @@ fn tile(ctx: &egui::Context, drawn: DrawnTile) -> Tile {
 }
 
 /// Which panels are open: the right panel and the list of bodies.
-pub fn open_panels(interface: &Interface) -> (Option<Tab>, bool) {
+pub(crate) fn open_panels(interface: &Interface) -> (Option<Tab>, bool) {
     (interface.tab, interface.bodies_shown)
 }
 
 /// Hides the row for good once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's input.
-pub fn hide_after_input(interface: &mut Interface, panels_before: (Option<Tab>, bool), actions: &[Action]) {
+pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: (Option<Tab>, bool), actions: &[Action]) {
     // A user who stops time may still be looking at the row.
     let acts = actions.iter().any(|action| !matches!(action, Action::TogglePause));
     if acts || open_panels(interface) != panels_before {
@@ -107,7 +107,7 @@ pub fn hide_after_input(interface: &mut Interface, panels_before: (Option<Tab>, 
 }
 
 /// The row over the sky, for a user who has just started.
-pub fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, sky: Rect, actions: &mut Vec<Action>) {
+pub(crate) fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, sky: Rect, actions: &mut Vec<Action>) {
     let is_wanted = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
     if !is_wanted || sky.width() < MIN_SKY[0] || sky.height() < MIN_SKY[1] {
         return;
@@ -133,7 +133,7 @@ pub fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, s
 }
 
 /// The pictures, each a button; returns whether one was clicked.
-pub fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
+pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let mut clicked = None;
     for (item, state) in NowItem::ALL.into_iter().zip(&interface.now.tiles) {

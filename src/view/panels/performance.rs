@@ -18,7 +18,7 @@ struct Frame {
 }
 
 #[derive(Default)]
-pub struct PerformancePanel {
+pub(crate) struct PerformancePanel {
     frames: VecDeque<Frame>,
     /// Arrival times of the frames, interface seconds.
     arrival_s: VecDeque<f64>,
@@ -31,13 +31,13 @@ pub struct PerformancePanel {
 }
 
 /// Whether a session message is only about drivers and devices.
-pub fn is_about_drivers(line: &str) -> bool {
+pub(crate) fn is_about_drivers(line: &str) -> bool {
     line.contains("drawing in software") || line.contains("displaying via the CPU")
 }
 
 impl PerformancePanel {
     /// Adds a finished frame.
-    pub fn note(&mut self, drawing: &RenderedView, now_s: f64) {
+    pub(crate) fn note(&mut self, drawing: &RenderedView, now_s: f64) {
         self.arrival_s.push_back(now_s);
         while self.arrival_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
             self.arrival_s.pop_front();
@@ -81,7 +81,7 @@ const RATE_INTERVAL_S: f64 = 2.0;
 /// The stages of a frame.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     let description = interface.performance.description(interface.viewport.last_s);
     let account = &interface.performance;
     let plot = Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(

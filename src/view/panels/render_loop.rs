@@ -83,12 +83,12 @@ impl Interface {
     }
 
     /// The last image, if it stayed on the GPU.
-    pub fn gpu_image(&self) -> Option<&GpuImage> {
+    pub(crate) fn gpu_image(&self) -> Option<&GpuImage> {
         self.viewport.drawing.as_ref().and_then(|d| d.on_gpu.as_ref())
     }
 
     /// Drops an image on a GPU that does not present the window; the next one replaces it.
-    pub fn drop_gpu_image(&mut self) {
+    pub(crate) fn drop_gpu_image(&mut self) {
         if let Some(drawing) = &mut self.viewport.drawing {
             drawing.on_gpu = None;
         }

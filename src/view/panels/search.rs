@@ -23,7 +23,7 @@ const MAX_ECHO_CHARS: usize = 60;
 const SUGGESTIONS: usize = 8;
 
 #[derive(Default)]
-pub struct SearchField {
+pub(crate) struct SearchField {
     wanted: String,
     /// Index of the highlighted suggestion.
     highlighted: usize,
@@ -35,7 +35,7 @@ pub struct SearchField {
 
 impl SearchField {
     /// Closes the search with its suggestions and clears the text. False if there was nothing to close.
-    pub fn close(&mut self) -> bool {
+    pub(crate) fn close(&mut self) -> bool {
         let had_any = !self.wanted.is_empty() || self.failure.is_some();
         self.wanted.clear();
         self.failure = None;
@@ -51,7 +51,7 @@ fn select_all(ctx: &egui::Context, field: Id, text: &str) {
 }
 
 /// The search field, with its suggestions or error.
-pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let field = TextEdit::singleline(&mut interface.search.wanted).hint_text("Search (/)").desired_width(150.0);
     let response = ui.add(field).on_hover_text(
         "Bodies, stars, craters, cities, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)",

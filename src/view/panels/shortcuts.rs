@@ -59,7 +59,7 @@ fn defer_search_text(interface: &mut Interface, ctx: &egui::Context) {
     }
 }
 
-pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
+pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
     let ahead = std::mem::take(&mut interface.typed_ahead);
     ctx.input_mut(|i| drop(i.events.splice(0..0, ahead)));
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
@@ -163,7 +163,7 @@ fn close_topmost(interface: &mut Interface) {
     }
 }
 
-pub fn help(interface: &mut Interface, ctx: &egui::Context) {
+pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
     egui::Window::new("Keys and mouse").open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
         egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
             for (keys, does) in SHORTCUTS {

@@ -9,12 +9,12 @@ use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
 /// A place being chosen, degrees.
 #[derive(Default)]
-pub struct Standpoint {
+pub(crate) struct Standpoint {
     latitude_deg: f64,
     longitude_deg: f64,
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let selected = interface.viewer.selected;
     let name = interface.viewer.name(selected).to_owned();
     ui.horizontal_wrapped(|ui| {

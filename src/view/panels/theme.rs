@@ -7,14 +7,14 @@ use super::icons;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
 /// Text sizes in points, from captions to headings.
-pub const SMALL: f32 = 11.0;
-pub const BODY: f32 = 13.0;
+pub(crate) const SMALL: f32 = 11.0;
+pub(crate) const BODY: f32 = 13.0;
 /// For source code.
-pub const CODE: f32 = 12.0;
-pub const HEADING: f32 = 18.0;
+pub(crate) const CODE: f32 = 12.0;
+pub(crate) const HEADING: f32 = 18.0;
 
 /// Gives a context both styles and the fonts.
-pub fn apply(ctx: &Context) {
+pub(crate) fn apply(ctx: &Context) {
     ctx.set_fonts(icons::fonts());
     for theme in [Theme::Dark, Theme::Light] {
         ctx.set_style_of(theme, style(theme));

@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// A pending event search.
 type FirstEvent = Pending<Result<Option<SkyEvent>, String>>;
 
-pub struct TimeBar {
+pub(crate) struct TimeBar {
     /// The typed text; empty while the field shows the view's time.
     typed: Option<String>,
     /// The displayed month of the calendar, by its first day; `None`: that of the view.
@@ -43,7 +43,7 @@ const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (SECONDS_PER_DAY,
 const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
 const EVENT_GAP_S: f64 = 60.0;
 
-pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         entry(interface, ui, actions);
         calendar_button(interface, ui, actions);

@@ -39,7 +39,7 @@ struct EventTrack {
     running: Option<(NextSearch, Pending<Option<Vec<KnownEvent>>>)>,
 }
 
-pub struct Timeline {
+pub(crate) struct Timeline {
     far: EventTrack,
     near: EventTrack,
 }
@@ -79,7 +79,7 @@ impl EventTrack {
 }
 
 /// The timeline with the buttons that shorten and lengthen it.
-pub fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
     let mut notches = 0.0;
     if icons::bare(ui, Icon::Minus, "Longer timeline").on_hover_text("Show a longer time (wheel, arrow down)").clicked() {

@@ -27,7 +27,7 @@ impl Tab {
     }
 }
 
-pub fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         caption(ui, "Explore");
         icons::toggle(ui, Icon::Bodies, &mut interface.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
@@ -98,7 +98,7 @@ fn layers(interface: &mut Interface, ui: &mut Ui) {
 }
 
 /// The caption of a group of controls, in a wide window.
-pub fn caption(ui: &mut Ui, name: &str) {
+pub(crate) fn caption(ui: &mut Ui, name: &str) {
     if ui.ctx().content_rect().width() >= CAPTIONED_WIDTH {
         ui.small(name);
     }

@@ -18,7 +18,7 @@ use std::time::Duration;
 
 /// The tour being played, if any.
 #[derive(Default)]
-pub struct TourPlayer {
+pub(crate) struct TourPlayer {
     playing: Option<Playback>,
     /// The file name in the field of *Open tour*.
     pub file: String,
@@ -36,30 +36,30 @@ const IDLE_INTERVAL: Duration = Duration::from_millis(200);
 const TEXT_WIDTH: f32 = 560.0;
 
 impl TourPlayer {
-    pub fn is_open(&self) -> bool {
+    pub(crate) fn is_open(&self) -> bool {
         self.playing.is_some()
     }
 
     /// Pauses the tour when the user moves the view.
-    pub fn pause(&mut self) {
+    pub(crate) fn pause(&mut self) {
         if let Some(playing) = &mut self.playing {
             playing.is_paused = true;
         }
     }
 
     /// The current tour.
-    pub fn playing_tour(&self) -> Option<Arc<Tour>> {
+    pub(crate) fn playing_tour(&self) -> Option<Arc<Tour>> {
         self.playing.as_ref().map(|playing| Arc::clone(&playing.tour))
     }
 
     /// Ends the tour and keeps the view. Whether there was one.
-    pub fn end(&mut self) -> bool {
+    pub(crate) fn end(&mut self) -> bool {
         self.playing.take().is_some()
     }
 }
 
 /// Starts a tour from its text; *Back* returns to the view before it.
-pub fn start(interface: &mut Interface, session: &Session, text: &str, actions: &mut Vec<Action>) {
+pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, actions: &mut Vec<Action>) {
     match Tour::parse(text, session, interface.viewer.now()) {
         Ok(tour) => {
             actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
@@ -70,7 +70,7 @@ pub fn start(interface: &mut Interface, session: &Session, text: &str, actions: 
 }
 
 /// Starts the tour of a file.
-pub fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
+pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
         Ok(text) => start(interface, session, &text, actions),
         Err(e) => interface.message = format!("{}: {e}", echo(&interface.tour.file)),
@@ -83,7 +83,7 @@ fn with_user_settings(view: ViewState, shown: &ViewState, paused: bool) -> ViewS
 }
 
 /// Advances the tour.
-pub fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
+pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
     interface.viewer.is_in_tour = false;
     let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };
     playing.passed_s += seconds.max(0.0);
@@ -95,7 +95,7 @@ pub fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
 }
 
 /// Draws the text and the controls over the sky.
-pub fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
+pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
     let Some(playing) = &mut interface.tour.playing else { return };
     let stop = playing.tour.at(playing.passed_s).stop;
     let mut go_to = None;

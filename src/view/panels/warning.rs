@@ -6,7 +6,7 @@ use egui::{Align2, Context, Label, Window};
 
 const WIDTH_POINTS: f32 = 460.0;
 
-pub fn show(interface: &mut Interface, ctx: &Context) {
+pub(crate) fn show(interface: &mut Interface, ctx: &Context) {
     let Some(line) = &interface.warning else { return };
     let window = Window::new("This view could not be opened").collapsible(false).resizable(false);
     let shown = window.anchor(Align2::CENTER_TOP, [0.0, 60.0]).show(ctx, |ui| {

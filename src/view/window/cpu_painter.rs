@@ -16,7 +16,7 @@ const BAND_ROWS: usize = 64;
 /// Subpixel steps per pixel of vertex positions.
 const STEPS: f32 = 256.0;
 
-pub struct Texture {
+pub(crate) struct Texture {
     width: usize,
     height: usize,
     texels: Vec<Color32>,
@@ -41,7 +41,7 @@ pub struct Canvas<'a> {
 
 /// Pixels that may be written, half open.
 #[derive(Clone, Copy)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     pub left: usize,
     pub right: usize,
     pub top: usize,
@@ -49,7 +49,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    pub fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
+    pub(crate) fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
         let at = |v: f32, most: usize| ((v * pixels_per_point).round().max(0.0) as usize).min(most);
         Self { left: at(rect.min.x, width), right: at(rect.max.x, width), top: at(rect.min.y, height), bottom: at(rect.max.y, height) }
     }
@@ -80,7 +80,7 @@ impl Painter {
         self.textures.insert(id, texture);
     }
 
-    pub fn texture(&self, id: TextureId) -> Option<&Texture> {
+    pub(crate) fn texture(&self, id: TextureId) -> Option<&Texture> {
         self.textures.get(&id)
     }
 
@@ -353,7 +353,7 @@ impl Tap {
 
 impl Texture {
     /// The texels for a GPU renderer; the same allocation until they change.
-    pub fn shared(&self) -> SharedTexture {
+    pub(crate) fn shared(&self) -> SharedTexture {
         let make = || {
             let bytes = bytemuck::cast_slice(&self.texels).to_vec();
             let level = Level { width: self.width as u32, height: self.height as u32, bytes };

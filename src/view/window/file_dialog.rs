@@ -8,7 +8,7 @@ use crate::view::worker::render_worker::Pending;
 use std::path::{Path, PathBuf};
 
 /// Opens a dialog.
-pub fn open(question: FileRequest) -> Pending<Option<PathBuf>> {
+pub(crate) fn open(question: FileRequest) -> Pending<Option<PathBuf>> {
     let (pending, answer) = Pending::with_sender();
     let named = Path::new(&question.name);
     let mut dialog = rfd::AsyncFileDialog::new().set_title(question.title).add_filter(question.title, question.endings);

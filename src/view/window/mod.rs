@@ -1,4 +1,4 @@
-//! The event loop: winit events in, egui between, pixels out by a [`Presenter`].
+//! The event loop: winit events in, egui between, pixels out by a `Presenter`.
 //!
 //! In: an [`Interface`] and a session. Out: a window, until it is closed; its placement goes into the settings. Always: the window is redrawn only for
 //! input, a finished picture or running time; pictures are drawn on a thread of their own; a window of size zero draws nothing.
@@ -32,7 +32,7 @@ use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
 /// The window could not be opened or lost a resource.
 #[derive(Debug, thiserror::Error)]
-pub enum WindowError {
+pub(crate) enum WindowError {
     #[error("no window can be opened here ({0}); to draw to a file: orrery render --target earth -o earth.png")]
     NoDisplay(String),
     #[error("the window stopped: {0}")]
@@ -62,7 +62,7 @@ impl From<accesskit_winit::Event> for Wake {
 
 /// Opens the window and runs until it is closed. `watch`: fragments that are reloaded when they change. `keep` is called after the window is closed,
 /// even if work is still running.
-pub fn run(
+pub(crate) fn run(
     interface: &mut Interface,
     session: &Session,
     watch: Option<&ShaderWatcher>,

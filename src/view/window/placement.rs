@@ -24,7 +24,7 @@ impl Default for WindowPlacement {
 
 /// A monitor of the desktop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Monitor {
+pub(crate) struct Monitor {
     pub corner_px: [i32; 2],
     pub size_px: [u32; 2],
     /// Pixels per point.
@@ -49,7 +49,7 @@ impl Monitor {
     }
 
     /// How many pixels of a window it shows.
-    pub fn shows_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
+    pub(crate) fn shows_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
         let along = |k: usize| {
             let [from, of] = [corner_px[k], self.corner_px[k]].map(i64::from);
             let end = (from + i64::from(size_px[k])).min(of + i64::from(self.size_px[k]));
@@ -68,7 +68,7 @@ impl Monitor {
 
 impl WindowPlacement {
     /// Where to open on these monitors, the first of which is the default: the position is kept if the middle of the upper edge is on a monitor.
-    pub fn on(&self, monitors: &[Monitor]) -> Self {
+    pub(crate) fn on(&self, monitors: &[Monitor]) -> Self {
         let grip_on = |screen: &Monitor, [x, y]: [i32; 2]| {
             screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_PX * screen.scale])
         };

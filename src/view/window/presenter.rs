@@ -21,7 +21,7 @@ enum PresentBackend {
 }
 
 /// The presentation of one window.
-pub struct Presenter {
+pub(crate) struct Presenter {
     window: Arc<Window>,
     /// `None` only during a change of backend.
     backend: Option<PresentBackend>,
@@ -30,7 +30,7 @@ pub struct Presenter {
 }
 
 /// Why a window cannot be presented.
-pub enum PresentError {
+pub(crate) enum PresentError {
     /// The GPU failed, with the reason if it is new; the CPU can present a new window.
     Gpu(Option<String>),
     /// The CPU failed too.
@@ -47,17 +47,17 @@ impl Presenter {
     ///
     /// # Errors
     /// Why the system accepts no pixels.
-    pub fn new(window: &Arc<Window>, gpu_failed: bool) -> Result<Self, String> {
+    pub(crate) fn new(window: &Arc<Window>, gpu_failed: bool) -> Result<Self, String> {
         Ok(Self { window: window.clone(), backend: Some(of_processor(window)?), gpu_failed })
     }
 
     /// Whether images may stay on the GPU.
-    pub fn is_on_gpu(&self) -> bool {
+    pub(crate) fn is_on_gpu(&self) -> bool {
         matches!(self.backend, Some(PresentBackend::Device(_)))
     }
 
     /// Whether an image on a GPU can be presented: it must be on the GPU that presents this window.
-    pub fn holds(&self, picture: &GpuImage) -> bool {
+    pub(crate) fn holds(&self, picture: &GpuImage) -> bool {
         matches!(&self.backend, Some(PresentBackend::Device(screen)) if screen.holds(picture))
     }
 
@@ -65,7 +65,7 @@ impl Presenter {
     ///
     /// # Errors
     /// The GPU no longer draws, or should no longer present.
-    pub fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
+    pub(crate) fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
         let screen = match &self.backend {
             Some(PresentBackend::Device(screen)) => Some(&**screen),
             _ => None,
@@ -102,7 +102,7 @@ impl Presenter {
     ///
     /// # Errors
     /// Why it failed.
-    pub fn show(
+    pub(crate) fn show(
         &mut self,
         session: &Session,
         painter: &Painter,

@@ -47,7 +47,7 @@ impl ShaderWatcher {
     }
 
     /// Checks once a second until `closed`: for a thread of its own.
-    pub fn watch_until(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
+    pub(crate) fn watch_until(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
         let mut waited = Duration::ZERO;
         while !closed() {
             std::thread::sleep(CLOSE_CHECK_INTERVAL);

@@ -6,20 +6,20 @@
 /// Time budget of a moving frame, milliseconds: 30 per second, with room for the interface.
 const BUDGET_MS: f64 = 26.0;
 /// Largest divisor; coarser images would be unrecognisable.
-pub const MAX_DIVISOR: u32 = 5;
+pub(crate) const MAX_DIVISOR: u32 = 5;
 /// Weight of the last frame in the running mean.
 const NEWEST_WEIGHT: f64 = 0.4;
 
 /// Recent cost of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AdaptiveResolution {
+pub(crate) struct AdaptiveResolution {
     /// Running mean; a frame's fixed cost is attributed to its pixels.
     ms_per_megapixel: Option<f64>,
 }
 
 impl AdaptiveResolution {
     /// Records the time of a frame of `pixels`.
-    pub fn record(&mut self, pixels: u64, ms: f64) {
+    pub(crate) fn record(&mut self, pixels: u64, ms: f64) {
         if pixels == 0 || !ms.is_finite() {
             return;
         }
@@ -28,7 +28,7 @@ impl AdaptiveResolution {
     }
 
     /// The divisor of both sides for a moving frame in a window of `pixels`.
-    pub fn divisor(&self, pixels: u64) -> u32 {
+    pub(crate) fn divisor(&self, pixels: u64) -> u32 {
         let Some(cost) = self.ms_per_megapixel else { return 3 };
         let whole_ms = cost * pixels as f64 / 1e6;
         let side = (whole_ms / BUDGET_MS).max(1.0).sqrt();

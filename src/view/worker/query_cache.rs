@@ -13,7 +13,7 @@ enum Answer<T> {
 }
 
 /// The answers so far.
-pub struct QueryCache<K, T>(HashMap<K, Answer<T>>);
+pub(crate) struct QueryCache<K, T>(HashMap<K, Answer<T>>);
 
 impl<K, T> Default for QueryCache<K, T> {
     fn default() -> Self {
@@ -26,7 +26,7 @@ const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
     /// The answer, if it has arrived; otherwise starts `query`, unless it is running.
-    pub fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
+    pub(crate) fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
         if !self.0.contains_key(key) {
             if self.0.len() >= CAPACITY {
                 self.0.clear();
@@ -37,7 +37,7 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
     }
 
     /// The answer, if it was requested and has arrived.
-    pub fn known(&mut self, key: &K) -> Option<&T> {
+    pub(crate) fn known(&mut self, key: &K) -> Option<&T> {
         let answer = self.0.get_mut(key)?;
         if let Answer::Coming(pending) = answer
             && let Some(here) = pending.take()
@@ -50,7 +50,7 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
         }
     }
 
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.0.clear();
     }
 }

@@ -74,13 +74,13 @@ impl<T> Pending<T> {
     }
 
     /// The answer, if it has arrived.
-    pub fn take(&self) -> Option<T> {
+    pub(crate) fn take(&self) -> Option<T> {
         locked(&self.0).take()
     }
 }
 
 /// Runs a query on the worker; the result receives its answer.
-pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
+pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
     worker.run(Box::new(move |session| *locked(&answer) = Some(query(session))));
@@ -95,7 +95,7 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 ///
 /// # Errors
 /// Why there is no image, in one line.
-pub fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
+pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
     let start = Moment::now();
     let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.on_gpu)?;
@@ -196,7 +196,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    pub fn is_closed(&self) -> bool {
+    pub(crate) fn is_closed(&self) -> bool {
         locked(&self.work).closed
     }
 

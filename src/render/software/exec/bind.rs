@@ -11,7 +11,7 @@ use crate::render::software::tape::{FusedOp, Instr, Op, Operand, TextureOp, Word
 use smallvec::SmallVec;
 
 /// A kernel ready to be called. Offsets count elements from the start of the arena.
-pub struct KernelStep<R> {
+pub(crate) struct KernelStep<R> {
     pub run: KernelFn<R>,
     /// Offset of the lanes that it writes.
     pub dst: u32,
@@ -24,13 +24,13 @@ const _: () = assert!(size_of::<KernelStep<f32>>() <= 16);
 
 /// The mask that a texture is read under.
 #[derive(Clone, Copy)]
-pub enum Mask {
+pub(crate) enum Mask {
     Slot(u32),
     Register(usize),
 }
 
 /// One step of a bound program.
-pub enum BoundStep<R> {
+pub(crate) enum BoundStep<R> {
     /// The kernels `from..to`, one after the other, which count as so many instructions.
     Kernels {
         from: u32,
@@ -83,7 +83,7 @@ pub enum BoundStep<R> {
 }
 
 /// A bound program: runs of kernels, with control-flow and texture steps between them.
-pub struct BoundProgram<R> {
+pub(crate) struct BoundProgram<R> {
     pub steps: Vec<BoundStep<R>>,
     pub kernels: Vec<KernelStep<R>>,
     /// Arena offsets of the operands of every kernel, in order.
@@ -92,7 +92,7 @@ pub struct BoundProgram<R> {
 
 /// Number of slots after the program's own. The first hold broadcast operands of kernels that take lanes only, the last two intermediate
 /// results of a chain.
-pub const SCRATCH: u32 = 8;
+pub(crate) const SCRATCH: u32 = 8;
 
 /// Binds a program to the kernels of a class. `first_register`: row of the arena where the registers start.
 ///

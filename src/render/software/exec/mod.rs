@@ -1,6 +1,6 @@
 //! Runs a [`Program`] over batches of lanes.
 //!
-//! In: the uniform bytes of a draw (once, [`Program::prepare`]), then per batch the lane inputs and the lanes that are active. Out: the lane
+//! In: the uniform bytes of a draw (once, [`Program::prepare_for`]), then per batch the lane inputs and the lanes that are active. Out: the lane
 //! outputs and the lanes that were not discarded. Inactive lanes may hold any bits; no operation traps. A program is bound to kernels once, in
 //! [`Executor::new`]; a batch allocates nothing.
 
@@ -10,7 +10,7 @@ mod textures;
 pub use super::kernels::LANES;
 use super::kernels::{self, KernelClass};
 use super::math::Real;
-use super::program::{Constant, LaneInput, LaneOutput, Program};
+use super::program::{Constant, LaneInput, Program};
 use super::tape::{Instr, Operand, TextureOp, WordKind};
 use bind::{BoundProgram, BoundStep, KernelStep, Mask, SCRATCH, bind};
 pub use textures::{Gradients, NoTextures, TextureUnit};
@@ -82,12 +82,8 @@ fn scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usiz
 }
 
 impl Program {
-    /// Runs the per-draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero), in the class of this process.
-    pub fn prepare<R: Real>(&self, uniform_bytes: &[u8]) -> Prepared<R> {
-        self.prepare_for(uniform_bytes, KernelClass::detect())
-    }
-
-    /// The same for a given class: it decides whether products and sums fuse.
+    /// Runs the per-draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero), in a class: it decides whether
+    /// products and sums fuse.
     pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> Prepared<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let mut registers = vec![R::ZERO; self.registers as usize];
@@ -116,7 +112,6 @@ pub struct Executor<R: Real> {
     register_count: usize,
     bound: BoundProgram<R>,
     inputs: Vec<LaneInput>,
-    outputs: Vec<LaneOutput>,
     output_slots: Vec<u32>,
     discarded: Option<u32>,
     fused: bool,
@@ -163,21 +158,10 @@ impl<R: Real> Executor<R> {
             counts: ExecutionCounts::default(),
             hit_loop_limit: false,
             inputs: program.inputs.clone(),
-            outputs: program.outputs.clone(),
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
             fused: class.fused(),
         })
-    }
-
-    /// What each input means, in order.
-    pub fn inputs(&self) -> &[LaneInput] {
-        &self.inputs
-    }
-
-    /// What each output means, in order.
-    pub fn outputs(&self) -> &[LaneOutput] {
-        &self.outputs
     }
 
     /// The lanes of input `k`, to be written before every run: a run may overwrite them.
@@ -225,7 +209,7 @@ impl<R: Real> Executor<R> {
     }
 
     /// Whether the last run was stopped at the loop limit.
-    pub fn hit_loop_limit(&self) -> bool {
+    pub(crate) fn hit_loop_limit(&self) -> bool {
         self.hit_loop_limit
     }
 

@@ -186,16 +186,16 @@ pub fn find(links: &[FusedOp], kinds: u8) -> Option<usize> {
 }
 
 /// A chain as a type: what it computes on one lane.
-pub trait FusedKernel {
+pub(crate) trait FusedKernel {
     /// Number of operands.
     const OPERANDS: usize;
     fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
 }
 
 /// The first operation.
-pub struct First<A>(A);
+pub(crate) struct First<A>(A);
 /// A chain and one further operation, whose operand number `AT` is the chain's result.
-pub struct Then<P, B, const AT: usize>(P, B);
+pub(crate) struct Then<P, B, const AT: usize>(P, B);
 
 impl<A: Eval> FusedKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
@@ -226,7 +226,7 @@ impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
 /// `offsets` holds the offset of every operand in elements from `base`; there `base` is valid for `N` reads, or for one if the operand's bit
 /// is not set; no operand overlaps `dst`.
 #[inline(always)]
-pub unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const F: bool>(
+pub(crate) unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const F: bool>(
     dst: &mut [R; N],
     base: *const R,
     offsets: *const u32,

@@ -4,7 +4,7 @@ use crate::render::software::math::Real;
 
 /// An operand: lanes, or one value for all lanes. Holds references and not pointers: debug builds check every use of a pointer, and loops with
 /// such checks are not vectorised.
-pub struct Input<'a, R, const N: usize> {
+pub(crate) struct Input<'a, R, const N: usize> {
     lanes: Option<&'a [R; N]>,
     single: R,
 }
@@ -13,13 +13,13 @@ impl<R: Real, const N: usize> Input<'_, R, N> {
     /// # Safety
     /// `values` is valid for `N` reads, or one where `lanes` is false, as long as this lives.
     #[inline(always)]
-    pub unsafe fn new(values: *const R, lanes: bool) -> Self {
+    pub(crate) unsafe fn new(values: *const R, lanes: bool) -> Self {
         // SAFETY: the caller guarantees it.
         unsafe { Self { lanes: if lanes { Some(&*values.cast()) } else { None }, single: *values } }
     }
 
     #[inline(always)]
-    pub fn at(&self, i: usize) -> R {
+    pub(crate) fn at(&self, i: usize) -> R {
         match self.lanes {
             Some(values) => values[i],
             None => self.single,

@@ -13,7 +13,7 @@ use super::math::Real;
 use super::tape::{Op, with_ops};
 pub use class::{CHUNK, KernelClass, KernelFn, Kernels, LANES, ScalarFn};
 use input::Input;
-pub use ops::Eval;
+pub(crate) use ops::Eval;
 
 fn scalar_of<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
     macro_rules! arms {

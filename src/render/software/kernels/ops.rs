@@ -4,7 +4,7 @@ use crate::render::software::math::Real;
 use crate::render::software::tape::Op;
 
 /// One operation on one lane; unused operands are ignored. `F`: fused multiply-add.
-pub trait Eval {
+pub(crate) trait Eval {
     /// Number of operands.
     const ARITY: usize;
     fn eval<R: Real, const F: bool>(a: R, b: R, c: R) -> R;

@@ -18,7 +18,7 @@ enum Key {
 }
 
 #[derive(Default)]
-pub struct Builder {
+pub(crate) struct Builder {
     pub constants: Vec<Constant>,
     constant_index: HashMap<(u8, u64), u32>,
     pub draw: Vec<Step>,
@@ -31,11 +31,11 @@ pub struct Builder {
 }
 
 impl Builder {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { available: vec![HashMap::default()], ..Self::default() }
     }
 
-    pub fn constant(&mut self, c: Constant) -> Val {
+    pub(crate) fn constant(&mut self, c: Constant) -> Val {
         let key = match c {
             Constant::Float(x) => (0, x.to_bits()),
             Constant::Int(i) => (1, u64::from(i)),
@@ -48,52 +48,52 @@ impl Builder {
         Val::Const(at)
     }
 
-    pub fn float(&mut self, x: f64) -> Val {
+    pub(crate) fn float(&mut self, x: f64) -> Val {
         self.constant(Constant::Float(x))
     }
-    pub fn int(&mut self, i: u32) -> Val {
+    pub(crate) fn int(&mut self, i: u32) -> Val {
         self.constant(Constant::Int(i))
     }
-    pub fn bool(&mut self, b: bool) -> Val {
+    pub(crate) fn bool(&mut self, b: bool) -> Val {
         self.constant(Constant::Bool(b))
     }
 
-    pub fn known_constant(&self, v: Val) -> Option<Constant> {
+    pub(crate) fn known_constant(&self, v: Val) -> Option<Constant> {
         match v {
             Val::Const(i) => Some(self.constants[i as usize]),
             _ => None,
         }
     }
-    pub fn known_bool(&self, v: Val) -> Option<bool> {
+    pub(crate) fn known_bool(&self, v: Val) -> Option<bool> {
         match self.known_constant(v) {
             Some(Constant::Bool(b)) => Some(b),
             _ => None,
         }
     }
-    pub fn known_int(&self, v: Val) -> Option<u32> {
+    pub(crate) fn known_int(&self, v: Val) -> Option<u32> {
         match self.known_constant(v) {
             Some(Constant::Int(i)) => Some(i),
             _ => None,
         }
     }
 
-    pub fn fresh_lane(&mut self) -> Val {
+    pub(crate) fn fresh_lane(&mut self) -> Val {
         self.next += 1;
         Val::Lane(self.next)
     }
-    pub fn fresh_uniform(&mut self) -> Val {
+    pub(crate) fn fresh_uniform(&mut self) -> Val {
         self.next += 1;
         Val::Uniform(self.next)
     }
-    pub fn label(&mut self) -> Label {
+    pub(crate) fn label(&mut self) -> Label {
         self.labels += 1;
         self.labels
     }
 
-    pub fn open_region(&mut self) {
+    pub(crate) fn open_region(&mut self) {
         self.available.push(HashMap::default());
     }
-    pub fn close_region(&mut self) {
+    pub(crate) fn close_region(&mut self) {
         self.available.pop();
     }
 
@@ -128,7 +128,7 @@ impl Builder {
         dst
     }
 
-    pub fn op(&mut self, op: Op, args: &[Val]) -> Val {
+    pub(crate) fn op(&mut self, op: Op, args: &[Val]) -> Val {
         if let Some(folded) = self.fold(op, args) {
             return folded;
         }
@@ -147,16 +147,16 @@ impl Builder {
         self.emit(dst, Some(key), Step::Op { dst, op, args })
     }
 
-    pub fn un(&mut self, op: Op, a: Val) -> Val {
+    pub(crate) fn un(&mut self, op: Op, a: Val) -> Val {
         self.op(op, &[a])
     }
-    pub fn bin(&mut self, op: Op, a: Val, b: Val) -> Val {
+    pub(crate) fn bin(&mut self, op: Op, a: Val, b: Val) -> Val {
         self.op(op, &[a, b])
     }
-    pub fn select(&mut self, cond: Val, yes: Val, no: Val) -> Val {
+    pub(crate) fn select(&mut self, cond: Val, yes: Val, no: Val) -> Val {
         self.op(Op::Select, &[cond, yes, no])
     }
-    pub fn not(&mut self, a: Val) -> Val {
+    pub(crate) fn not(&mut self, a: Val) -> Val {
         self.op(Op::BNot, &[a])
     }
 
@@ -259,7 +259,7 @@ impl Builder {
         }
     }
 
-    pub fn uniform(&mut self, kind: WordKind, offset: u32, index: Option<(Val, u32)>) -> Val {
+    pub(crate) fn uniform(&mut self, kind: WordKind, offset: u32, index: Option<(Val, u32)>) -> Val {
         let (index, count) = match index {
             Some((i, n)) => match self.known_int(i) {
                 Some(k) => return self.uniform(kind, offset + 4 * k.min(n.max(1) - 1), None),
@@ -275,14 +275,14 @@ impl Builder {
         self.emit(dst, Some(key), Step::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
-    pub fn texture(&mut self, what: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
+    pub(crate) fn texture(&mut self, what: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
         self.code.push(Step::Texture { what, texture, dst, args: Vals::from_slice(args), mask });
         dst
     }
 
     /// `None` if the level differs from lane to lane.
-    pub fn texture_size(&mut self, texture: u16, axis: u8, level: Val) -> Option<Val> {
+    pub(crate) fn texture_size(&mut self, texture: u16, axis: u8, level: Val) -> Option<Val> {
         if matches!(level, Val::Lane(_)) {
             return None;
         }

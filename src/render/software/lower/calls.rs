@@ -9,12 +9,12 @@ use naga::{Expression, Function, Handle, Statement};
 use rustc_hash::FxHashMap as HashMap;
 
 impl<'m> Lowerer<'m> {
-    pub fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<Val>>) -> Result<Vec<Val>> {
+    pub(crate) fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<Val>>) -> Result<Vec<Val>> {
         self.call(function, info, arguments.into_iter().map(Value::Scalars).collect())
     }
 
     /// Inlines a call; returns the scalars of its result.
-    pub fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<Val>> {
+    pub(crate) fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<Val>> {
         let base = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);
@@ -59,7 +59,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// A call statement; stores the value of its result, if it has one.
-    pub fn call_statement(
+    pub(crate) fn call_statement(
         &mut self,
         statement: &'m Statement,
         function: Handle<Function>,

@@ -18,7 +18,7 @@ struct ChainOp {
     args: Vals,
 }
 
-pub fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
+pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
     fold_negations(code, outputs);
     let uses = use_counts(code, outputs);
     // Chains of this basic block that may grow, by their result: it has one reader.

@@ -10,7 +10,7 @@ use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
     /// Whether `rest` may run for the remaining lanes alone. Not inside loops: discarded lanes would never leave them.
-    pub fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
+    pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         matches!(self.env[DISCARDED], Val::Lane(_))
             && !rest.is_empty()
             && self.frames.iter().all(|f| f.loops.is_empty())

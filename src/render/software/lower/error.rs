@@ -25,4 +25,4 @@ impl LowerError {
     }
 }
 
-pub type Result<T> = std::result::Result<T, LowerError>;
+pub(crate) type Result<T> = std::result::Result<T, LowerError>;

@@ -13,31 +13,31 @@ use naga::{
 };
 
 impl<'m> Lowerer<'m> {
-    pub fn type_of(&self, handle: Handle<Expression>) -> &'m TypeInner {
+    pub(crate) fn type_of(&self, handle: Handle<Expression>) -> &'m TypeInner {
         let module: &'m naga::Module = self.module;
         self.frame().info[handle].ty.inner_with(&module.types)
     }
 
-    pub fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
+    pub(crate) fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
         match self.frame().values.get(&handle) {
             Some(v) => Ok(v.clone()),
             None => self.evaluate(handle),
         }
     }
 
-    pub fn scalars_of(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
+    pub(crate) fn scalars_of(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
         match self.value_of(handle)? {
             Value::Scalars(w) => Ok(w),
             _ => Err(self.unsupported("a value is needed here".into())),
         }
     }
 
-    pub fn scalar_of(&mut self, handle: Handle<Expression>) -> Result<Val> {
+    pub(crate) fn scalar_of(&mut self, handle: Handle<Expression>) -> Result<Val> {
         let scalars = self.scalars_of(handle)?;
         scalars.first().copied().ok_or_else(|| self.unsupported("a scalar is needed here".into()))
     }
 
-    pub fn place_of(&mut self, handle: Handle<Expression>) -> Result<Place> {
+    pub(crate) fn place_of(&mut self, handle: Handle<Expression>) -> Result<Place> {
         match self.value_of(handle)? {
             Value::Place(p) => Ok(p),
             _ => Err(self.unsupported("a pointer is needed here".into())),
@@ -57,7 +57,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// A constant expression of the module.
-    pub fn global_expression(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
+    pub(crate) fn global_expression(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
         let module: &'m naga::Module = self.module;
         match &module.global_expressions[handle] {
             Expression::Literal(l) => Ok(vec![self.literal(*l)?]),
@@ -78,7 +78,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    pub fn evaluate(&mut self, handle: Handle<Expression>) -> Result<Value> {
+    pub(crate) fn evaluate(&mut self, handle: Handle<Expression>) -> Result<Value> {
         let function = self.frame().function;
         let span = function.expressions.get_span(handle);
         if span.is_defined() {
@@ -208,7 +208,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// One operation on every scalar of a value.
-    pub fn map_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
+    pub(crate) fn map_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
         let v = self.scalars_of(expr)?;
         Ok(v.into_iter().map(|x| self.builder.un(op, x)).collect())
     }
@@ -218,7 +218,7 @@ impl<'m> Lowerer<'m> {
         v.into_iter().reduce(|a, b| self.builder.bin(op, a, b)).ok_or_else(|| self.unsupported("an empty vector".into()))
     }
 
-    pub fn derivative(&mut self, axis: DerivativeAxis, x: Val) -> Val {
+    pub(crate) fn derivative(&mut self, axis: DerivativeAxis, x: Val) -> Val {
         if !matches!(x, Val::Lane(_)) {
             return self.builder.float(0.0);
         }
@@ -234,7 +234,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Scalar kind of a value, also of a matrix.
-    pub fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
+    pub(crate) fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
         match self.type_of(handle) {
             TypeInner::Matrix { scalar, .. } => supported(*scalar, self.span),
             other => scalar_kind_of(other, self.span),
@@ -260,7 +260,7 @@ impl<'m> Lowerer<'m> {
         Ok(found)
     }
 
-    pub fn dot(&mut self, a: &[Val], b: &[Val], float: bool) -> Val {
+    pub(crate) fn dot(&mut self, a: &[Val], b: &[Val], float: bool) -> Val {
         let (mul, add) = if float { (Op::Mul, Op::Add) } else { (Op::IMul, Op::IAdd) };
         let mut sum = self.builder.bin(mul, a[0], b[0]);
         for (x, y) in a.iter().zip(b).skip(1) {
@@ -364,7 +364,7 @@ impl<'m> Lowerer<'m> {
         Ok(out)
     }
 
-    pub fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
+    pub(crate) fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
         let inner = self.type_of(image);
         let sampled = matches!(
             inner,

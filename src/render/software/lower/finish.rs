@@ -10,7 +10,7 @@ use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
 
-pub struct Finished {
+pub(crate) struct Finished {
     pub draw_tape: Vec<Instr>,
     pub lane_tape: Vec<Instr>,
     pub outputs: Vec<Operand>,
@@ -159,7 +159,7 @@ impl Pool {
 
 /// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy slots 0.. from the start. `outputs` must be lane values.
 /// `chains`: whether to fuse operations into chains.
-pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<Finished, LowerError> {
+pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<Finished, LowerError> {
     eliminate_dead_code(&mut b, outputs);
     fuse_multiply_add(&mut b, outputs);
     super::loops::merge_jumps(&mut b.code);

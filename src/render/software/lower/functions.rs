@@ -27,7 +27,7 @@ impl Lowerer<'_> {
         self.builder.op(Op::Fma, &[a, b, c])
     }
 
-    pub fn math(&mut self, fun: MathFunction, arg: Handle<Expression>, more: [Option<Handle<Expression>>; 3]) -> Result<Vec<Val>> {
+    pub(crate) fn math(&mut self, fun: MathFunction, arg: Handle<Expression>, more: [Option<Handle<Expression>>; 3]) -> Result<Vec<Val>> {
         use MathFunction as M;
         let kind = self.kind_of_any(arg)?;
         let float = kind == ScalarKind::Float;

@@ -9,7 +9,7 @@ use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
 /// Moves loop-invariant steps before their loop, from the innermost loops outward.
-pub fn hoist(code: &mut [Step]) {
+pub(crate) fn hoist(code: &mut [Step]) {
     let mut open = Vec::new();
     let mut at = 0;
     while at < code.len() {
@@ -62,7 +62,7 @@ fn hoist_one(code: &mut [Step], start: usize, end: usize) {
 }
 
 /// A conditional jump over a jump becomes one jump with the opposite condition; a jump on `!x` becomes a jump on `x`.
-pub fn merge_jumps(code: &mut Vec<Step>) {
+pub(crate) fn merge_jumps(code: &mut Vec<Step>) {
     let negation_of: HashMap<Val, Val> = code
         .iter()
         .filter_map(|step| match step {

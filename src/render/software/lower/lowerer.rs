@@ -13,7 +13,7 @@ use naga::{AddressSpace, Expression, Function, Handle, Span};
 use rustc_hash::FxHashMap as HashMap;
 
 /// One function being inlined.
-pub struct CallFrame<'m> {
+pub(crate) struct CallFrame<'m> {
     pub function: &'m Function,
     pub info: &'m FunctionInfo,
     pub arguments: Vec<Value>,
@@ -28,7 +28,7 @@ pub struct CallFrame<'m> {
 }
 
 /// A loop whose body is being lowered, which uniform control flow leaves by a jump.
-pub struct OpenLoop {
+pub(crate) struct OpenLoop {
     pub exit: Label,
     /// Scalars that change in the loop, with their loop variables.
     pub variables: Vec<(usize, Val)>,
@@ -36,7 +36,7 @@ pub struct OpenLoop {
     pub exits: Vec<Vec<Val>>,
 }
 
-pub struct Lowerer<'m> {
+pub(crate) struct Lowerer<'m> {
     pub module: &'m naga::Module,
     pub info: &'m ModuleInfo,
     pub builder: Builder,
@@ -63,7 +63,7 @@ pub struct Lowerer<'m> {
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
-pub const DISCARDED: usize = 0;
+pub(crate) const DISCARDED: usize = 0;
 
 /// Most statements of a module once all calls are inlined and loops are analysed: thirty functions that each call the next one twice would come
 /// to 2^30. The shipped modules have some 10^4.
@@ -102,7 +102,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    pub fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: Builder, active: Val) -> Result<Self> {
+    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: Builder, active: Val) -> Result<Self> {
         let discarded = builder.bool(false);
         let mut this = Self {
             module,
@@ -151,20 +151,20 @@ impl<'m> Lowerer<'m> {
         Ok(this)
     }
 
-    pub fn unsupported(&self, what: String) -> LowerError {
+    pub(crate) fn unsupported(&self, what: String) -> LowerError {
         LowerError::new(what, self.span)
     }
 
     /// The mask of discarded lanes, if the program discards.
-    pub fn discarded(&self) -> Option<Val> {
+    pub(crate) fn discarded(&self) -> Option<Val> {
         let k = self.env[DISCARDED];
         (self.builder.known_bool(k) != Some(false)).then_some(k)
     }
 
-    pub fn frame(&self) -> &CallFrame<'m> {
+    pub(crate) fn frame(&self) -> &CallFrame<'m> {
         &self.frames[self.frames.len() - 1]
     }
-    pub fn frame_mut(&mut self) -> &mut CallFrame<'m> {
+    pub(crate) fn frame_mut(&mut self) -> &mut CallFrame<'m> {
         let last = self.frames.len() - 1;
         &mut self.frames[last]
     }

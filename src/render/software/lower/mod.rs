@@ -29,7 +29,7 @@ mod stored;
 mod value;
 mod watch;
 
-pub use error::LowerError;
+pub(crate) use error::LowerError;
 pub use stored::lowering;
 
 use super::program::{LaneInput, LaneOutput, Program, ProgramError, Stage};
@@ -59,7 +59,7 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
 }
 
 /// A program whose named values are outputs too, after its own outputs.
-pub struct InspectableProgram {
+pub(crate) struct InspectableProgram {
     pub program: Program,
     /// Each name with the indices of its outputs, in order of first appearance.
     pub names: Vec<(String, std::ops::Range<usize>)>,
@@ -69,7 +69,7 @@ pub struct InspectableProgram {
 ///
 /// # Errors
 /// As [`lower`].
-pub fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<InspectableProgram> {
+pub(crate) fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<InspectableProgram> {
     let (program, watch) = lowered(module, info, entry, true, Some(NamedValueCapture::default()))?;
     let captured = watch.map(|w| w.captured).unwrap_or_default();
     let mut at = program.outputs.len() - captured.iter().map(|c| c.lanes.len()).sum::<usize>();

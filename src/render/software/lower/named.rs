@@ -17,7 +17,7 @@ use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
 const MAX_SCALARS: usize = 16;
 
 impl<'m> Lowerer<'m> {
-    pub fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
+    pub(crate) fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
         let Some(watch) = &mut self.watch else { return };
         let callee = callee.unwrap_or("?").to_owned();
         let sites = watch.calls.entry((watch.path.join("/"), callee.clone())).or_default();
@@ -30,14 +30,14 @@ impl<'m> Lowerer<'m> {
         watch.path.push(if at == 0 { callee } else { format!("{callee}#{}", at + 1) });
     }
 
-    pub fn watch_leave(&mut self) {
+    pub(crate) fn watch_leave(&mut self) {
         if let Some(watch) = &mut self.watch {
             watch.path.pop();
         }
     }
 
     /// Captures an expression's value if it has a name.
-    pub fn watch_value(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
+    pub(crate) fn watch_value(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
         let (Some(_), Value::Scalars(scalars)) = (&self.watch, value) else { return Ok(()) };
         let frame = self.frame();
         let Some(name) = frame.function.named_expressions.get(&handle) else { return Ok(()) };
@@ -46,7 +46,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Captures the variables of a function at its end.
-    pub fn watch_variables(&mut self) -> Result<()> {
+    pub(crate) fn watch_variables(&mut self) -> Result<()> {
         if self.watch.is_none() {
             return Ok(());
         }

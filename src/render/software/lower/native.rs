@@ -85,7 +85,7 @@ fn shipped() -> Option<&'static (Body, Vec<Constant>)> {
 
 impl Lowerer<'_> {
     /// The call as one native operation; `None` where the function is another one, or has another body than the shipped fragment's.
-    pub fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
+    pub(crate) fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
         let callee = &self.module.functions[function];
         let (Some(NAME), &[image, sampler, uv, dx, dy, max_taps]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
         if !self.is_shipped(function, [image, sampler])? {

@@ -7,12 +7,12 @@ use super::value::Place;
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
 
-pub fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind> {
+pub(crate) fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind> {
     let scalar = inner.scalar().ok_or_else(|| LowerError::new("a scalar or vector is needed here".into(), span))?;
     supported(scalar, span)
 }
 
-pub fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
+pub(crate) fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
     match (scalar.kind, scalar.width) {
         (ScalarKind::Float | ScalarKind::Sint | ScalarKind::Uint, 4) | (ScalarKind::Bool, _) => Ok(scalar.kind),
         (kind, width) => Err(LowerError::new(format!("{kind:?} of {} bits is not supported", 8 * u32::from(width)), span)),
@@ -24,7 +24,7 @@ const MAX_SCALARS: usize = 1 << 14;
 
 impl Lowerer<'_> {
     /// Scalars in a value of this type.
-    pub fn scalar_count(&self, inner: &TypeInner) -> Result<usize> {
+    pub(crate) fn scalar_count(&self, inner: &TypeInner) -> Result<usize> {
         Ok(match inner {
             TypeInner::Scalar(_) => 1,
             TypeInner::Vector { size, .. } => *size as usize,
@@ -46,7 +46,7 @@ impl Lowerer<'_> {
     }
 
     /// Child `index` of a composite type: its type, its offset in scalars and in uniform bytes.
-    pub fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
+    pub(crate) fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {
             TypeInner::Vector { scalar, .. } => (TypeInner::Scalar(*scalar), k, 4 * index),
@@ -69,7 +69,7 @@ impl Lowerer<'_> {
         })
     }
 
-    pub fn children(&self, inner: &TypeInner) -> Result<u32> {
+    pub(crate) fn children(&self, inner: &TypeInner) -> Result<u32> {
         Ok(match inner {
             TypeInner::Vector { size, .. } => *size as u32,
             TypeInner::Matrix { columns, .. } => *columns as u32,
@@ -79,7 +79,7 @@ impl Lowerer<'_> {
         })
     }
 
-    pub fn place_child(&mut self, place: &Place, index: u32) -> Result<Place> {
+    pub(crate) fn place_child(&mut self, place: &Place, index: u32) -> Result<Place> {
         let (child, scalars, bytes) = self.child(place.inner(), index)?;
         Ok(match place.clone() {
             Place::Local { base, indices, .. } => Place::Local { base: base + scalars, indices, inner: child },
@@ -87,7 +87,7 @@ impl Lowerer<'_> {
         })
     }
 
-    pub fn place_indexed(&mut self, place: &Place, index: Val) -> Result<Place> {
+    pub(crate) fn place_indexed(&mut self, place: &Place, index: Val) -> Result<Place> {
         let count = self.children(place.inner())?;
         if let Some(k) = self.builder.known_int(index) {
             return self.place_child(place, k.min(count - 1));
@@ -112,7 +112,7 @@ impl Lowerer<'_> {
         })
     }
 
-    pub fn load(&mut self, place: &Place) -> Result<Vec<Val>> {
+    pub(crate) fn load(&mut self, place: &Place) -> Result<Vec<Val>> {
         match place {
             Place::Local { base, indices, inner } => {
                 let n = self.scalar_count(inner)?;
@@ -149,7 +149,7 @@ impl Lowerer<'_> {
         Ok(found)
     }
 
-    pub fn store(&mut self, place: &Place, values: &[Val]) -> Result<()> {
+    pub(crate) fn store(&mut self, place: &Place, values: &[Val]) -> Result<()> {
         match place {
             Place::Local { base, indices, .. } => {
                 let always = self.builder.bool(true);
@@ -188,7 +188,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    pub fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<Val>> {
+    pub(crate) fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<Val>> {
         let n = self.scalar_count(inner)?;
         let mut kinds = Vec::with_capacity(n);
         self.zero_scalars(inner, &mut kinds)?;

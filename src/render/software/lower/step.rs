@@ -5,7 +5,7 @@ use smallvec::{SmallVec, smallvec};
 
 /// A scalar value during lowering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Val {
+pub(crate) enum Val {
     /// Index into the constants.
     Const(u32),
     /// Computed once per draw.
@@ -15,14 +15,14 @@ pub enum Val {
     Lane(u32),
 }
 
-pub type Label = u32;
+pub(crate) type Label = u32;
 
 /// Values of one step, inline up to the operands of an operation: with heap vectors most of the lowering time was allocation.
-pub type Vals = SmallVec<[Val; 4]>;
+pub(crate) type Vals = SmallVec<[Val; 4]>;
 
 /// One step before slots and registers are assigned. The rate of `dst` is the rate at which the step runs.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Step {
+pub(crate) enum Step {
     Op {
         dst: Val,
         op: Op,
@@ -78,7 +78,7 @@ pub enum Step {
 }
 
 /// The values that a step reads.
-pub fn reads(step: &Step) -> Vals {
+pub(crate) fn reads(step: &Step) -> Vals {
     match step {
         Step::Op { args, .. } | Step::FusedKernel { args, .. } => args.clone(),
         Step::Assign { from, .. } => smallvec![*from],
@@ -92,7 +92,7 @@ pub fn reads(step: &Step) -> Vals {
 }
 
 /// The values that a step writes.
-pub fn writes(step: &Step) -> Vals {
+pub(crate) fn writes(step: &Step) -> Vals {
     match step {
         Step::Op { dst, .. }
         | Step::FusedKernel { dst, .. }

@@ -14,7 +14,7 @@ pub enum Place {
 
 /// The value of an expression during lowering.
 #[derive(Clone, Debug)]
-pub enum Value {
+pub(crate) enum Value {
     Scalars(Vec<Val>),
     Place(Place),
     /// A texture or a sampler.
@@ -22,7 +22,7 @@ pub enum Value {
 }
 
 impl Place {
-    pub fn inner(&self) -> &TypeInner {
+    pub(crate) fn inner(&self) -> &TypeInner {
         match self {
             Self::Local { inner, .. } | Self::Uniform { inner, .. } => inner,
         }

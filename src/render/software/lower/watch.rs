@@ -8,14 +8,14 @@ use std::collections::HashMap;
 
 /// One named value.
 #[derive(Debug)]
-pub struct CapturedValue {
+pub(crate) struct CapturedValue {
     pub name: String,
     pub lanes: Vec<Val>,
 }
 
 /// The named values so far.
 #[derive(Debug, Default)]
-pub struct NamedValueCapture {
+pub(crate) struct NamedValueCapture {
     pub captured: Vec<CapturedValue>,
     /// Index in `captured` by name.
     pub index_of: HashMap<String, usize>,
@@ -27,16 +27,16 @@ pub struct NamedValueCapture {
 
 impl NamedValueCapture {
     /// Initialises every captured value with NaN.
-    pub fn initialise(&self, b: &mut Builder) {
+    pub(crate) fn initialise(&self, b: &mut Builder) {
         let nan = b.float(f64::NAN);
         let copies = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
         b.code.splice(0..0, copies);
     }
-    pub fn values(&self) -> impl Iterator<Item = Val> {
+    pub(crate) fn values(&self) -> impl Iterator<Item = Val> {
         self.captured.iter().flat_map(|k| k.lanes.iter().copied())
     }
     /// Outputs at locations that no render target uses.
-    pub fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
         (0..self.values().count()).map(|k| LaneOutput::Location { index: 1000 + k as u32, component: 0, flat: false })
     }
 }

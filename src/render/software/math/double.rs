@@ -17,7 +17,7 @@ fn exp2_int(n: i64) -> f64 {
 
 /// x * 2^n in three exact steps, so that only a result below the normal range rounds.
 #[inline(always)]
-pub fn scale(x: f64, n: i32) -> f64 {
+pub(crate) fn scale(x: f64, n: i32) -> f64 {
     let n = i64::from(n).clamp(-2200, 2200);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
@@ -44,7 +44,7 @@ fn round_to_int(t: f64) -> (f64, i64) {
 }
 
 #[inline(always)]
-pub fn exp<const F: bool>(x: f64) -> f64 {
+pub(crate) fn exp<const F: bool>(x: f64) -> f64 {
     let c = if x > 711.0 { 711.0 } else { x };
     let c = if c < -747.0 { -747.0 } else { c };
     let (k, n) = round_to_int(c * LOG2_E);
@@ -53,7 +53,7 @@ pub fn exp<const F: bool>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn exp2<const F: bool>(x: f64) -> f64 {
+pub(crate) fn exp2<const F: bool>(x: f64) -> f64 {
     let c = if x > 1026.0 { 1026.0 } else { x };
     let c = if c < -1077.0 { -1077.0 } else { c };
     let (k, n) = round_to_int(c);
@@ -99,7 +99,7 @@ fn log_special_cases(x: f64, y: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn log<const F: bool>(x: f64) -> f64 {
+pub(crate) fn log<const F: bool>(x: f64) -> f64 {
     let (f, k, half, tail) = log_parts::<F>(x);
     let low = fma::<F>(k, 1.908_214_929_270_587_7e-10, tail);
     log_special_cases(x, fma::<F>(k, 6.931_471_803_691_238e-1, f - (half - low)))
@@ -123,7 +123,7 @@ fn high_bits(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn log2<const F: bool>(x: f64) -> f64 {
+pub(crate) fn log2<const F: bool>(x: f64) -> f64 {
     let (hi, lo) = log2_pair::<F>(x);
     log_special_cases(x, hi + lo)
 }
@@ -131,7 +131,7 @@ pub fn log2<const F: bool>(x: f64) -> f64 {
 /// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of turns. Exact to 1e-16 relative for
 /// |x| <= 1.6e6 (pi/2 in three parts of which the first two have 33 bits); beyond, the remainder is clamped to its range. inf and NaN give NaN.
 #[inline(always)]
-pub fn quarter_turns(x: f64) -> (f64, i64) {
+pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
     let (k, n) = round_to_int(x * std::f64::consts::FRAC_2_PI);
     let r = ((x - k * 1.570_796_326_734_125_6) - k * 6.077_100_506_303_966e-11) - k * 2.022_266_248_795_950_6e-21;
     let r = if r > 0.786 { 0.786 } else { r };
@@ -169,7 +169,7 @@ fn sin_and_cos<const F: bool>(r: f64) -> (f64, f64) {
 }
 
 #[inline(always)]
-pub fn sin_cos<const F: bool, const COS: bool>(x: f64) -> f64 {
+pub(crate) fn sin_cos<const F: bool, const COS: bool>(x: f64) -> f64 {
     let (r, n) = quarter_turns(x);
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let (s, c) = sin_and_cos::<F>(r);
@@ -178,7 +178,7 @@ pub fn sin_cos<const F: bool, const COS: bool>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn tan<const F: bool>(x: f64) -> f64 {
+pub(crate) fn tan<const F: bool>(x: f64) -> f64 {
     let (r, n) = quarter_turns(x);
     let (s, c) = sin_and_cos::<F>(r);
     if n & 1 != 0 { -c / s } else { s / c }
@@ -203,7 +203,7 @@ fn asin_core<const F: bool>(z: f64, s: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn asin<const F: bool>(x: f64) -> f64 {
+pub(crate) fn asin<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
@@ -213,7 +213,7 @@ pub fn asin<const F: bool>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn acos<const F: bool>(x: f64) -> f64 {
+pub(crate) fn acos<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
@@ -224,7 +224,7 @@ pub fn acos<const F: bool>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
+pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
@@ -264,7 +264,7 @@ pub fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn sinh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn sinh<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let z = a * a;
     let p = horner::<f64, F, 4>(
@@ -279,13 +279,13 @@ pub fn sinh<const F: bool>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn cosh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn cosh<const F: bool>(x: f64) -> f64 {
     let e = exp::<F>(0.5 * x.abs());
     (0.5 * e) * e + 0.5 / e / e
 }
 
 #[inline(always)]
-pub fn tanh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn tanh<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let z = a * a;
     let p = horner::<f64, F, 3>(z, [-9.643_991_794_250_522e-1, -9.928_772_310_019_186e1, -1.614_687_684_417_084_5e3]);
@@ -304,7 +304,7 @@ fn log1p<const F: bool>(u: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn asinh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn asinh<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let huge = a > 1e150;
     let near = log1p::<F>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
@@ -313,7 +313,7 @@ pub fn asinh<const F: bool>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn acosh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn acosh<const F: bool>(x: f64) -> f64 {
     let t = x - 1.0;
     let near = log1p::<F>(t + (2.0 * t + t * t).sqrt());
     let far = log::<F>(x) + LN_2;
@@ -322,7 +322,7 @@ pub fn acosh<const F: bool>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub fn atanh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn atanh<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let y = 0.5 * log1p::<F>(2.0 * a / (1.0 - a));
     let y = if a == 1.0 { f64::INFINITY } else { y };
@@ -331,7 +331,7 @@ pub fn atanh<const F: bool>(x: f64) -> f64 {
 
 /// x^y for x >= 0 (WGSL leaves negative x open: NaN here). x^0 = 1, 1^y = 1.
 #[inline(always)]
-pub fn pow<const F: bool>(x: f64, y: f64) -> f64 {
+pub(crate) fn pow<const F: bool>(x: f64, y: f64) -> f64 {
     let (w, low) = log2_pair::<F>(x);
     // Beyond 1e20 every x but 1 over- or underflows; the bound keeps the products finite.
     let b = if y > 1e20 { 1e20 } else { y };

@@ -17,7 +17,7 @@ fn exp2_int(n: i32) -> f32 {
 
 /// x * 2^n in three exact steps, so that only a result below the normal range rounds.
 #[inline(always)]
-pub fn scale(x: f32, n: i32) -> f32 {
+pub(crate) fn scale(x: f32, n: i32) -> f32 {
     let n = n.clamp(-300, 300);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
@@ -35,7 +35,7 @@ fn exp_of_reduced<const F: bool>(r: f32, t: f32) -> f32 {
 /// Results below 2^-125 (x < -86.99) are zero. WGSL lets subnormal results be flushed; flushing from 2^-125 saves the second factor that the
 /// whole range would need.
 #[inline(always)]
-pub fn exp<const F: bool>(x: f32) -> f32 {
+pub(crate) fn exp<const F: bool>(x: f32) -> f32 {
     let c = if x > 88.9 { 88.9 } else { x };
     let c = if c < -87.5 { -87.5 } else { c };
     let t = fma::<F>(c, std::f32::consts::LOG2_E, MAGIC);
@@ -46,7 +46,7 @@ pub fn exp<const F: bool>(x: f32) -> f32 {
 
 /// Results below 2^-125.5 are zero, as with [`exp`].
 #[inline(always)]
-pub fn exp2<const F: bool>(x: f32) -> f32 {
+pub(crate) fn exp2<const F: bool>(x: f32) -> f32 {
     let c = if x > 128.25 { 128.25 } else { x };
     let c = if c < -126.25 { -126.25 } else { c };
     let t = c + MAGIC;
@@ -90,14 +90,14 @@ fn log_special_cases(x: f32, y: f32) -> f32 {
 }
 
 #[inline(always)]
-pub fn log<const F: bool>(x: f32) -> f32 {
+pub(crate) fn log<const F: bool>(x: f32) -> f32 {
     let (f, k, rest) = log_parts::<F>(x);
     let low = fma::<F>(k, -2.121_944_4e-4, rest);
     log_special_cases(x, fma::<F>(k, 0.693_359_375, low + f))
 }
 
 #[inline(always)]
-pub fn log2<const F: bool>(x: f32) -> f32 {
+pub(crate) fn log2<const F: bool>(x: f32) -> f32 {
     let (f, k, rest) = log_parts::<F>(x);
     // log2(e) = 1 + 0.4427: the large part is exact, so that the sum rounds once more only.
     const REST: f32 = 0.442_695_04;
@@ -107,7 +107,7 @@ pub fn log2<const F: bool>(x: f32) -> f32 {
 
 /// sin, or cos when `COS`. Relative error as stated for |x| <= 1.6e6; beyond, the result stays within [-1, 1].
 #[inline(always)]
-pub fn sin_cos<const F: bool, const COS: bool>(x: f32) -> f32 {
+pub(crate) fn sin_cos<const F: bool, const COS: bool>(x: f32) -> f32 {
     let (r, n) = double::quarter_turns(f64::from(x));
     let r = r as f32;
     let quadrant = if COS { n.wrapping_add(1) } else { n };
@@ -125,7 +125,7 @@ fn asin_core<const F: bool>(z: f32, s: f32) -> f32 {
 }
 
 #[inline(always)]
-pub fn asin<const F: bool>(x: f32) -> f32 {
+pub(crate) fn asin<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
@@ -138,7 +138,7 @@ pub fn asin<const F: bool>(x: f32) -> f32 {
 }
 
 #[inline(always)]
-pub fn acos<const F: bool>(x: f32) -> f32 {
+pub(crate) fn acos<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
@@ -152,7 +152,7 @@ pub fn acos<const F: bool>(x: f32) -> f32 {
 
 /// All four quadrants; signed zeros and infinities as IEEE 754 recommends.
 #[inline(always)]
-pub fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
+pub(crate) fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
@@ -175,7 +175,7 @@ pub fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
 /// x^y for x >= 0 (WGSL leaves negative x open: NaN here). x^0 = 1, 1^y = 1. By way of f64 polynomials that are as long as an f32 result
 /// needs (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2), because y log2(x) must be good to 2^-32.
 #[inline(always)]
-pub fn pow<const F: bool>(x: f32, y: f32) -> f32 {
+pub(crate) fn pow<const F: bool>(x: f32, y: f32) -> f32 {
     const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
     const BIAS: u64 = 1024;
     let bits = f64::from(x).to_bits().wrapping_sub(ROOT_HALF);

@@ -5,13 +5,13 @@
 //! from the whole triangle, so a cut edge needs no interpolated values.
 
 /// Triangles are clipped to this many pixels around the target's origin; the largest target is 16384 wide.
-pub const GUARD_BAND_PX: f64 = 65536.0;
+pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
 /// Smallest w that is kept, relative to the triangle's greatest: nearer points project beyond the guard band anyway.
 const MIN_W: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub(crate) struct Corner {
     pub x: f64,
     pub y: f64,
     pub z: f64,
@@ -20,7 +20,7 @@ pub struct Corner {
 
 impl Corner {
     /// From clip space (y up) to pixels (y down).
-    pub fn from_clip(clip: [f64; 4], width: u32, height: u32) -> Self {
+    pub(crate) fn from_clip(clip: [f64; 4], width: u32, height: u32) -> Self {
         let [x, y, z, w] = clip;
         Self { x: 0.5 * (x + w) * f64::from(width), y: 0.5 * (w - y) * f64::from(height), z, w }
     }
@@ -37,7 +37,7 @@ impl Corner {
 
 /// A convex polygon, corners in the triangle's own order.
 #[derive(Clone, Debug)]
-pub struct Polygon {
+pub(crate) struct Polygon {
     corners: [Corner; 12],
     count: usize,
     /// False when the polygon is the triangle itself.
@@ -45,7 +45,7 @@ pub struct Polygon {
 }
 
 impl Polygon {
-    pub fn corners(&self) -> &[Corner] {
+    pub(crate) fn corners(&self) -> &[Corner] {
         &self.corners[..self.count]
     }
 }
@@ -57,7 +57,7 @@ fn distances(c: &Corner, least_w: f64) -> [f64; 7] {
 }
 
 /// The visible part of a triangle; None when nothing is left or a coordinate is not finite.
-pub fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
+pub(crate) fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
     if !triangle.iter().all(Corner::is_finite) {
         return None;
     }

@@ -1,59 +1,59 @@
 //! Which samples of a tile a triangle covers.
 //!
 //! A tile is 64x64 pixels, walked in blocks of 16x8, each in quads of 2x2: the lane order. Pixel `p` of a tile lies at `block * 128 +
-//! quad * 4 + corner`; [`TilePixels`] maps that to x and y. Coverage of a quad is sixteen bits: four per pixel, one per sample (with one
+//! quad * 4 + corner`; `TilePixels` maps that to x and y. Coverage of a quad is sixteen bits: four per pixel, one per sample (with one
 //! sample only the lowest of the four is used).
 
 use super::setup::{RasterTriangle, SUBPIXEL};
 
-pub const TILE: u32 = 64;
+pub(crate) const TILE: u32 = 64;
 /// Quads of a tile.
-pub const TILE_QUADS: usize = (TILE * TILE / 4) as usize;
+pub(crate) const TILE_QUADS: usize = (TILE * TILE / 4) as usize;
 /// Pixels of a block.
-pub const BLOCK_WIDTH: u32 = 16;
-pub const BLOCK_HEIGHT: u32 = 8;
+pub(crate) const BLOCK_WIDTH: u32 = 16;
+pub(crate) const BLOCK_HEIGHT: u32 = 8;
 const BLOCKS_ACROSS: u32 = TILE / BLOCK_WIDTH;
 const QUADS_ACROSS: u32 = BLOCK_WIDTH / 2;
 /// Quads of a block.
-pub const BLOCK_QUADS: u32 = BLOCK_WIDTH * BLOCK_HEIGHT / 4;
+pub(crate) const BLOCK_QUADS: u32 = BLOCK_WIDTH * BLOCK_HEIGHT / 4;
 /// Pixels of a block: as many as a batch has lanes.
-pub const BLOCK_PIXELS: usize = (BLOCK_WIDTH * BLOCK_HEIGHT) as usize;
+pub(crate) const BLOCK_PIXELS: usize = (BLOCK_WIDTH * BLOCK_HEIGHT) as usize;
 /// Blocks of a tile.
-pub const TILE_BLOCKS: usize = (TILE * TILE) as usize / BLOCK_PIXELS;
+pub(crate) const TILE_BLOCKS: usize = (TILE * TILE) as usize / BLOCK_PIXELS;
 
 /// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point.
 const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560, 3584]];
 const SAMPLES_1: [[i64; 2]; 1] = [[2048, 2048]];
 
 /// Sample positions of a pixel, in fixed point.
-pub fn sample_positions(samples: u8) -> &'static [[i64; 2]] {
+pub(crate) fn sample_positions(samples: u8) -> &'static [[i64; 2]] {
     if samples == 4 { &SAMPLES_4 } else { &SAMPLES_1 }
 }
 
 /// The full coverage of a quad.
-pub fn full_coverage(samples: u8) -> u16 {
+pub(crate) fn full_coverage(samples: u8) -> u16 {
     if samples == 4 { 0xffff } else { 0x1111 }
 }
 
 /// Top-left pixel of a quad inside its tile.
-pub fn quad_position(quad: usize) -> [u32; 2] {
+pub(crate) fn quad_position(quad: usize) -> [u32; 2] {
     let (block, inner) = (quad as u32 / BLOCK_QUADS, quad as u32 % BLOCK_QUADS);
     [block % BLOCKS_ACROSS * BLOCK_WIDTH + inner % QUADS_ACROSS * 2, block / BLOCKS_ACROSS * BLOCK_HEIGHT + inner / QUADS_ACROSS * 2]
 }
 
 /// Top-left pixel of a block inside its tile.
-pub fn block_position(block: usize) -> [u32; 2] {
+pub(crate) fn block_position(block: usize) -> [u32; 2] {
     quad_position(block * BLOCK_QUADS as usize)
 }
 
 /// The block of a tile whose top-left pixel is at `x`, `y`.
-pub fn block_at([x, y]: [u32; 2]) -> Option<usize> {
+pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
     let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE && y < TILE;
     is_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
 }
 
 /// Whether the triangle covers every sample of a target. The right and bottom edges themselves hold no sample and need not be covered.
-pub fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
+pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
     let last = |size: u32| i64::from(size) * SUBPIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
     triangle.pixels == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
@@ -61,13 +61,13 @@ pub fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool 
 
 /// Pixel centres of a tile in lane order, relative to the tile's corner.
 #[derive(Clone, Debug)]
-pub struct TilePixels {
+pub(crate) struct TilePixels {
     pub x: Vec<f32>,
     pub y: Vec<f32>,
 }
 
 impl TilePixels {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for quad in 0..TILE_QUADS {
             let [qx, qy] = quad_position(quad);
@@ -88,7 +88,7 @@ impl Default for TilePixels {
 
 /// Calls `emit(quad, count, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once for
 /// all quads of a fully covered block, else one by one.
-pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
+pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [px0, py0, px1, py1] = triangle.pixels;
     let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
     let (x1, y1) = (px1.min(tile_x + TILE), py1.min(tile_y + TILE));

@@ -8,11 +8,11 @@ use super::clip::{Corner, clip};
 use crate::render::software::{RenderError, try_grow};
 
 /// Fixed-point steps per pixel.
-pub const SUBPIXEL: i64 = 4096;
+pub(crate) const SUBPIXEL: i64 = 4096;
 
 /// Size of the target, scissor rectangle and culling.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     pub width: u32,
     pub height: u32,
     /// x0, y0, x1, y1, exclusive; inside the target.
@@ -22,7 +22,7 @@ pub struct Bounds {
 
 /// Edge function: `a x + b y + c >= 0` inside, x and y in fixed point; c includes the top-left rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Edge {
+pub(crate) struct Edge {
     pub a: i64,
     pub b: i64,
     pub c: i64,
@@ -30,7 +30,7 @@ pub struct Edge {
 
 /// A triangle in fixed point.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RasterTriangle {
+pub(crate) struct RasterTriangle {
     pub edges: [Edge; 3],
     /// Pixels that may be covered: x0, y0, x1, y1, exclusive.
     pub pixels: [u32; 4],
@@ -40,14 +40,14 @@ pub struct RasterTriangle {
 
 /// value(x, y) = `at_origin` + `dx` (x - origin x) + `dy` (y - origin y), pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Plane {
+pub(crate) struct Plane {
     pub at_origin: f64,
     pub dx: f64,
     pub dy: f64,
 }
 
 impl Plane {
-    pub fn at(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         self.at_origin + self.dx * x + self.dy * y
     }
     fn constant(value: f64) -> Self {
@@ -57,7 +57,7 @@ impl Plane {
 
 /// The plane equations of one source triangle, which its clipped parts share.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SourceTriangle {
+pub(crate) struct SourceTriangle {
     pub origin: [f64; 2],
     /// Reversed depth.
     pub depth: Plane,
@@ -71,7 +71,7 @@ pub struct SourceTriangle {
 
 /// All triangles of one draw, in drawing order.
 #[derive(Clone, Debug, Default)]
-pub struct Geometry {
+pub(crate) struct Geometry {
     pub triangles: Vec<RasterTriangle>,
     pub source_triangles: Vec<SourceTriangle>,
     pub planes: Vec<Plane>,
@@ -87,7 +87,7 @@ impl Geometry {
     ///
     /// # Errors
     /// Too little memory.
-    pub fn reserve(&mut self, varyings: usize) -> Result<(), RenderError> {
+    pub(crate) fn reserve(&mut self, varyings: usize) -> Result<(), RenderError> {
         try_grow(&mut self.triangles, MAX_PARTS, "the triangles")?;
         try_grow(&mut self.source_triangles, 1, "the triangles' depth planes")?;
         try_grow(&mut self.planes, varyings, "the triangles' varyings")
@@ -97,7 +97,7 @@ impl Geometry {
     ///
     /// # Errors
     /// Too little memory.
-    pub fn append(&mut self, other: &Self) -> Result<(), RenderError> {
+    pub(crate) fn append(&mut self, other: &Self) -> Result<(), RenderError> {
         try_grow(&mut self.triangles, other.triangles.len(), "the triangles")?;
         try_grow(&mut self.source_triangles, other.source_triangles.len(), "the triangles' depth planes")?;
         try_grow(&mut self.planes, other.planes.len(), "the triangles' varyings")?;
@@ -115,7 +115,7 @@ impl Geometry {
 
 /// How a varying is interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interpolation {
+pub(crate) enum Interpolation {
     Perspective,
     /// The first vertex's value.
     Flat,
@@ -154,7 +154,7 @@ fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds,
 }
 
 /// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings` has three values per scalar, one a vertex.
-pub fn set_up(
+pub(crate) fn set_up(
     clip_positions: [[f64; 4]; 3],
     varyings: impl Iterator<Item = (Interpolation, [f64; 3])>,
     bounds: &Bounds,

@@ -1,6 +1,6 @@
 //! Filtering a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
-//! In: a batch's coordinates and footprints, arrays of [`BATCH`] lanes. Out: four linear values a lane, for the active lanes.
+//! In: a batch's coordinates and footprints, arrays of `BATCH` lanes. Out: four linear values a lane, for the active lanes.
 //! The lanes are first sorted by (mip level, number of taps) with a counting sort. Each level's lanes are then contiguous, those with the most
 //! taps first; inactive lanes are left out; level and size are the same for all lanes of a loop. A lane's result does not depend on its
 //! neighbours, nor on the instruction set: nothing here fuses multiply and add, and every lane sums its taps in the same order. Integers wrap
@@ -16,23 +16,23 @@ use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 
 /// Lanes of a batch.
-pub const BATCH: usize = 128;
+pub(crate) const BATCH: usize = 128;
 /// Lanes that are fetched and interpolated together.
 const CHUNK: usize = 32;
 /// Length of arrays that are read in chunks from any lane on: the last chunk may reach beyond the batch.
 const PADDED: usize = BATCH + CHUNK;
 /// Most taps of a lane.
-pub const MAX_TAPS: usize = 16;
+pub(crate) const MAX_TAPS: usize = 16;
 /// Most mip levels of a texture (a side has at most 2^22 texels).
 const MAX_LEVELS: usize = 31;
 
 /// Red, green, blue, alpha of a batch; `None` for channels that are not needed.
-pub type Channels<'a, R> = [Option<&'a mut [R; BATCH]>; 4];
+pub(crate) type Channels<'a, R> = [Option<&'a mut [R; BATCH]>; 4];
 /// Which channels are needed.
 type ChannelMask = [bool; 4];
 
 /// The coordinates, levels and taps of the lanes of a batch.
-pub struct FilterRequest<'a, R> {
+pub(crate) struct FilterRequest<'a, R> {
     pub u: &'a [R; BATCH],
     pub v: &'a [R; BATCH],
     pub level: [R; BATCH],
@@ -42,14 +42,14 @@ pub struct FilterRequest<'a, R> {
 }
 
 impl<'a, R: Real> FilterRequest<'a, R> {
-    pub fn new(u: &'a [R; BATCH], v: &'a [R; BATCH]) -> Self {
+    pub(crate) fn new(u: &'a [R; BATCH], v: &'a [R; BATCH]) -> Self {
         let z = [R::ZERO; BATCH];
         Self { u, v, level: z, taps: [R::ONE; BATCH], step_u: z, step_v: z }
     }
 
     /// Fills levels and taps from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
     #[inline(always)]
-    pub fn footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
+    pub(crate) fn footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
         let Some(max_taps) = max_taps else {
             for i in 0..BATCH {
@@ -312,7 +312,7 @@ fn any_positive<R: Real>(values: &[R; CHUNK]) -> bool {
 
 /// Filters the active lanes of a batch into `out`; the other lanes of `out` are left unchanged.
 #[inline(always)]
-pub fn sample<R: Real, D: Decode>(
+pub(crate) fn sample<R: Real, D: Decode>(
     decode: D,
     levels: &[TexelLevel<'_>],
     request: &FilterRequest<'_, R>,

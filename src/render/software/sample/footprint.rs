@@ -10,7 +10,7 @@ use crate::render::software::math::Real;
 
 /// The taps of one lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Footprint<R> {
+pub(crate) struct Footprint<R> {
     /// Mip level, not yet clamped.
     pub level: R,
     /// Number of taps, at least 1.
@@ -28,13 +28,13 @@ pub(super) fn floor<R: Real>(x: R) -> R {
 impl<R: Real> Footprint<R> {
     /// One tap at a given level.
     #[inline(always)]
-    pub fn at_level(level: R) -> Self {
+    pub(crate) fn at_level(level: R) -> Self {
         Self { level, taps: R::ONE, step: [R::ZERO; 2] }
     }
 
     /// Isotropic filtering, one tap. `dx`, `dy`: gradients `[du, dv]` per pixel in x and in y; `size`: of the texture, in texels.
     #[inline(always)]
-    pub fn isotropic(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> Self {
+    pub(crate) fn isotropic(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> Self {
         let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
         let (x, y) = (ux * ux + vx * vx, uy * uy + vy * vy);
         Self::at_level(half_log2(if x > y { x } else { y }))
@@ -42,7 +42,7 @@ impl<R: Real> Footprint<R> {
 
     /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl.
     #[inline(always)]
-    pub fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
+    pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
         let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
         // J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.

@@ -1,6 +1,6 @@
 //! The texels that a binding reads: borrowed bytes of every mip level, decoded when read.
 //!
-//! sRGB is decoded with a table of 256 f32, exact to f32 rounding. [`Texels::new`] checks once that each level has as many bytes as its size
+//! sRGB is decoded with a table of 256 f32, exact to f32 rounding. `Texels::new` checks once that each level has as many bytes as its size
 //! needs, so that reads check only the coordinates.
 
 use crate::image::{TexelFormat, Texture};
@@ -32,7 +32,7 @@ pub struct Texels<'a> {
 impl<'a> Texels<'a> {
     /// # Errors
     /// A level whose bytes are not those of its size, or no level at all.
-    pub fn new(format: TexelFormat, levels: impl Iterator<Item = (u32, u32, &'a [u8])>) -> Result<Self, String> {
+    pub(crate) fn new(format: TexelFormat, levels: impl Iterator<Item = (u32, u32, &'a [u8])>) -> Result<Self, String> {
         let texel = match format {
             TexelFormat::Rgba8Srgb | TexelFormat::Rgba8Unorm => 4,
             TexelFormat::Rgba32Float => 16,
@@ -59,7 +59,7 @@ impl<'a> Texels<'a> {
 }
 
 /// How bytes become four linear floats; one type per format, so that the inner loops are compiled for each.
-pub trait Decode: Copy {
+pub(crate) trait Decode: Copy {
     /// A texel as stored.
     type Texel: Copy + Default;
     /// The same format read with gather instructions, on machines that have them.
@@ -117,14 +117,14 @@ pub trait Decode: Copy {
 }
 
 #[derive(Clone, Copy)]
-pub struct Srgb(&'static [f32; 256]);
+pub(crate) struct Srgb(&'static [f32; 256]);
 #[derive(Clone, Copy)]
-pub struct Unorm;
+pub(crate) struct Unorm;
 #[derive(Clone, Copy)]
-pub struct Float;
+pub(crate) struct Float;
 
 impl Srgb {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(&SRGB_LINEAR)
     }
 }
@@ -233,7 +233,7 @@ mod gather {
 
     /// A format read with gather instructions; sRGB gathers from its decoding table as well. Only [`Decode::gathering`] makes it.
     #[derive(Clone, Copy)]
-    pub struct Gathering<D>(pub(super) D);
+    pub(crate) struct Gathering<D>(pub(super) D);
 
     /// Formats of four bytes a texel, with the table that decodes red, green and blue.
     trait FourBytes: Decode<Texel = u32> {
@@ -319,7 +319,7 @@ mod gather {
 
     /// Four floats a texel. Only [`Decode::gathering`] makes it.
     #[derive(Clone, Copy)]
-    pub struct Transposing(pub(super) Float);
+    pub(crate) struct Transposing(pub(super) Float);
 
     impl Decode for Transposing {
         type Texel = [f32; 4];

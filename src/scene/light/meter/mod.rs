@@ -145,7 +145,7 @@ impl Meter<'_, '_> {
     }
 
     /// Meters everything in the frame. `night`: the radiance that a picture of the dark sky shows as white.
-    pub fn read(&self, night: f64) -> Reading {
+    pub(crate) fn read(&self, night: f64) -> Reading {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();

@@ -38,7 +38,7 @@ fn name_of(step: usize) -> String {
 }
 
 /// Error bounds of a picture.
-pub struct Bounds {
+pub(crate) struct Bounds {
     width: u32,
     height: u32,
     rgba: Vec<[u8; 4]>,
@@ -67,7 +67,7 @@ impl Bounds {
 
 /// The displayed bounds, and the pending ones.
 #[derive(Default)]
-pub struct BoundView {
+pub(crate) struct BoundView {
     asked: Option<ViewRequest>,
     coming: Option<Pending<Result<Bounds, String>>>,
     found: Option<Result<(Bounds, TextureHandle), String>>,
@@ -75,7 +75,7 @@ pub struct BoundView {
 
 impl BoundView {
     /// Starts the computation for another request, unless one is running.
-    pub fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
+    pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         if self.coming.is_some() || self.asked.as_ref() == Some(request) {
             return;
         }
@@ -87,7 +87,7 @@ impl BoundView {
         }));
     }
 
-    pub fn show(&mut self, ui: &mut Ui, name: &str) {
+    pub(crate) fn show(&mut self, ui: &mut Ui, name: &str) {
         if let Some(done) = self.coming.as_ref().and_then(Pending::take) {
             self.coming = None;
             self.found = Some(done.map(|bounds| {

@@ -79,7 +79,7 @@ impl ComparisonInput {
 }
 
 #[derive(Default)]
-pub struct ComparePanel {
+pub(crate) struct ComparePanel {
     variants: Option<[Variant; 2]>,
     input: Option<ComparisonInput>,
     coming: Option<Pending<Result<Pair, String>>>,
@@ -95,7 +95,7 @@ fn initial_variants(view: &ViewState) -> [Variant; 2] {
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.compare);
     panel.show(interface, ui, worker);
     interface.compare = panel;

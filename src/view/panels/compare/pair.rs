@@ -9,7 +9,7 @@ use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOpt
 use std::sync::Arc;
 
 /// One drawn picture.
-pub struct ComparedPicture {
+pub(crate) struct ComparedPicture {
     pub picture: DisplayImage,
     /// The renderer or device.
     pub by: String,
@@ -17,7 +17,7 @@ pub struct ComparedPicture {
 }
 
 /// Two pictures and their difference.
-pub struct Pair {
+pub(crate) struct Pair {
     pub halves: [ComparedPicture; 2],
     pub apart: image::Difference,
     pub difference: DisplayImage,
@@ -26,7 +26,7 @@ pub struct Pair {
 impl Pair {
     /// # Errors
     /// Why one could not be drawn, or that the sizes differ.
-    pub fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
+    pub(crate) fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
         let left = left.map_err(|e| format!("left: {e}"))?;
         let right = right.map_err(|e| format!("right: {e}"))?;
         let apart = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
@@ -55,11 +55,11 @@ impl Shows {
 }
 
 /// Shows the error bounds of a picture, given its name.
-pub type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
+pub(crate) type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
 
 /// State of the display of a pair.
 #[derive(Default)]
-pub struct PairView {
+pub(crate) struct PairView {
     of: Option<Arc<Pair>>,
     /// Left, right, difference.
     textures: Vec<TextureHandle>,
@@ -76,12 +76,12 @@ const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
     /// Whether it shows error bounds instead of the pictures.
-    pub fn shows_bound(&self) -> bool {
+    pub(crate) fn shows_bound(&self) -> bool {
         self.shows == Shows::Bound
     }
 
     /// `names`: of the left and the right picture; `bound`: shows the error bounds of the left one, if available.
-    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
         self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
             for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
@@ -155,7 +155,7 @@ impl PairView {
 }
 
 /// As wide as possible, but no higher than the panel.
-pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
+pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
     let most = (ui.available_height() - FIGURES_POINTS).max(MIN_POINTS);
     let scale = (width / size.x.max(1.0)).min(most / size.y.max(1.0));
@@ -163,7 +163,7 @@ pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
 }
 
 /// A picture with an accessible name.
-pub fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
+pub(crate) fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
     let size = fitted(ui, size);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
@@ -172,7 +172,7 @@ pub fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &s
 }
 
 /// The statistics as two lines, also for the clipboard.
-pub fn figures_text(pair: &Pair) -> [String; 2] {
+pub(crate) fn figures_text(pair: &Pair) -> [String; 2] {
     let psnr = pair.apart.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     let d = &pair.apart;
     let [left, right] = &pair.halves;

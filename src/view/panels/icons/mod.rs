@@ -13,7 +13,7 @@ const FAMILY: &str = "icons";
 const SIZE: f32 = 1.2;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Icon {
+pub(crate) enum Icon {
     Bodies,
     Search,
     Back,
@@ -104,7 +104,7 @@ fn family() -> FontFamily {
 }
 
 /// egui's default fonts and the icon font.
-pub fn fonts() -> FontDefinitions {
+pub(crate) fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     fonts.font_data.insert(FAMILY.into(), Arc::new(FontData::from_static(include_bytes!("phosphor.ttf"))));
     fonts.families.insert(family(), vec![FAMILY.into()]);
@@ -123,24 +123,24 @@ fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
 }
 
 /// A button with an icon and text.
-pub fn button<'a>(ui: &Ui, icon: Icon, word: &'a str) -> Button<'a> {
+pub(crate) fn button<'a>(ui: &Ui, icon: Icon, word: &'a str) -> Button<'a> {
     Button::new((atom(ui, icon), word))
 }
 
 /// A button with only an icon; `name` is its accessible name.
-pub fn bare(ui: &mut Ui, icon: Icon, name: &str) -> Response {
+pub(crate) fn bare(ui: &mut Ui, icon: Icon, name: &str) -> Response {
     let button = Button::new(atom(ui, icon));
     ui.add(button).accessible_name(name)
 }
 
 /// A button that stays pressed while `on`.
-pub fn selectable(ui: &mut Ui, icon: Icon, on: bool, word: &str) -> Response {
+pub(crate) fn selectable(ui: &mut Ui, icon: Icon, on: bool, word: &str) -> Response {
     let button = Button::selectable(on, (atom(ui, icon), word));
     ui.add(button)
 }
 
 /// A toggle button.
-pub fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, word: &str) -> Response {
+pub(crate) fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, word: &str) -> Response {
     let response = selectable(ui, icon, *on, word);
     if response.clicked() {
         *on = !*on;

@@ -15,7 +15,7 @@ use egui::{CollapsingHeader, Grid, RichText, TextStyle};
 use std::sync::Arc;
 
 #[derive(Default)]
-pub struct ChangeView {
+pub(crate) struct ChangeView {
     /// The comparison is of the current view.
     in_view: bool,
     pair: PairView,
@@ -34,7 +34,7 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
 }
 
 /// Whether a view can need the key, and the change in a line or two.
-pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
         let of = reachable.len();
@@ -92,17 +92,17 @@ fn signed(from: usize, to: usize) -> String {
 }
 
 /// Lane operations of the software renderer's tapes.
-pub fn lane_operations(m: &LoadedModule) -> usize {
+pub(crate) fn lane_operations(m: &LoadedModule) -> usize {
     m.tapes.iter().flat_map(|t| t.operations.values()).sum()
 }
 
 /// Live values of the fragment stage: slots of a lane and registers of all.
-pub fn registers(m: &LoadedModule) -> usize {
+pub(crate) fn registers(m: &LoadedModule) -> usize {
     m.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
 }
 
 /// Cost, pictures and source of both keys.
-pub fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if keys[0] == keys[1] {
         return;
@@ -194,7 +194,7 @@ fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
 type CostRow = (&'static str, fn(&LoadedModule) -> usize);
 
 /// Rows of a table of costs.
-pub fn cost_rows() -> [CostRow; 10] {
+pub(crate) fn cost_rows() -> [CostRow; 10] {
     let fragment = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
     let vertex = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
     [
@@ -212,7 +212,7 @@ pub fn cost_rows() -> [CostRow; 10] {
 }
 
 /// Two columns and their difference, or one.
-pub fn grid(ui: &mut egui::Ui, id: &str, of: &[(&str, &Arc<LoadedModule>)]) {
+pub(crate) fn grid(ui: &mut egui::Ui, id: &str, of: &[(&str, &Arc<LoadedModule>)]) {
     Grid::new(id).num_columns(of.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         ui.label("");
         of.iter().for_each(|(name, _)| drop(ui.strong(*name)));

@@ -8,7 +8,7 @@ use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
         accessible::coming(ui, "Loading the module");
         return;

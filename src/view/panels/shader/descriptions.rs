@@ -3,7 +3,7 @@
 use crate::shader::key::Dimension;
 
 /// A value as in the key's text; one that the text omits by a word.
-pub fn value_text(d: &Dimension, value: usize) -> &'static str {
+pub(crate) fn value_text(d: &Dimension, value: usize) -> &'static str {
     match d.texts.get(value) {
         Some(&"") if d.name == "view" => "final image",
         Some(&"") => "none",
@@ -13,12 +13,12 @@ pub fn value_text(d: &Dimension, value: usize) -> &'static str {
 }
 
 /// Whether a dimension has only the values on and off.
-pub fn is_switch(d: &Dimension) -> bool {
+pub(crate) fn is_switch(d: &Dimension) -> bool {
     d.texts.len() == 2 && d.texts[0].is_empty()
 }
 
 /// The effect of a value on the picture.
-pub fn meaning(d: &Dimension, value: usize) -> &'static str {
+pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
     let words: &[&str] = match d.name {
         "surface" => &[
             "emits light, with limb darkening",

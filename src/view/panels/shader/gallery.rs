@@ -10,7 +10,7 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
 
 #[derive(Default)]
-pub struct GalleryPage {
+pub(crate) struct GalleryPage {
     /// A dimension's name; `None`: one step in every dimension.
     dimension: Option<&'static str>,
 }
@@ -22,7 +22,7 @@ struct Tile {
     key: ShaderKey,
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
         ui.label("This module has no key and no neighbours.");
         return;
@@ -95,7 +95,13 @@ fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
 }
 
 /// The sample picture of a key, as a button.
-pub fn sample(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWorker, key: &ShaderKey, name: &str) -> egui::Response {
+pub(crate) fn sample(
+    queries: &mut ShaderQueries,
+    ui: &mut egui::Ui,
+    worker: &dyn RenderWorker,
+    key: &ShaderKey,
+    name: &str,
+) -> egui::Response {
     let side = Vec2::splat(SAMPLE_PX as f32);
     let (rect, response) = ui.allocate_exact_size(side, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));

@@ -8,12 +8,12 @@ use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 #[derive(Default)]
-pub struct KeyPage {
+pub(crate) struct KeyPage {
     typed: String,
     wrong: String,
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
         ui.label("This module has no key: there is one variant of it.");
         return;

@@ -56,7 +56,7 @@ enum InspectedModule {
 }
 
 #[derive(Default)]
-pub struct ShaderPanel {
+pub(crate) struct ShaderPanel {
     page: Page,
     wanted: Option<InspectedModule>,
     /// The draw inspected last; for another one, manual changes are dropped.
@@ -102,7 +102,7 @@ impl Inspected<'_> {
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.shader);
     panel.show(interface, ui, worker);
     interface.viewport.picked_px = panel.probe.typed_px.take().or(interface.viewport.picked_px);
@@ -111,19 +111,19 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
 
 impl ShaderPanel {
     /// Shows a key that was found elsewhere on the Key page.
-    pub fn ask_for(&mut self, key: &ShaderKey) {
+    pub(crate) fn ask_for(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
         self.found = Some(*key.features());
     }
 
     /// Opens the source at the lines of a feature of the selected body's draw.
-    pub fn ask_for_feature(&mut self, feature: &str) {
+    pub(crate) fn ask_for_feature(&mut self, feature: &str) {
         (self.page, self.wanted, self.edited) = (Page::Source, None, None);
         self.source.ask_for(feature);
     }
 
     /// Whether a click on the sky picks a pixel for the probe.
-    pub fn probes(&self) -> bool {
+    pub(crate) fn probes(&self) -> bool {
         self.page == Page::Probe
     }
 

@@ -17,7 +17,7 @@ use egui::{RichText, ScrollArea, TextEdit, TextStyle};
 type BothPrecisions = [PixelReport; 2];
 
 #[derive(Default)]
-pub struct ProbePage {
+pub(crate) struct ProbePage {
     wanted: String,
     /// Typed pixel coordinates, for the sky.
     pub typed_px: Option<[u32; 2]>,
@@ -36,7 +36,7 @@ fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Bot
     Ok([with(false)?, with(true)?])
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
     let page = &mut panel.probe;
     if let Some(done) = page.coming.as_ref().and_then(Pending::take) {
         page.coming = None;

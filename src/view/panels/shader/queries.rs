@@ -27,7 +27,7 @@ use std::sync::Arc;
 use std::time::Instant as Moment;
 
 /// A module and its cost.
-pub struct LoadedModule {
+pub(crate) struct LoadedModule {
     pub module: Arc<ShaderModule>,
     pub ir: IrCost,
     /// Vertex stage first.
@@ -38,13 +38,13 @@ pub struct LoadedModule {
 }
 
 /// Why there is no module.
-pub struct ModuleFailure {
+pub(crate) struct ModuleFailure {
     pub why: String,
     /// With the source line and a caret.
     pub diagnosis: String,
 }
 
-pub type Module = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
+pub(crate) type Module = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 
 fn load_module(session: &Session, id: &ModuleId) -> Module {
     let library = session.library();
@@ -58,7 +58,7 @@ fn load_module(session: &Session, id: &ModuleId) -> Module {
 
 /// Properties of a map as the shader reads it.
 #[derive(Clone, Copy, Debug)]
-pub struct MapFacts {
+pub(crate) struct MapFacts {
     pub width: u32,
     pub height: u32,
     pub levels: usize,
@@ -66,7 +66,7 @@ pub struct MapFacts {
 }
 
 /// Side of a sample picture, pixels.
-pub const SAMPLE_PX: u32 = 96;
+pub(crate) const SAMPLE_PX: u32 = 96;
 /// Side of a timed picture, pixels.
 const TIMED_PX: u32 = 250;
 
@@ -74,7 +74,7 @@ type Sample = Result<egui::ColorImage, String>;
 
 /// A view drawn once unchanged and once with another key for one draw.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct KeySwap {
+pub(crate) struct KeySwap {
     pub body: NaifId,
     pub part: &'static str,
     pub key: ShaderKey,
@@ -84,7 +84,7 @@ pub struct KeySwap {
 
 /// All queries so far.
 #[derive(Default)]
-pub struct ShaderQueries {
+pub(crate) struct ShaderQueries {
     generator: Option<Arc<str>>,
     modules: QueryCache<ModuleId, Module>,
     texts: QueryCache<(ModuleId, Language), Result<Arc<Text>, String>>,
@@ -100,24 +100,24 @@ pub struct ShaderQueries {
 
 impl ShaderQueries {
     /// Drops all answers if the fragments have changed.
-    pub fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
+    pub(crate) fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
         let generator = worker.session().library().generator();
         if self.generator.as_ref() != Some(&generator) {
             *self = Self { generator: Some(generator), ..Self::default() };
         }
     }
 
-    pub fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
+    pub(crate) fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
         let of = id.clone();
         self.modules.get(worker, id, move |session| load_module(session, &of)).cloned()
     }
 
     /// The module, if it has arrived and is valid.
-    pub fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
+    pub(crate) fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
         self.module(worker, id)?.ok()
     }
 
-    pub fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<Text>, String>> {
+    pub(crate) fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<Text>, String>> {
         let of = id.clone();
         self.texts
             .get(worker, &(id.clone(), language), move |session| {
@@ -128,7 +128,7 @@ impl ShaderQueries {
     }
 
     /// The difference of two modules' sources, by feature.
-    pub fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
+    pub(crate) fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
         let both = of.clone();
         self.differences
             .get(worker, of, move |session| {
@@ -143,23 +143,23 @@ impl ShaderQueries {
     }
 
     /// Every key that views of the catalog can need.
-    pub fn reachable(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
+    pub(crate) fn reachable(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
         self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
     }
 
     /// Starts the timing of a module, in milliseconds per megapixel.
-    pub fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
+    pub(crate) fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let of = id.clone();
         self.timed.get(worker, id, move |session| {
             ms_per_megapixel_at(session.background_renderer(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
         });
     }
 
-    pub fn timed(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
+    pub(crate) fn timed(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
         self.timed.known(id).cloned()
     }
 
-    pub fn map(&mut self, worker: &dyn RenderWorker, role: MapRole, file: &str) -> Option<Result<MapFacts, String>> {
+    pub(crate) fn map(&mut self, worker: &dyn RenderWorker, role: MapRole, file: &str) -> Option<Result<MapFacts, String>> {
         let named = file.to_owned();
         self.maps
             .get(worker, &(role, file.to_owned()), move |session| {
@@ -173,7 +173,12 @@ impl ShaderQueries {
     }
 
     /// The sample body drawn by a key.
-    pub fn sample(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, key: &ShaderKey) -> Option<Result<TextureHandle, String>> {
+    pub(crate) fn sample(
+        &mut self,
+        ctx: &egui::Context,
+        worker: &dyn RenderWorker,
+        key: &ShaderKey,
+    ) -> Option<Result<TextureHandle, String>> {
         if let Some(texture) = self.pictures.get(key) {
             return Some(Ok(texture.clone()));
         }
@@ -188,7 +193,7 @@ impl ShaderQueries {
     }
 
     /// The view with one draw's key as drawn, and with another.
-    pub fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
+    pub(crate) fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
         if self.swap_view != of.view {
             // Pictures of earlier views are large and no longer needed.
             self.swap_view = of.view;

@@ -16,7 +16,7 @@ const FONT_POINTS: f32 = CODE;
 const STRIPE_POINTS: f32 = 4.0;
 
 #[derive(Default)]
-pub struct SourcePage {
+pub(crate) struct SourcePage {
     language: Option<Language>,
     /// The feature to highlight.
     feature: Option<String>,
@@ -50,7 +50,7 @@ fn language_name(language: Language) -> (&'static str, &'static str) {
     }
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);
     ui.horizontal_wrapped(|ui| {
@@ -82,7 +82,7 @@ fn is_of(name: &str, word: &str) -> bool {
 
 impl SourcePage {
     /// Jumps to the lines of a feature once a module that has it is shown, and again when a finer picture has another module.
-    pub fn ask_for(&mut self, feature: &str) {
+    pub(crate) fn ask_for(&mut self, feature: &str) {
         (self.language, self.feature, self.only) = (None, None, false);
         (self.asked, self.asked_in) = (Some(feature.to_owned()), None);
     }

@@ -8,7 +8,7 @@ use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;
 
 /// One line and its origin.
-pub struct Line {
+pub(crate) struct Line {
     pub text: String,
     /// Index into [`Text::features`].
     pub feature: u16,
@@ -16,7 +16,7 @@ pub struct Line {
     pub origin: String,
 }
 
-pub struct Text {
+pub(crate) struct Text {
     pub language: Language,
     pub lines: Vec<Line>,
     /// Name and number of lines of each feature; empty if the language has no source map.
@@ -24,7 +24,7 @@ pub struct Text {
 }
 
 /// Translates a module to a language.
-pub fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String> {
+pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String> {
     let text = translate(module, language).map_err(|e| e.to_string())?;
     let map = &module.source_map;
     let mapped = language == Language::Wgsl;
@@ -41,7 +41,7 @@ pub fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String
 
 /// Token kinds, for syntax colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TokenKind {
+pub(crate) enum TokenKind {
     Plain,
     Comment,
     Keyword,
@@ -121,7 +121,7 @@ fn token_kind(word: &str, rest: &str) -> TokenKind {
 }
 
 /// The tokens of a line, in order, without gaps. A comment runs to the end of the line.
-pub fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
+pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
     let mut found: Vec<(Range<usize>, TokenKind)> = Vec::new();
     let mut push = |range: Range<usize>, kind: TokenKind| match found.last_mut() {
         Some((last, k)) if *k == kind => last.end = range.end,
@@ -178,7 +178,7 @@ fn colour(kind: TokenKind, dark: bool) -> Color32 {
 }
 
 /// The colour of a feature, the same in every module: each known feature has its own hue.
-pub fn feature_colour(name: &str, dark: bool) -> Color32 {
+pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
     let (negated, name) = name.strip_prefix("not ").map_or((false, name), |n| (true, n.split(", ").next().unwrap_or(n)));
     let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
     let Some(place) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
@@ -190,7 +190,7 @@ pub fn feature_colour(name: &str, dark: bool) -> Color32 {
 }
 
 /// A line with its number, syntax colours, and search results highlighted.
-pub fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
+pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
     let format = |color: Color32| TextFormat { font_id: font.clone(), color, ..TextFormat::default() };
     let mut layout_job = LayoutJob::default();
     layout_job.wrap.max_width = f32::INFINITY;
@@ -221,7 +221,7 @@ pub fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, dark: 
 }
 
 /// Occurrences of a text in a line, ignoring ASCII case.
-pub fn find_all(line: &str, needle: &str) -> Vec<Range<usize>> {
+pub(crate) fn find_all(line: &str, needle: &str) -> Vec<Range<usize>> {
     if needle.is_empty() {
         return Vec::new();
     }

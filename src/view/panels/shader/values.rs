@@ -11,13 +11,13 @@ use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 #[derive(Default)]
-pub struct ValuesPage {
+pub(crate) struct ValuesPage {
     wanted: String,
     /// Index of the draw, for a shared module.
     draw: usize,
 }
 
-pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
         accessible::coming(ui, "Loading the module");
         return;
@@ -75,7 +75,7 @@ fn numbers(field: &Field, bytes: &[u8]) -> Vec<f32> {
 }
 
 /// At most seven significant digits, fewer if they suffice.
-pub fn number_text(v: f32) -> String {
+pub(crate) fn number_text(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {
         return format!("{v}");

@@ -27,7 +27,7 @@ pub type FileDialog = fn(FileRequest) -> Pending<Option<PathBuf>>;
 
 /// The field that receives the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FileField {
+pub(crate) enum FileField {
     View,
     Picture,
     Animation,
@@ -35,7 +35,7 @@ pub enum FileField {
 }
 
 /// An open dialog.
-pub struct OpenDialog {
+pub(crate) struct OpenDialog {
     field: FileField,
     answer: Pending<Option<PathBuf>>,
 }
@@ -66,7 +66,7 @@ fn text(interface: &mut Interface, field: FileField) -> &mut String {
 }
 
 /// The button that opens a dialog for a field, if dialogs are available.
-pub fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
+pub(crate) fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let Some(open) = interface.file_dialog else { return };
     let question = field.question(text(interface, field));
     let name = format!("Choose: {}", question.title.to_lowercase());
@@ -78,7 +78,7 @@ pub fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
 }
 
 /// Takes the answer of a dialog.
-pub fn update(interface: &mut Interface, ctx: &egui::Context) {
+pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
     let Some(dialog) = &interface.share.dialog else { return };
     let field = dialog.field;
     match dialog.answer.take() {

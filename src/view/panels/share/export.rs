@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// How a picture is drawn into a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Format {
+pub(crate) struct Format {
     pub size: [u32; 2],
     /// Draw the names of bodies.
     pub names: bool,
@@ -61,7 +61,7 @@ enum Output {
 type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), String>;
 
 /// A running export.
-pub struct Export {
+pub(crate) struct Export {
     frames: Arc<Frames>,
     output: Output,
     format: Format,
@@ -76,7 +76,7 @@ impl Export {
     ///
     /// # Errors
     /// How to write a frame's number into a name.
-    pub fn of_files(frames: Frames, name: &str, count: u32, format: Format) -> Result<Self, String> {
+    pub(crate) fn of_files(frames: Frames, name: &str, count: u32, format: Format) -> Result<Self, String> {
         let files = NumberedName::of_sequence(name, count).map_err(|e| e.to_string())?;
         Ok(Self::of(frames, Output::Files(files), count, format))
     }
@@ -85,7 +85,7 @@ impl Export {
     ///
     /// # Errors
     /// An extension that is no animation format's, or a size or rate that the format does not support.
-    pub fn of_animation(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
+    pub(crate) fn of_animation(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| format!("{name}: an animation's file ends in .gif or .apng"))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
@@ -102,19 +102,19 @@ impl Export {
     }
 
     /// Starts the export.
-    pub fn begin(mut self, worker: &dyn RenderWorker, now_s: f64) -> Self {
+    pub(crate) fn begin(mut self, worker: &dyn RenderWorker, now_s: f64) -> Self {
         self.began_s = now_s;
         self.next(worker);
         self
     }
 
     /// Finished fraction, 0 to 1.
-    pub fn fraction(&self) -> f32 {
+    pub(crate) fn fraction(&self) -> f32 {
         self.done as f32 / self.count.max(1) as f32
     }
 
     /// `12 of 60, about 20 s left`.
-    pub fn progress_text(&self, now_s: f64) -> String {
+    pub(crate) fn progress_text(&self, now_s: f64) -> String {
         let left = match (self.done, now_s - self.began_s) {
             (0, _) => String::new(),
             (done, passed_s) => format!(", {}", remaining_text(passed_s / f64::from(done) * f64::from(self.count - done))),
@@ -123,7 +123,7 @@ impl Export {
     }
 
     /// Takes a finished frame and starts the next one. `Some`: a message, and whether the export has ended.
-    pub fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
+    pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, moving) = match self.frame.take()? {
             Ok(answer) => answer,
             Err(why) => return Some((why, true)),
@@ -195,7 +195,7 @@ fn drawn(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> R
 }
 
 /// Draws a view and writes it under the first name that is free; returns that name.
-pub fn save(session: &Session, view: &ViewState, format: Format, files: impl Iterator<Item = PathBuf>) -> Result<PathBuf, String> {
+pub(crate) fn save(session: &Session, view: &ViewState, format: Format, files: impl Iterator<Item = PathBuf>) -> Result<PathBuf, String> {
     let mut files = files.peekable();
     let path = files.peek().cloned().unwrap_or_default();
     let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);

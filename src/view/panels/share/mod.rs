@@ -23,7 +23,7 @@ use egui::{ScrollArea, TextEdit};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-pub struct SharePanel {
+pub(crate) struct SharePanel {
     link: String,
     file: String,
     bookmark: String,
@@ -85,17 +85,17 @@ impl Default for SharePanel {
 
 impl SharePanel {
     /// Whether a picture or sequence is being exported.
-    pub fn is_busy(&self) -> bool {
+    pub(crate) fn is_busy(&self) -> bool {
         self.shot.is_some() || self.export.is_some()
     }
 
     /// Requests an animation of the current tour.
-    pub fn record_tour(&mut self) {
+    pub(crate) fn record_tour(&mut self) {
         self.wants = Some(Wanted::Tour);
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         links(interface, ui, worker.session(), actions);
         ui.separator();
@@ -163,7 +163,7 @@ fn saved(path: &Path) -> String {
 }
 
 /// Starts requested exports and takes finished frames, whether the panel is open or not.
-pub fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     dialog::update(interface, ctx);
     let panel = &mut interface.share;
     let (picture, wanted) = (std::mem::take(&mut panel.wants_picture), panel.wants.take());

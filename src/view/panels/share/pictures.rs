@@ -28,7 +28,7 @@ fn folder(ui: &mut Ui, file: &str) {
     ui.add(Label::new(RichText::new(format!("Folder: {folder}/")).small().weak()).truncate());
 }
 
-pub fn images(interface: &mut Interface, ui: &mut Ui) {
+pub(crate) fn images(interface: &mut Interface, ui: &mut Ui) {
     ui.strong("Images");
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.picture).desired_width(150.0))
@@ -45,7 +45,7 @@ pub fn images(interface: &mut Interface, ui: &mut Ui) {
 }
 
 /// Number of frames and their interval: for sequences and animations.
-pub fn frames(interface: &mut Interface, ui: &mut Ui) {
+pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong("Frames over time");
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
@@ -70,7 +70,7 @@ pub fn frames(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-pub fn animation(interface: &mut Interface, ui: &mut Ui) {
+pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
     ui.add_space(6.0);
     ui.strong("Animation");
     ui.horizontal(|ui| {
@@ -101,7 +101,7 @@ pub fn animation(interface: &mut Interface, ui: &mut Ui) {
 }
 
 /// Progress of an export: bar, remaining time, button to stop it.
-pub fn progress(interface: &mut Interface, ui: &mut Ui) {
+pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
     let now_s = interface.viewport.last_s;
     let Some(export) = &interface.share.export else { return };
     let cancelled = ui.horizontal_wrapped(|ui| {
