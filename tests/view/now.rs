@@ -88,9 +88,11 @@ fn drag(window: &mut Window) {
     window.drop_at(start + egui::vec2(60.0, 20.0));
 }
 
+type Input = fn(&mut Window);
+
 #[test]
 fn the_row_hides_at_the_first_input_and_not_before() {
-    let inputs: [(&str, fn(&mut Window)); 5] = [
+    let inputs: [(&str, Input); 5] = [
         ("drag", drag),
         ("zoom", |window| window.event(egui::Event::Text("+".into()))),
         ("selection", |window| window.key_press(egui::Key::PageDown)),

@@ -105,7 +105,7 @@ impl Conic {
     }
 
     /// Vector from the body to the point at s; exact for small s.
-    pub(crate) fn from_body_km(&self, s: f64) -> DVec3 {
+    pub(crate) fn offset_from_body_km(&self, s: f64) -> DVec3 {
         let [_, c1, c2, _] = stumpff(self.alpha * s * s);
         self.slope * (s * c1) + self.bend * (s * s * c2)
     }
@@ -129,7 +129,7 @@ impl Conic {
         let limit = (OPEN_REACH.0 * momentum_sq / (self.gm * (1.0 + e))).max(OPEN_REACH.1 * distance);
         let far = |sign: f64| {
             let mut s = sign * distance / self.slope.length();
-            while (self.body_km + self.from_body_km(s)).length() < limit && s.abs() < 1e30 {
+            while (self.body_km + self.offset_from_body_km(s)).length() < limit && s.abs() < 1e30 {
                 s *= 1.25;
             }
             s
@@ -141,7 +141,7 @@ impl Conic {
 /// Half the orbit's length on the screen as seen from outside it, pixels; an orbit around the camera counts as large as the frame.
 pub(crate) fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
-    let middle = if conic.is_closed() { 0.5 * conic.from_body_km(conic.reach()[1]) } else { DVec3::ZERO };
+    let middle = if conic.is_closed() { 0.5 * conic.offset_from_body_km(conic.reach()[1]) } else { DVec3::ZERO };
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
 }
 
@@ -176,7 +176,7 @@ impl Subdivision<'_> {
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [slope, bend] = self.conic.derivatives(middle_s);
-        let middle = self.in_camera_axes(self.body_km + self.conic.from_body_km(middle_s));
+        let middle = self.in_camera_axes(self.body_km + self.conic.offset_from_body_km(middle_s));
         // The second derivative of an ellipse is bounded by GM; that of an open path is largest at an end.
         let max_curvature = if self.conic.alpha > 0.0 {
             self.conic.gm
@@ -207,7 +207,7 @@ impl Subdivision<'_> {
             };
             let unit = to - from;
             let [slope, bend] = if anchor == middle_s { [slope, bend] } else { self.conic.derivatives(anchor) };
-            let point = self.in_camera_axes(self.body_km + self.conic.from_body_km(anchor));
+            let point = self.in_camera_axes(self.body_km + self.conic.offset_from_body_km(anchor));
             let over_tangents = |v: DVec3| narrow((v.truncate() / self.camera.tan_half_fov).extend(v.z));
             let ahead = to > 0.0;
             self.arcs.push(OrbitArc {
@@ -337,11 +337,11 @@ mod tests {
                             middle + step * f64::from(k) / 200.0
                         }
                     };
-                    let off = |s: f64| (state.pos_km + conic.from_body_km(s)).distance(there);
+                    let off = |s: f64| (state.pos_km + conic.offset_from_body_km(s)).distance(there);
                     let best = (-200..=200).map(around).min_by(|a, b| off(*a).total_cmp(&off(*b))).expect("some");
                     (middle, step) = (best, if round == 0 { (ahead_end - back) / 200.0 } else { step * 0.2 });
                 }
-                let off = (state.pos_km + conic.from_body_km(middle)).distance(there);
+                let off = (state.pos_km + conic.offset_from_body_km(middle)).distance(there);
                 assert!(off < 1e-7 * there.length(), "{name} {days}: {off} km");
             }
         }
@@ -371,8 +371,8 @@ mod tests {
             // Beside the line, looking along it (1), back (-1), or down on it (0).
             let beside = |part: f64, off_km: f64, along: f64, fov_deg: f64| {
                 let s = part * if part < 0.0 { -back } else { ahead_end };
-                let here = conic.from_body_km(s);
-                let ahead = conic.from_body_km(s + 1e-4 * (ahead_end - back)) - here;
+                let here = conic.offset_from_body_km(s);
+                let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back)) - here;
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
                 Camera::looking(place + here + DVec3::Z * off_km, forward, DVec3::Z, fov_deg, 800, 600)
             };
@@ -396,7 +396,7 @@ mod tests {
                     // Close together beside the body, and where the camera may be near.
                     let t = f64::from(step) / 4000.0;
                     let s = (t * t * t) * if t < 0.0 { -back } else { ahead_end };
-                    let p = place + conic.from_body_km(s) - camera.position_km;
+                    let p = place + conic.offset_from_body_km(s) - camera.position_km;
                     if p.dot(camera.forward) < 1e-3 {
                         continue;
                     }

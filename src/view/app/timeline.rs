@@ -89,22 +89,22 @@ pub(crate) fn span_text(span_s: f64) -> String {
 }
 
 impl TimeAxis {
-    pub(crate) fn from_s(&self) -> f64 {
+    pub(crate) fn start_s(&self) -> f64 {
         self.middle_s - 0.5 * self.span_s
     }
 
-    pub(crate) fn to_s(&self) -> f64 {
+    pub(crate) fn end_s(&self) -> f64 {
         self.middle_s + 0.5 * self.span_s
     }
 
     /// Points from the left end; negative or above the width outside the axis.
     pub(crate) fn position(&self, tdb_s: f64) -> f64 {
-        (tdb_s - self.from_s()) / self.span_s * self.width
+        (tdb_s - self.start_s()) / self.span_s * self.width
     }
 
     /// The time at a distance from the left end, points.
     pub(crate) fn time_s(&self, points: f64) -> f64 {
-        self.from_s() + points / self.width * self.span_s
+        self.start_s() + points / self.width * self.span_s
     }
 
     /// The length in seconds of a distance in points.
@@ -116,14 +116,14 @@ impl TimeAxis {
     pub(crate) fn ticks(&self, clock: Clock) -> Vec<Tick> {
         let room = |step: &&Step| step.seconds() / self.span_s * self.width >= TICK_POINTS;
         let step = STEPS.iter().find(room).copied().unwrap_or(Step::Years(200));
-        let Some(first) = clock.shown(Instant::from_tdb_seconds_past_j2000(self.from_s())).and_then(|civil| step.floor(civil)) else {
+        let Some(first) = clock.shown(Instant::from_tdb_seconds_past_j2000(self.start_s())).and_then(|civil| step.floor(civil)) else {
             return Vec::new();
         };
         std::iter::successors(Some(first), |civil| step.after(*civil))
             .take(MAX_TICKS)
             .filter_map(|civil| Some(Tick { tdb_s: clock.instant(civil)?.tdb_seconds_past_j2000(), label: step.label(civil) }))
-            .skip_while(|tick| tick.tdb_s < self.from_s())
-            .take_while(|tick| tick.tdb_s <= self.to_s())
+            .skip_while(|tick| tick.tdb_s < self.start_s())
+            .take_while(|tick| tick.tdb_s <= self.end_s())
             .collect()
     }
 }

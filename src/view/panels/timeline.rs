@@ -63,7 +63,7 @@ impl EventTrack {
                 }
             }
         }
-        let Some(next) = self.known.next(axis.from_s(), axis.to_s()) else { return };
+        let Some(next) = self.known.next(axis.start_s(), axis.end_s()) else { return };
         let mut search = next.search.clone();
         let question = move |session: &crate::session::Session| {
             let catalog = session.catalog();
@@ -110,7 +110,7 @@ pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
 /// The displayed events, with their positions.
 fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
     let Timeline { far, near } = &interface.timeline;
-    let (from_s, to_s, span_s) = (axis.from_s(), axis.to_s(), axis.span_s);
+    let (from_s, to_s, span_s) = (axis.start_s(), axis.end_s(), axis.span_s);
     let axis = *axis;
     let near = if span_s <= MAX_SPAN_MOONS_S { near.known.between(from_s, to_s) } else { &[] };
     let far = far.known.between(from_s, to_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
