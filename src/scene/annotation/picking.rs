@@ -2,8 +2,6 @@
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::labels::Label;
-use crate::scene::camera::geometry::ImageGeometry;
-use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::draw::StarSprite;
 use crate::scene::finished::Scene;
 use crate::scene::in_view::{Appearance, BodyInView};
@@ -31,13 +29,7 @@ pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
 }
 
 fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
-    let clip = sprite.centre.truncate().as_dvec2();
-    let px = scene.camera.pixel_from_clip(clip);
-    match &scene.geometry {
-        // Of a dome or a whole sphere they are placed in the finished picture.
-        ImageGeometry::Perspective | ImageGeometry::Sphere(_) => px,
-        ImageGeometry::Stereo { between, .. } => between.place_px(scene.camera.ray(clip)).unwrap_or(px),
-    }
+    scene.geometry.sprite_px(&scene.camera, sprite.centre.truncate().as_dvec2())
 }
 
 /// The body that a click at `at_px` selects: the nearest small one within reach, else the foremost disc under it.

@@ -1,8 +1,7 @@
 //! Where a finished picture shows directions: a plane, a fisheye or whole sphere, or two eyes.
 //!
 //! In: ICRF directions, pixels of the finished picture. Out: each from the other. Always: `ImageGeometry::direction` and [`ImageGeometry::place_px`] are inverse to
-//! each other within the picture; of a stereo pair both are those of a camera between the eyes, so that a body in front of the target or behind it is off by half its
-//! parallax. Not here: a warp mesh, which moves the finished picture.
+//! each other within the picture; of a stereo pair both are those of the left eye's picture. Not here: a warp mesh, which moves the finished picture.
 
 use super::Camera;
 use super::sphere::{PicturePlaces, SpherePicture};
@@ -16,45 +15,88 @@ pub enum ImageGeometry {
     Perspective,
     /// A fisheye or an equirectangular picture.
     Sphere(SpherePicture),
-    /// A stereo pair.
-    Stereo {
-        /// The camera between the eyes; as wide as one eye's picture.
-        between: Box<Camera>,
-        /// Each eye has half of the picture.
-        side_by_side: bool,
-    },
+    /// A stereo pair, whose scene is the left eye's.
+    Stereo(StereoGeometry),
+}
+
+/// Which part of the left eye's frame is its picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StereoGeometry {
+    /// Column of the left eye's frame where its picture begins.
+    pub left_column: u32,
+    /// Of one eye's picture, pixels.
+    pub width: u32,
+    /// Each eye has half of the finished picture.
+    pub side_by_side: bool,
+}
+
+/// The picture that is cut out of the left eye's frame.
+struct LeftPicture<'a> {
+    camera: &'a Camera,
+    geometry: StereoGeometry,
+}
+
+impl LeftPicture<'_> {
+    fn column(&self) -> DVec2 {
+        DVec2::new(f64::from(self.geometry.left_column), 0.0)
+    }
+}
+
+impl PicturePlaces for LeftPicture<'_> {
+    fn place_px(&self, direction: DVec3) -> Option<DVec2> {
+        self.camera.place_px(direction).map(|px| px - self.column())
+    }
+    fn size_px(&self) -> DVec2 {
+        DVec2::new(f64::from(self.geometry.width), f64::from(self.camera.height))
+    }
+    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
+        self.camera.disc_radius_px(angular_radius)
+    }
+    fn field_of_view(&self) -> String {
+        self.camera.field_of_view()
+    }
 }
 
 impl ImageGeometry {
-    /// As labels and marks ask for it.
-    pub(crate) fn places<'a>(&'a self, camera: &'a Camera) -> &'a dyn PicturePlaces {
+    /// The picture, for labels and marks.
+    pub(crate) fn places<'a>(&'a self, camera: &'a Camera) -> Box<dyn PicturePlaces + 'a> {
         match self {
-            Self::Perspective => camera,
-            Self::Sphere(picture) => picture,
-            Self::Stereo { between, .. } => &**between,
+            Self::Perspective => Box::new(camera.clone()),
+            Self::Sphere(picture) => Box::new(picture.clone()),
+            Self::Stereo(geometry) => Box::new(LeftPicture { camera, geometry: *geometry }),
         }
     }
 
-    /// The pixel that shows an ICRF direction; of a side-by-side pair the one in the left picture.
+    /// The pixel that shows an ICRF direction; of a side-by-side pair the one in the left half.
     pub fn place_px(&self, camera: &Camera, direction: DVec3) -> Option<DVec2> {
         self.places(camera).place_px(direction)
     }
 
     /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle.
     pub(crate) fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
-        let of_camera = |camera: &Camera, pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
+        let of_camera = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
-            Self::Perspective => of_camera(camera, pixel),
+            Self::Perspective => of_camera(pixel),
             Self::Sphere(picture) => picture.direction(pixel).map(|v| picture.right * v.x + picture.up * v.y + picture.forward * v.z),
-            Self::Stereo { between, .. } => of_camera(between, self.one_eye_px(pixel)),
+            Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftPicture { camera, geometry: *geometry }.column()),
         }
     }
 
-    /// A pixel of the right picture of a side-by-side pair, where the left one has it; any other pixel itself.
-    pub(crate) fn one_eye_px(&self, pixel: DVec2) -> DVec2 {
+    /// Where a sprite at this place of the scene's frame (clip coordinates) is in the finished picture.
+    pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
+        let px = camera.pixel_from_clip(clip);
         match self {
-            Self::Stereo { between, side_by_side: true } if pixel.x >= f64::from(between.width) => {
-                pixel - DVec2::new(f64::from(between.width), 0.0)
+            // The sprites of a dome or a whole sphere are placed in the finished picture.
+            Self::Perspective | Self::Sphere(_) => px,
+            Self::Stereo(geometry) => px - LeftPicture { camera, geometry: *geometry }.column(),
+        }
+    }
+
+    /// A pixel in the right half of a side-by-side pair moves to the same place of the left half; any other pixel stays.
+    pub(crate) fn left_eye_px(&self, pixel: DVec2) -> DVec2 {
+        match self {
+            Self::Stereo(StereoGeometry { width, side_by_side: true, .. }) if pixel.x >= f64::from(*width) => {
+                pixel - DVec2::new(f64::from(*width), 0.0)
             }
             _ => pixel,
         }
@@ -77,7 +119,8 @@ mod tests {
             let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
             ImageGeometry::Sphere(SpherePicture { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
         };
-        let pair = |side_by_side| ImageGeometry::Stereo { between: Box::new(camera(45, 60)), side_by_side };
+        // A frame of 90 pixels, whose right half is the left eye's picture.
+        let pair = |side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side });
         for geometry in
             [ImageGeometry::Perspective, sphere(Projection::Fisheye), sphere(Projection::Equirectangular), pair(true), pair(false)]
         {
@@ -87,7 +130,7 @@ mod tests {
                 let Some(direction) = geometry.direction(&whole, pixel) else { continue };
                 assert!((direction.length() - 1.0).abs() < 1e-12);
                 let back = geometry.place_px(&whole, direction).expect("in the picture");
-                assert!(back.distance(geometry.one_eye_px(pixel)) < 1e-7, "{geometry:?} {pixel}: {back}");
+                assert!(back.distance(geometry.left_eye_px(pixel)) < 1e-7, "{geometry:?} {pixel}: {back}");
                 seen += 1;
             }
             assert!(seen > 2500, "{geometry:?}: {seen}");
@@ -96,10 +139,10 @@ mod tests {
 
     #[test]
     fn both_halves_of_a_pair_show_the_same_place_and_a_circle_has_an_outside() {
-        let pair = ImageGeometry::Stereo { between: Box::new(camera(45, 60)), side_by_side: true };
+        let pair = ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side: true });
         let left = DVec2::new(10.0, 20.0);
         let right = left + DVec2::new(45.0, 0.0);
-        assert_eq!((pair.one_eye_px(right), pair.one_eye_px(left)), (left, left));
+        assert_eq!((pair.left_eye_px(right), pair.left_eye_px(left)), (left, left));
         assert_eq!(pair.direction(&camera(90, 60), right), pair.direction(&camera(90, 60), left));
         let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
         let dome = SpherePicture { right, up, forward, projection: Projection::Fisheye, half_fov_rad: 1.5, width: 90, height: 60 };

@@ -17,7 +17,7 @@ use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
 use crate::scene::annotation::margin::Margin;
 use crate::scene::camera::Camera;
-use crate::scene::camera::geometry::ImageGeometry;
+use crate::scene::camera::geometry::{ImageGeometry, StereoGeometry};
 use crate::scene::camera::viewpoint;
 use crate::scene::draw::PixelView;
 use crate::scene::error::SceneError;
@@ -100,7 +100,8 @@ impl Composite {
             whole.labels = LabelLayer::of(picture, request, catalog, &whole.bodies, true);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
-            whole.geometry = ImageGeometry::Stereo { between: Box::new(meter.clone()), side_by_side: *layout == StereoLayout::SideBySide };
+            let side_by_side = *layout == StereoLayout::SideBySide;
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.width, side_by_side });
             // The margin has the same position in both pictures: zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {

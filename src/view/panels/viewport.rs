@@ -97,7 +97,7 @@ impl ImagePlacement {
     /// The pixel of the picture under a point of the interface; in the right half of a side-by-side pair, the same place of the left half.
     fn px_of(&self, at: Pos2, scene: &Scene) -> DVec2 {
         let in_picture = at - self.picture.min;
-        scene.geometry.one_eye_px(DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / self.points_per_px)
+        scene.geometry.left_eye_px(DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / self.points_per_px)
     }
 
     /// The part of the picture inside a rectangle, as texture coordinates.
