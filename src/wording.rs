@@ -12,11 +12,11 @@ pub(crate) fn echo(given: &str) -> String {
 }
 
 /// The same with another limit, for messages with several quotations.
-pub(crate) fn echo_within(given: &str, most: usize) -> String {
+pub(crate) fn echo_within(given: &str, max_chars: usize) -> String {
     let escaped = given.chars().flat_map(|c| if controls_terminal(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] });
-    let mut shown: Vec<char> = escaped.take(most + 1).collect();
-    if shown.len() > most {
-        shown.truncate(most.saturating_sub(1));
+    let mut shown: Vec<char> = escaped.take(max_chars + 1).collect();
+    if shown.len() > max_chars {
+        shown.truncate(max_chars.saturating_sub(1));
         shown.push('…');
     }
     shown.into_iter().collect()
@@ -37,19 +37,19 @@ pub(crate) fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// The known words that `word` may have been meant for, nearest first, three at most: those within edits or swaps of a third of its letters
-/// (three at most), and those that begin with it. Case does not count.
+/// The known words that `word` may have been meant for, nearest first, at most three: those that begin with it, and those that differ by at most a third of its
+/// letters (one to three edits; a swap counts as one). Case does not count.
 pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
     // Very long input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
     let letters = lower.chars().count();
-    let most = (letters / 3).clamp(1, 3);
+    let max_edits = (letters / 3).clamp(1, 3);
     let distance = |k: &str| {
         let k = k.to_lowercase();
         let begins = letters >= 3 && k.starts_with(&lower);
         if begins { 1 } else { strsim::osa_distance(&lower, &k) }
     };
-    let mut near: Vec<(usize, &str)> = known.into_iter().map(|k| (distance(k), k)).filter(|(d, _)| *d <= most).collect();
+    let mut near: Vec<(usize, &str)> = known.into_iter().map(|k| (distance(k), k)).filter(|(d, _)| *d <= max_edits).collect();
     near.sort();
     near.dedup();
     near.into_iter().map(|(_, k)| k).take(3).collect()

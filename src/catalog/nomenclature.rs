@@ -30,6 +30,7 @@ const LONG: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "RU", "SC", 
 const LONG_PART: f64 = 0.25;
 
 impl Feature {
+    /// `diameter_km`: empty for a feature without one, `None` for a landing site.
     fn at(name: &'static str, kind: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());

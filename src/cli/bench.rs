@@ -6,7 +6,7 @@
 use super::output::{print_message, progress};
 use super::view_args::size;
 use super::{CliError, Common};
-use crate::measure::timing::{Spread, in_turns};
+use crate::measure::timing::{Spread, interleaved};
 use crate::render::plan::SamplingQuality;
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
@@ -149,7 +149,7 @@ fn effects(
         without.effects.set(effect, false);
         // Load the modules and maps of both before timing.
         let bare = session.draw(&without, sampling, true)?;
-        let pairs = in_turns(pairs as usize, &[&|| measure(&with), &|| measure(&without)])?;
+        let pairs = interleaved(pairs as usize, &[&|| measure(&with), &|| measure(&without)])?;
         let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
         let both = || pairs[0].iter().zip(&pairs[1]);
         let wall = both().map(|(a, b)| less(a.wall, b.wall)).collect();

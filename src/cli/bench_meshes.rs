@@ -6,7 +6,7 @@
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::catalog::NaifId;
-use crate::measure::timing::{Spread, Work, in_turns, seconds_of};
+use crate::measure::timing::{Spread, Work, interleaved, seconds_of};
 use crate::render::plan::SamplingQuality;
 use crate::scene::effects::Effect;
 use crate::scene::request::{Position, ViewRequest};
@@ -97,19 +97,20 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let (unshadowed, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, false).map(drop);
-    // What each adds to the first frame: maps and modules, then the mesh file, then its shadow.
-    let first = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
+    // The first frame with each feature, less the frames before: the mesh file is read, then its shadow traced.
+    let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;
         let spent = session.report().0.since(&earlier);
         Ok(milliseconds(spent.cpu(stage).unwrap_or_else(|| spent.spent(stage))))
     };
-    first(&ellipsoid, Stage::Maps)?;
-    let read_ms = first(&unshadowed, Stage::Maps)?;
-    let shadow_ms = first(&with, Stage::Scene)?;
+    // Warm-up, not counted: loads maps and compiles modules.
+    stage_ms_of_first_draw(&ellipsoid, Stage::Maps)?;
+    let read_ms = stage_ms_of_first_draw(&unshadowed, Stage::Maps)?;
+    let shadow_ms = stage_ms_of_first_draw(&with, Stage::Scene)?;
     let timed = |request: &'_ ViewRequest| seconds_of(|| draw(request));
     let works: [&Work<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&unshadowed), &|| timed(&with)];
-    let times = in_turns(rounds, &works)?;
+    let times = interleaved(rounds, &works)?;
     Ok(json!({
         "triangles": triangles,
         "read_ms": rounded(read_ms),

@@ -61,7 +61,7 @@ pub(crate) struct EphemerisArgs {
     /// Azimuth and altitude from a place on the Earth: latitude, east longitude (degrees), height (metres)
     #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true, conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
     at: Option<String>,
-    /// Rise, transit and set at a place within 24 hours from --time, and of the Sun (the default) the twilights
+    /// Rise, transit and set at a place in the 24 hours after --time; twilights too for the Sun, the default body
     #[arg(long, requires = "at")]
     rise_set: bool,
     /// Print a table as CSV, angles in degrees
@@ -104,15 +104,15 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
     let word = |w: &Option<String>| w.clone().unwrap_or_default();
     let query = StateQuery { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
     if quantity != Quantity::State {
-        let seen = query.seen(&catalog, &ephemeris, quantity).map_err(CliError::Failed)?;
-        return print_result(&if args.json { format!("{seen}\n") } else { format!("{seen:#}\n") });
+        let value = query.apparent_or_orientation(&catalog, &ephemeris, quantity).map_err(CliError::Failed)?;
+        return print_result(&if args.json { format!("{value}\n") } else { format!("{value:#}\n") });
     }
     let answer = query.answer(&catalog, &ephemeris).map_err(CliError::Failed)?;
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     print_result(&text)
 }
 
-/// A table, or the sky of a place.
+/// A table of positions, or with --rise-set the rise, transit and set of one day.
 fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
     let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
         body: NaifId::EARTH,
@@ -120,17 +120,18 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
         longitude_deg: p.longitude_deg,
         height_km: p.height_km,
     });
-    let named = |option: &str, text: &Option<String>| text.as_deref().map_or(Err(format!("--{option} is missing")), |t| time_of(option, t));
+    let required_time =
+        |option: &str, text: &Option<String>| text.as_deref().map_or(Err(format!("--{option} is missing")), |t| time_of(option, t));
     let body = match &args.body {
-        Some(name) => place(catalog, "body", name)?,
+        Some(name) => body_id(catalog, "body", name)?,
         None => NaifId::SUN,
     };
     if let (Some(at), true) = (at, args.rise_set) {
-        let day = ephemeris_table::day(catalog, ephemeris, body, at, named("time", &args.time)?).map_err(|e| e.to_string())?;
+        let day = ephemeris_table::day(catalog, ephemeris, body, at, required_time("time", &args.time)?).map_err(|e| e.to_string())?;
         return Ok(if args.json { format!("{day}\n") } else { ephemeris_table::day_text(&day) });
     }
     let center = |default_center: Option<NaifId>| match (&args.center, default_center) {
-        (Some(name), _) => place(catalog, "center", name),
+        (Some(name), _) => body_id(catalog, "center", name),
         (None, Some(default_center)) => Ok(default_center),
         (None, None) => Err("--center is missing: the body that positions are relative to".into()),
     };
@@ -143,9 +144,9 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
     let times = match &args.step {
         Some(step) => {
             let step_s = step_seconds(step).map_err(|e| e.to_string())?;
-            ephemeris_table::instants(named("from", &args.from)?, named("to", &args.to)?, step_s)?
+            ephemeris_table::instants(required_time("from", &args.from)?, required_time("to", &args.to)?, step_s)?
         }
-        None => vec![named("time", &args.time)?],
+        None => vec![required_time("time", &args.time)?],
     };
     let form = match (args.csv, args.json) {
         (true, _) => OutputFormat::Csv,
@@ -169,20 +170,20 @@ struct StateQuery {
 
 impl StateQuery {
     fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
-        let body = place(catalog, "body", &self.body)?;
-        let center = place(catalog, "center", &self.center)?;
+        let body = body_id(catalog, "body", &self.body)?;
+        let center = body_id(catalog, "center", &self.center)?;
         let t = time(&self.time)?;
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
 
     /// Apparent place or orientation; without a centre, as seen from the Earth.
-    fn seen(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
-        let id = place(catalog, "body", &self.body)?;
+    fn apparent_or_orientation(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
+        let id = body_id(catalog, "body", &self.body)?;
         let t = time(&self.time)?;
         let value = if quantity == Quantity::Apparent {
             serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
         } else {
-            let observer = if self.center.is_empty() { NaifId::EARTH } else { place(catalog, "center", &self.center)? };
+            let observer = if self.center.is_empty() { NaifId::EARTH } else { body_id(catalog, "center", &self.center)? };
             let body =
                 catalog.body(id).ok_or_else(|| format!("body `{}` is a centre of mass, which has no orientation", echo(&self.body)))?;
             serde_json::to_value(sub_points(ephemeris, body, observer, t).map_err(|e| e.to_string())?)
@@ -218,7 +219,7 @@ impl StateQuery {
     }
 }
 
-fn place(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
+fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
     catalog.place(name).map_err(|e| format!("{field}: {e}"))
 }
 
@@ -240,7 +241,7 @@ fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>
                 if quantity == Quantity::State {
                     q.answer(catalog, ephemeris).map(|a| as_json(&a))
                 } else {
-                    q.seen(catalog, ephemeris, quantity)
+                    q.apparent_or_orientation(catalog, ephemeris, quantity)
                 }
             });
         let reply = match answer {

@@ -301,3 +301,22 @@ fn greatest(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisErro
     }
     Ok(0.5 * (a + b))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ground_points_of_the_earth_are_those_of_wgs84() {
+        // Paris by the closed form of the geodetic transform with a 6378.137 km, 1/f 298.257223563: 48.8584 N, 2.2945 E.
+        let a: f64 = 6378.137;
+        let b = a * (1.0 - 1.0 / 298.257_223_563);
+        let (lat, lon) = (48.8584_f64.to_radians(), 2.2945_f64.to_radians());
+        let n = a * a / ((a * lat.cos()).powi(2) + (b * lat.sin()).powi(2)).sqrt();
+        let h = 0.33;
+        let expected = DVec3::new((n + h) * lat.cos() * lon.cos(), (n + h) * lat.cos() * lon.sin(), (n * (b / a).powi(2) + h) * lat.sin());
+        let (point, normal) = ground_point_km(DVec3::new(a, a, b), 48.8584, 2.2945, h);
+        assert!((point - expected).length() < 1e-9);
+        assert!((normal.z - lat.sin()).abs() < 1e-12);
+    }
+}

@@ -2,13 +2,14 @@
 //!
 //! In: a finished module of a planet's key. Out: a `Sample`. Always: drawn on one thread, so that keys are drawn in parallel on all cores; nothing of the module is kept.
 
+use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::render::software::kernels::KernelClass;
 use crate::render::software::{Options, Precision, SoftwareRenderer};
 use crate::session::{HALF_SIDE_WITH_LIMB, SessionError, sample_plan_of};
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderError, ShaderModule};
-use crate::units::{linear_to_srgb, luminance};
+use crate::units::luminance;
 use std::sync::Arc;
 
 /// The sample body drawn by a module, rows from the top.
@@ -22,22 +23,10 @@ pub(crate) struct Sample {
     pub double: Vec<[f32; 4]>,
 }
 
-/// Display levels of a linear colour, 0 to 255 and not rounded; white is a white Lambert surface in full sunlight.
-pub(crate) fn levels(linear: &[f32; 4]) -> [f64; 3] {
-    [0, 1, 2].map(|c| 255.0 * linear_to_srgb(f64::from(linear[c]).clamp(0.0, 1.0)))
-}
-
-/// The greatest difference of a channel in display levels, per pixel; 255 if a value is finite in only one picture.
+/// The greatest difference of a channel in display levels, per pixel, where white is a white Lambert surface in full sunlight.
 pub(crate) fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
-    let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
-        let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
-        if is_finite(a) != is_finite(b) {
-            return 255.0;
-        }
-        let (a, b) = (levels(a), levels(b));
-        (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max)
-    };
-    first.iter().zip(second).map(apart).collect()
+    let of = |light| ExposedPixels { light, exposure_factor: 1.0 };
+    levels::levels_apart(of(first), of(second))
 }
 
 impl Sample {
@@ -56,8 +45,8 @@ impl Sample {
     pub(crate) fn display(&self, fitted: bool) -> Vec<[u8; 4]> {
         let brightest = self.single.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
         let factor = if fitted && brightest > 0.0 { 1.0 / brightest } else { 1.0 };
-        let shown = |p: &[f32; 4]| levels(&p.map(|v| factor * v)).map(|v| v.round() as u8);
-        self.single.iter().map(shown).map(|[r, g, b]| [r, g, b, 255]).collect()
+        let byte = |light: f32| levels::display_level(light, f64::from(factor)).round() as u8;
+        self.single.iter().map(|[r, g, b, _]| [byte(*r), byte(*g), byte(*b), 255]).collect()
     }
 }
 

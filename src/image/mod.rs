@@ -11,6 +11,7 @@ use std::sync::Arc;
 mod animation;
 mod compare;
 mod glyph_atlas;
+pub(crate) mod levels;
 mod maps;
 mod mips;
 mod panorama;

@@ -25,7 +25,7 @@ pub(crate) use whole::renderer;
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
 use rule::{Measurement, Unit};
-use timing::{Spread, in_turns, seconds_of};
+use timing::{Spread, interleaved, seconds_of};
 
 /// How long a measurement may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,8 +114,8 @@ pub(crate) fn measured(
         let works: Vec<Box<timing::Work<'_, f64, SessionError>>> = timed.map(|w| Box::new(w) as Box<_>).collect();
         let works: Vec<&timing::Work<'_, f64, SessionError>> = works.iter().map(|w| &**w).collect();
         // Load modules, maps and tables before timing.
-        in_turns(1, &works)?;
-        in_turns(rounds, &works)?
+        interleaved(1, &works)?;
+        interleaved(rounds, &works)?
     };
     let least = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
     let reference = candidates.iter().rposition(|c| c.error <= least).unwrap_or(0);

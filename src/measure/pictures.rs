@@ -4,12 +4,12 @@
 //! errors below a level can be distinguished; radiance above white counts as white.
 
 use super::timing::quantile;
+use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{self, Plan, SamplingQuality};
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::scene::Scene;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{Session, SessionError};
-use crate::units::linear_to_srgb;
 
 /// The finest sampling: samples per pixel, taps per footprint.
 const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
@@ -66,16 +66,14 @@ impl LightPicture {
         Self { width, height, light, exposure_factor: self.exposure_factor }
     }
 
-    /// The display level of a radiance, 0 to 255, not rounded.
-    fn level(&self, radiance: f32) -> f64 {
-        255.0 * linear_to_srgb((f64::from(radiance) * self.exposure_factor).clamp(0.0, 1.0))
+    fn exposed(&self) -> ExposedPixels<'_> {
+        ExposedPixels { light: &self.light, exposure_factor: self.exposure_factor }
     }
 }
 
-/// Per pixel the difference of the worst channel, in 255ths of the display.
+/// Per pixel the difference of the worst channel, in display levels.
 pub(crate) fn levels_apart(a: &LightPicture, b: &LightPicture) -> Vec<f64> {
-    let worst = |(p, q): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a.level(p[c]) - b.level(q[c])).abs()).fold(0.0, f64::max);
-    a.light.iter().zip(&b.light).map(worst).collect()
+    levels::levels_apart(a.exposed(), b.exposed())
 }
 
 /// The 99.9th percentile; 0 for no values.
@@ -164,10 +162,9 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_of_the_display() {
+    fn levels_follow_the_exposure() {
         let (black, white) = (grey(2, 1, |_, _| 0.0), grey(2, 1, |x, _| if x == 0 { 0.0 } else { 3.0 }));
-        let levels = levels_apart(&black, &white);
-        assert!(levels.len() == 2 && levels[0] == 0.0 && (levels[1] - 255.0).abs() < 1e-9, "{levels:?}");
+        assert_eq!(p999(levels_apart(&black, &white)), 255.0);
         let dark = LightPicture { exposure_factor: 0.0, ..white };
         assert_eq!(p999(levels_apart(&black, &dark)), 0.0);
         assert_eq!(p999((0..=1000).map(f64::from).collect()), 999.0);

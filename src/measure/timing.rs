@@ -14,7 +14,7 @@ pub(crate) type Work<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
 ///
 /// # Errors
 /// The first error of a workload.
-pub(crate) fn in_turns<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
+pub(crate) fn interleaved<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
     let mut answers: Vec<Vec<T>> = works.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = works.len();
     for round in 0..rounds {
@@ -89,7 +89,7 @@ mod tests {
                 Ok(name)
             }
         });
-        let answers = in_turns(4, &[&a, &b, &c]).expect("no error");
+        let answers = interleaved(4, &[&a, &b, &c]).expect("no error");
         assert_eq!(answers, [['a'; 4], ['b'; 4], ['c'; 4]]);
         let order = order.into_inner();
         for round in order.as_bytes().chunks(3) {
@@ -99,7 +99,7 @@ mod tests {
         }
         // No workload is always first or always last.
         assert_ne!(&order[0..3], &order[3..6]);
-        assert_eq!(in_turns(1, &[&(|| Err::<(), _>("broken")) as &Work<'_, (), &str>]), Err("broken"));
+        assert_eq!(interleaved(1, &[&(|| Err::<(), _>("broken")) as &Work<'_, (), &str>]), Err("broken"));
     }
 
     /// The machine slows down tenfold while two workloads run, one of which does twice as much: the ratios stay 2.
@@ -113,7 +113,7 @@ mod tests {
                 Ok(amount * slowness.get())
             }
         };
-        let times = in_turns(20, &[&work(1.0), &work(2.0)]).expect("no error");
+        let times = interleaved(20, &[&work(1.0), &work(2.0)]).expect("no error");
         let ratio = Spread::of_ratios(&times[1], &times[0]).expect("ratios");
         assert!((ratio.median - 2.0).abs() < 0.15 && ratio.low > 1.8 && ratio.high < 2.2, "{ratio:?}");
         // Run one after the other, the drift would appear as a cost.

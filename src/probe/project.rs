@@ -7,7 +7,7 @@ use super::pixel::view_request;
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required};
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
-use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::composite::{Arrangement, Frames};
 use crate::scene::request::{CameraFile, Composition, Projection, ViewRequest};
 use crate::scene::sky::stars::StarPlacer;
@@ -92,7 +92,7 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         let composed = ViewRequest { composition, ..request };
         let frames = Frames::of(prober.catalog(), prober.ephemeris(), &composed).map_err(|e| e.to_string())?;
         let Arrangement::Faces(faces) = frames.arrangement else { return Err("the projection has no picture".into()) };
-        let at = faces.picture.place_px(direction);
+        let at = faces.picture.pixel_of(direction);
         let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
         return Ok(json!({ "x": x, "y": y, "in_frame": at.is_some(), "hidden": hidden }));
     }

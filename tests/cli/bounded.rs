@@ -1,6 +1,7 @@
 //! No input of at most 1 MB takes over 5 s of CPU time or 1 GB of memory: for each kind of input, the most expensive ones possible.
 //!
-//! The limits are the system's own (`ulimit -t`, `ulimit -v`): a program that exceeds them is killed, or aborts. A limit of address space exceeds one of memory, so it is
+//! The 5 s are of a release build on a quiet core (docs/reliability.md). Here a development build may share its core with other tests: it gets three times as long, far less
+//! than what the inputs took that fell. The limits are the system's own (`ulimit -t`, `ulimit -v`): a program that exceeds them is killed, or aborts. A limit of address space exceeds one of memory, so it is
 //! that of the program with a harmless input and 1 GB.
 
 use std::io::Write;
@@ -8,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 const MEGABYTE: usize = 1_000_000;
-const SECONDS: u32 = 5;
+const SECONDS: u32 = 15;
 /// Kilobytes: the program maps some 0.6 GB at its start, with one thread.
 const ADDRESS_SPACE_KB: u32 = 1_600_000;
 

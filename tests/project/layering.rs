@@ -38,7 +38,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "measure",
-        &["units", "time", "catalog", "ephemeris", "scene", "render", "session", "measure"],
+        &["units", "time", "catalog", "ephemeris", "scene", "render", "image", "session", "measure"],
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
     (

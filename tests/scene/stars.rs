@@ -49,7 +49,7 @@ impl Case {
         self.star.strip_prefix("HIP ").and_then(|n| n.parse().ok()).expect("a number")
     }
 
-    fn place_px(&self) -> DVec2 {
+    fn pixel_of(&self) -> DVec2 {
         DVec2::new(self.x, self.y)
     }
 }
@@ -108,7 +108,7 @@ fn directions_are_those_of_an_independent_reduction() {
         let star = stars.hip(case.hip()).expect("in the catalogue");
         let moving = viewer(&catalog, &ephemeris, &request).expect("a viewer");
         let at_rest = Viewer { body_velocity_km_s: DVec3::ZERO, ..moving.clone() };
-        let off = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.place_px());
+        let off = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.pixel_of());
         worst = worst.max(off(&moving));
         worst_at_rest = worst_at_rest.max(off(&at_rest));
         assert!(off(&moving) < TOLERANCE_PX, "{} in {}: {:.4} pixels", case.star, case.view, off(&moving));
@@ -168,7 +168,7 @@ fn centroids_in_pictures_are_those_of_the_reference() {
         let all: Vec<DVec2> =
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
         for case in of_view {
-            let place = case.place_px();
+            let place = case.pixel_of();
             let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalogue");
             if star.direction.dot(drawn.scene.camera.forward) < 0.0 {
                 continue;

@@ -1,4 +1,4 @@
-//! Reference for single scattering along a ray through spherical shells: tests/atmosphere/single_scattering.rs compares the shaders with it.
+//! Reference for single scattering along a ray through spherical shells: tests/atmosphere/tier_bounds.rs compares the shaders with it.
 //!
 //! In: an atmosphere, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
 //! intervals cut where the integrand or its derivative jumps: the knots of the triangular profile on the ray and on the tangent points of sunlight, the ray's perigee, the

@@ -52,7 +52,7 @@ fn a_click_selects_what_the_picture_shows_there() {
         let points = f64::from(sky.width()) / width;
         let shown = |id: NaifId| {
             let body = scene.body(id).expect("of the catalog");
-            scene.geometry.place_px(&scene.camera, body.placement.centre_km).map(|px| (id, px))
+            scene.geometry.pixel_of(&scene.camera, body.placement.centre_km).map(|px| (id, px))
         };
         let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(shown).collect();
         assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");

@@ -1,4 +1,4 @@
-//! A larger sky than the one that ships, for measurements: no star of it that is fainter than the shipped ones exists.
+//! A larger sky than the one that ships, for measurements: its stars fainter than the shipped ones are invented.
 
 use super::{Star, StarCatalog};
 use crate::random::Random;
@@ -15,10 +15,10 @@ impl StarCatalog {
         let shipped = Self::embedded();
         let mut stars = shipped.stars.clone();
         let mut random = Random::new(0);
-        let faintest = (count.max(1) as f64 / shipped.stars.len() as f64).log10().max(0.0);
+        let decades_beyond_shipped = (count.max(1) as f64 / shipped.stars.len() as f64).log10().max(0.0);
         while stars.len() < count {
-            // The inverse of the number to a magnitude, over the part of it beyond the shipped stars.
-            let (least, most) = (1.0, 10_f64.powf(faintest));
+            // Inverse transform sampling of N(m), which grows as 10^(0.48 m), from the shipped stars' limit on.
+            let (least, most) = (1.0, 10_f64.powf(decades_beyond_shipped));
             let v_magnitude = SHIPPED_TO + random.between(least, most).log10() / DECADES_PER_MAGNITUDE;
             let b_v = random.of(&shipped.stars).b_v;
             stars.push(Star {
@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fainter_stars_are_more_by_the_stated_law() {
+    fn star_counts_grow_by_the_stated_decades_per_magnitude() {
         let sky = StarCatalog::synthetic(200_000);
         assert_eq!(sky.stars().len(), 200_000);
         let to = |limit: f32| sky.stars().iter().filter(|s| s.v_magnitude <= limit).count() as f64;

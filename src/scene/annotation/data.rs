@@ -5,7 +5,7 @@
 
 use crate::catalog::{Catalog, DataLayer};
 use crate::ephemeris::topocentric::ground_point_km;
-use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -45,7 +45,7 @@ fn hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool
 }
 
 /// The dots of all layers; those of later layers are on top.
-pub(crate) fn dots(picture: &impl PicturePlaces, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
+pub(crate) fn dots(picture: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
     let scale = picture.size_px().y / HEIGHT_PX;
     let placed: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
     let mut all = Vec::new();
@@ -72,7 +72,7 @@ pub(crate) fn dots(picture: &impl PicturePlaces, catalog: &Catalog, bodies: &[Bo
                     (DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec), f64::INFINITY)
                 }
             };
-            let Some(centre_px) = picture.place_px(line_of_sight) else { continue };
+            let Some(centre_px) = picture.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;
             let size = picture.size_px() + radius_px;
             if centre_px.cmplt(DVec2::splat(-radius_px)).any() || centre_px.cmpgt(size).any() || hidden(&placed, line_of_sight, distance_km)

@@ -6,7 +6,7 @@
 
 use super::text::{LabelMetrics, Rect, TextMark};
 use crate::catalog::nomenclature;
-use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
 use crate::scene::numeric::smoothstep;
 use glam::DVec2;
@@ -31,7 +31,7 @@ fn rise((from, to): (f64, f64), value: f64) -> f64 {
 
 /// The names, and the positions of landing sites. `occupied`: rectangles of other labels; those of the names are added.
 pub(crate) fn features(
-    picture: &impl PicturePlaces,
+    picture: &impl ImageProjection,
     bodies: &[BodyInView],
     lettering: &LabelMetrics,
     occupied: &mut Vec<Rect>,
@@ -73,7 +73,7 @@ pub(crate) fn features(
                 continue;
             }
             let line_of_sight = place.body_from_icrf.transpose() * -to_camera;
-            let Some(at) = picture.place_px(line_of_sight) else { continue };
+            let Some(at) = picture.pixel_of(line_of_sight) else { continue };
             let hidden = seen[..k].iter().any(|o| {
                 let radius = (o.placement.radii_km.max_element() / o.distance_km).min(1.0).asin();
                 !o.placement.camera_is_inside() && crate::ephemeris::angle_rad(o.placement.centre_km, line_of_sight) < radius

@@ -11,7 +11,7 @@ pub use super::text::LabelMetrics;
 use super::text::Rect;
 pub(crate) use super::text::{MARKER_RADIUS, NAME_COLOUR};
 use crate::catalog::{Catalog, NaifId};
-use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::draw::PixelView;
 use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
@@ -86,7 +86,7 @@ pub struct LabelLayer {
 impl LabelLayer {
     /// The labels of the request's layers; `None` if there are none. `with_margin`: also caption, scale bar and compass.
     pub(crate) fn of(
-        picture: &impl PicturePlaces,
+        picture: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
         bodies: &[BodyInView],
@@ -156,7 +156,7 @@ const CROWDED_PX: f64 = 7.0;
 
 /// The labels of the bodies that a camera sees, most important first.
 pub(crate) fn marks(
-    camera: &dyn PicturePlaces,
+    camera: &dyn ImageProjection,
     bodies: &[BodyInView],
     selected: NaifId,
     parent: impl Fn(NaifId) -> Option<NaifId>,
@@ -167,7 +167,7 @@ pub(crate) fn marks(
         .iter()
         .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
         .filter_map(|b| {
-            let centre = camera.place_px(b.placement.centre_km)?;
+            let centre = camera.pixel_of(b.placement.centre_km)?;
             let angular_radius = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
             let radius_px = camera.disc_radius_px(angular_radius);
             // A body whose centre is outside the picture has no label.

@@ -5,7 +5,7 @@
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextMark};
 use crate::catalog::Catalog;
-use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
@@ -27,7 +27,7 @@ const DISC_PX: f64 = 20.0;
 impl Margin {
     /// The margin of a picture.
     pub(crate) fn of(
-        picture: &impl PicturePlaces,
+        picture: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
         bodies: &[BodyInView],
@@ -74,7 +74,7 @@ impl Margin {
 
     fn caption(
         &mut self,
-        picture: &impl PicturePlaces,
+        picture: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
         target: Option<&BodyInView>,
@@ -100,7 +100,7 @@ impl Margin {
         self.text(format!("{from}, {}", picture.field_of_view()), DVec2::new(0.8 * letter, bottom));
     }
 
-    fn scale_bar(&mut self, picture: &impl PicturePlaces, target: Option<&BodyInView>, metrics: &LabelMetrics) {
+    fn scale_bar(&mut self, picture: &impl ImageProjection, target: Option<&BodyInView>, metrics: &LabelMetrics) {
         let (size, letter) = (picture.size_px(), metrics.size_px());
         let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
         let most_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
@@ -125,13 +125,13 @@ impl Margin {
         self.text(text, DVec2::new(middle, base - 1.1 * letter));
     }
 
-    fn compass(&mut self, picture: &impl PicturePlaces, target: &BodyInView, metrics: &LabelMetrics) {
+    fn compass(&mut self, picture: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
         let (size, letter) = (picture.size_px(), metrics.size_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
         // A pole along the line of sight has no direction in the picture.
         let aside = pole.cross(centre.normalize()).length();
-        let places = picture.place_px(centre).zip(picture.place_px(centre + pole * (1e-3 * target.distance_km)));
+        let places = picture.pixel_of(centre).zip(picture.pixel_of(centre + pole * (1e-3 * target.distance_km)));
         let Some(north) = places.filter(|_| aside > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else { return };
         let middle = DVec2::new(size.x - 3.0 * letter, 3.0 * letter).round();
         self.rings.push(middle);

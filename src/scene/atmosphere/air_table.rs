@@ -31,9 +31,9 @@ const ON_GROUND: SamplingQuality = SamplingQuality { directions: 1024, steps: 48
 const STEPS: usize = 24;
 /// Upper limit of the fraction of light that scatters again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
-/// Number of directions over the sphere, and of integration steps along each.
 use crate::scene::constants::{MULTIPLE_BEND as BEND, MULTIPLE_FIRST as FIRST};
 
+/// Number of directions over the sphere, and of integration steps along each.
 #[derive(Clone, Copy)]
 struct SamplingQuality {
     directions: usize,
@@ -195,12 +195,8 @@ impl AirSphere<'_> {
 
     /// Interpolates the table as the shader does.
     fn interpolate(&self, rows: &[DVec3], height_km: f64, cosine: f64) -> DVec3 {
-        let row = (height_km / self.air.top_km).clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
-        let x = cosine / (cosine.abs() + BEND);
-        let column = ((x - FIRST) / (1.0 / (1.0 + BEND) - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
-        let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));
-        let along = |r: usize| root(rows[r * SUNS + c]).lerp(root(rows[r * SUNS + c + 1]), column - c as f64);
-        let mean = along(r).lerp(along(r + 1), row - r as f64);
+        let node = |k: usize| root(rows[k]);
+        let mean = between_nodes(height_km / self.air.top_km, column_coordinate(cosine), node);
         mean * mean
     }
 }
@@ -212,11 +208,15 @@ pub(crate) fn column_coordinate(cosine: f64) -> f64 {
 
 /// Interpolates the square roots of a table at a fraction of the height to the top and a column coordinate; 0 for a truncated table.
 pub(crate) fn root_between(table: &[Vec4], part: f64, column_coordinate: f64) -> DVec3 {
-    let row = part.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
+    between_nodes(part, column_coordinate, |k| table.get(k).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3()))
+}
+
+/// Bilinear interpolation between the nodes of the table at a fraction of the height to the top and a column coordinate. `node`: the value of node row * SUNS + column.
+fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usize) -> DVec3) -> DVec3 {
+    let row = height_fraction.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
     let column = ((column_coordinate - FIRST) / (1.0 / (1.0 + BEND) - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
     let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));
-    let node = |r: usize, c: usize| table.get(r * SUNS + c).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3());
-    let along = |r: usize| node(r, c).lerp(node(r, c + 1), column - c as f64);
+    let along = |r: usize| node(r * SUNS + c).lerp(node(r * SUNS + c + 1), column - c as f64);
     along(r).lerp(along(r + 1), row - r as f64)
 }
 

@@ -1,10 +1,10 @@
 //! Where a finished picture shows directions: a plane, a fisheye or whole sphere, or two eyes.
 //!
-//! In: ICRF directions, pixels of the finished picture. Out: each from the other. Always: `ImageGeometry::direction` and [`ImageGeometry::place_px`] are inverse to
+//! In: ICRF directions, pixels of the finished picture. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and [`ImageGeometry::pixel_of`] are inverse to
 //! each other within the picture; of a stereo pair both are those of the left eye's picture. Not here: a warp mesh, which moves the finished picture.
 
 use super::Camera;
-use super::sphere::{PicturePlaces, SpherePicture};
+use super::sphere::{ImageProjection, SpherePicture};
 use glam::{DVec2, DVec3};
 
 /// How a finished picture shows directions.
@@ -19,14 +19,14 @@ pub enum ImageGeometry {
     Stereo(StereoGeometry),
 }
 
-/// Which part of the left eye's frame is its picture.
+/// The columns of the left eye's rendered frame that the finished picture keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StereoGeometry {
-    /// Column of the left eye's frame where its picture begins.
+    /// The first of them.
     pub left_column: u32,
-    /// Of one eye's picture, pixels.
+    /// Width of one eye's part of the finished picture, pixels.
     pub width: u32,
-    /// Each eye has half of the finished picture.
+    /// Whether the eyes' pictures stand side by side; else they are overlaid.
     pub side_by_side: bool,
 }
 
@@ -42,9 +42,9 @@ impl LeftPicture<'_> {
     }
 }
 
-impl PicturePlaces for LeftPicture<'_> {
-    fn place_px(&self, direction: DVec3) -> Option<DVec2> {
-        self.camera.place_px(direction).map(|px| px - self.column())
+impl ImageProjection for LeftPicture<'_> {
+    fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
+        self.camera.pixel_of(direction).map(|px| px - self.column())
     }
     fn size_px(&self) -> DVec2 {
         DVec2::new(f64::from(self.geometry.width), f64::from(self.camera.height))
@@ -58,8 +58,8 @@ impl PicturePlaces for LeftPicture<'_> {
 }
 
 impl ImageGeometry {
-    /// The picture, for labels and marks.
-    pub(crate) fn places<'a>(&'a self, camera: &'a Camera) -> Box<dyn PicturePlaces + 'a> {
+    /// The projection by which labels and marks are placed.
+    pub(crate) fn projection<'a>(&'a self, camera: &'a Camera) -> Box<dyn ImageProjection + 'a> {
         match self {
             Self::Perspective => Box::new(camera.clone()),
             Self::Sphere(picture) => Box::new(picture.clone()),
@@ -68,8 +68,8 @@ impl ImageGeometry {
     }
 
     /// The pixel that shows an ICRF direction; of a side-by-side pair the one in the left half.
-    pub fn place_px(&self, camera: &Camera, direction: DVec3) -> Option<DVec2> {
-        self.places(camera).place_px(direction)
+    pub fn pixel_of(&self, camera: &Camera, direction: DVec3) -> Option<DVec2> {
+        self.projection(camera).pixel_of(direction)
     }
 
     /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle.
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pixel_and_its_direction_are_each_others() {
+    fn direction_and_pixel_are_inverse() {
         let whole = camera(90, 60);
         let sphere = |projection| {
             let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
@@ -129,7 +129,7 @@ mod tests {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let Some(direction) = geometry.direction(&whole, pixel) else { continue };
                 assert!((direction.length() - 1.0).abs() < 1e-12);
-                let back = geometry.place_px(&whole, direction).expect("in the picture");
+                let back = geometry.pixel_of(&whole, direction).expect("in the picture");
                 assert!(back.distance(geometry.left_eye_px(pixel)) < 1e-7, "{geometry:?} {pixel}: {back}");
                 seen += 1;
             }
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn both_halves_of_a_pair_show_the_same_place_and_a_circle_has_an_outside() {
+    fn both_halves_of_a_pair_show_one_direction_and_pixels_outside_a_fisheye_show_none() {
         let pair = ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side: true });
         let left = DVec2::new(10.0, 20.0);
         let right = left + DVec2::new(45.0, 0.0);

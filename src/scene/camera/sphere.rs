@@ -9,9 +9,9 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// The mapping of a picture from directions to pixels, counted from the top left corner.
-pub(crate) trait PicturePlaces {
+pub(crate) trait ImageProjection {
     /// The pixel of a direction (ICRF, of any length); `None` if the picture cannot show it.
-    fn place_px(&self, direction: DVec3) -> Option<DVec2>;
+    fn pixel_of(&self, direction: DVec3) -> Option<DVec2>;
     /// Width and height, pixels.
     fn size_px(&self) -> DVec2;
     /// Radius in pixels of a disc of an angular radius (radians) in the picture's middle.
@@ -20,8 +20,8 @@ pub(crate) trait PicturePlaces {
     fn field_of_view(&self) -> String;
 }
 
-impl PicturePlaces for Camera {
-    fn place_px(&self, direction: DVec3) -> Option<DVec2> {
+impl ImageProjection for Camera {
+    fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.clip(direction).map(|clip| self.pixel_from_clip(clip))
     }
     fn size_px(&self) -> DVec2 {
@@ -43,7 +43,7 @@ impl PicturePlaces for Camera {
 /// A fisheye or equirectangular picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpherePicture {
-    /// Rows: right, up, forward (ICRF).
+    /// Unit axes of the picture, ICRF.
     pub right: DVec3,
     pub up: DVec3,
     pub forward: DVec3,
@@ -78,8 +78,8 @@ impl SpherePicture {
         let from_middle = (pixel - 0.5 * self.size()) * scale * DVec2::new(1.0, -1.0);
         if self.is_fisheye() {
             let angle = from_middle.length();
-            let around = if angle > 0.0 { from_middle / angle } else { DVec2::ZERO };
-            return (angle <= self.half_fov_rad).then(|| (around * angle.sin()).extend(angle.cos()));
+            let radial = if angle > 0.0 { from_middle / angle } else { DVec2::ZERO };
+            return (angle <= self.half_fov_rad).then(|| (radial * angle.sin()).extend(angle.cos()));
         }
         let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (from_middle.x.sin_cos(), from_middle.y.sin_cos());
         Some(DVec3::new(sin_lon * cos_lat, sin_lat, cos_lon * cos_lat))
@@ -87,11 +87,11 @@ impl SpherePicture {
 
     /// The pixel of a direction in the picture's axes; `None` outside a fisheye's circle.
     pub fn pixel(&self, direction: DVec3) -> Option<DVec2> {
-        let across = direction.truncate().length();
+        let off_axis = direction.truncate().length();
         let from_middle = if self.is_fisheye() {
-            let angle = across.atan2(direction.z);
-            let around = if across > 0.0 { direction.truncate() / across } else { DVec2::ZERO };
-            (angle <= self.half_fov_rad).then_some(around * angle)?
+            let angle = off_axis.atan2(direction.z);
+            let radial = if off_axis > 0.0 { direction.truncate() / off_axis } else { DVec2::ZERO };
+            (angle <= self.half_fov_rad).then_some(radial * angle)?
         } else {
             DVec2::new(direction.x.atan2(direction.z), direction.y.atan2(direction.x.hypot(direction.z)))
         };
@@ -107,9 +107,9 @@ impl SpherePicture {
     /// near the poles.
     pub fn pixel_sr_and_stretch(&self, direction: DVec3) -> (f64, f64) {
         let scale = self.radians_per_pixel();
-        let across = direction.truncate().length();
+        let off_axis = direction.truncate().length();
         if self.is_fisheye() {
-            let angle = across.atan2(direction.z);
+            let angle = off_axis.atan2(direction.z);
             let sinc = if angle > 1e-6 { angle.sin() / angle } else { 1.0 };
             return (scale.element_product() * sinc.max(1e-3), 1.0);
         }
@@ -117,8 +117,8 @@ impl SpherePicture {
         (scale.element_product() * cos_lat, scale.y / (scale.x * cos_lat))
     }
 
-    /// Largest number of pixels per radian, except near an equirectangular picture's poles and beyond 90 degrees off a fisheye's axis, where it is
-    /// unbounded in the tangential direction.
+    /// Largest number of pixels per radian: of an equirectangular picture at its equator, of a fisheye within 90 degrees of its axis. Near the poles of the one and
+    /// beyond that angle of the other it has no limit.
     pub(crate) fn pixels_per_radian(&self) -> f64 {
         let densest = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {
@@ -129,8 +129,8 @@ impl SpherePicture {
     }
 }
 
-impl PicturePlaces for SpherePicture {
-    fn place_px(&self, direction: DVec3) -> Option<DVec2> {
+impl ImageProjection for SpherePicture {
+    fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.pixel(self.in_axes(direction))
     }
     fn size_px(&self) -> DVec2 {
@@ -175,7 +175,7 @@ mod tests {
                 solid_angle += picture.pixel_sr_and_stretch(direction).0;
             }
             let whole = if projection == Projection::Fisheye { TAU * (1.0 - (fov_deg.to_radians() / 2.0).cos()) } else { 2.0 * TAU };
-            // Pixels are in or out by their middles: by the count of middles in the circle 0.6 % in the picture 50 pixels high, less in larger ones.
+            // A pixel counts whole if its centre is in the circle: in a picture 50 pixels high that is wrong by 0.6 % of the area, less in larger ones.
             let bound = if width.min(height) < 100 { 1e-2 } else { 5e-3 };
             assert!((solid_angle / whole - 1.0).abs() < bound, "{projection:?} {fov_deg}: {solid_angle} of {whole}");
         }
@@ -192,6 +192,6 @@ mod tests {
         let sphere = picture(Projection::Equirectangular, 0.0, 400, 200);
         assert!((sphere.pixel(DVec3::X).expect("in") - DVec2::new(300.0, 100.0)).length() < 1e-9);
         assert!((sphere.pixel(DVec3::new(0.0, 1.0, 1.0)).expect("in") - DVec2::new(200.0, 50.0)).length() < 1e-9);
-        assert_eq!(sphere.place_px(-DVec3::Z).expect("forward"), DVec2::new(200.0, 100.0));
+        assert_eq!(sphere.pixel_of(-DVec3::Z).expect("forward"), DVec2::new(200.0, 100.0));
     }
 }

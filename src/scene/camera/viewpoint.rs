@@ -1,4 +1,4 @@
-//! Places the camera of a request: position and direction at the instant, and aberration for a moving viewer.
+//! StateLookup the camera of a request: position and direction at the instant, and aberration for a moving viewer.
 //!
 //! In: the request and the ephemeris. Out: a [`Viewer`]: camera, velocity if it moves with a body, and the body it is on or in. A camera over its target is
 //! at rest and is placed relative to the apparent target, so that light time does not shift the target in the frame. Diurnal aberration (at most 0.32
@@ -21,8 +21,8 @@ pub struct Viewer {
     pub camera: Camera,
     /// Barycentric velocity, ICRF; zero for a camera at rest.
     pub velocity_km_s: DVec3,
-    /// Velocity of the body relative to which the camera is placed: stars are seen with its aberration. Other bodies are too if `velocity_km_s` is the
-    /// same.
+    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`, which is zero for a
+    /// camera over its target.
     pub body_velocity_km_s: DVec3,
     /// Up direction (ICRF, of any length) before it was made orthogonal to the line of sight.
     pub up_hint: DVec3,
@@ -41,13 +41,13 @@ pub(crate) fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
     DMat3::from_quat(glam::DQuat::from_rotation_arc(from, to))
 }
 
-struct Places<'a> {
+struct StateLookup<'a> {
     catalog: &'a Catalog,
     ephemeris: &'a Ephemeris,
     time: Instant,
 }
 
-impl Places<'_> {
+impl StateLookup<'_> {
     fn body(&self, id: NaifId) -> Result<&Body, SceneError> {
         self.catalog.body(id).ok_or_else(|| SceneError::NotABody(format!("{}", id.0)))
     }
@@ -75,26 +75,27 @@ fn near_enough(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), Sc
     Err(SceneError::Request(format!("{}: that is {distance_km:.3e} km away; at most {FARTHEST_KM:.3e} km, 1000 light years", what())))
 }
 
-/// Places the camera of a request.
+/// StateLookup the camera of a request.
 pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Viewer, SceneError> {
     request.check()?;
-    let places = Places { catalog, ephemeris, time: request.time };
+    let states = StateLookup { catalog, ephemeris, time: request.time };
     let t = request.time;
     let needs_target = || request.target.ok_or_else(|| SceneError::Request("name a target, or give the direction to look in".into()));
     let mut fov_deg = request.fov_deg;
     let mut velocity_km_s = DVec3::ZERO;
     let mut inside = None;
-    let mut ground = None;
+    let mut stands_on = None;
     let mut zenith = None;
-    let near;
+    // The body relative to which the camera is placed.
+    let reference_body;
     let position_km = match request.position {
         Position::Over { towards, distance_radii } => {
-            let target = places.body(needs_target()?)?;
-            near = target.id;
+            let target = states.body(needs_target()?)?;
+            reference_body = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
             // The disc of a sphere of angular radius a fills tan a / tan(fov / 2) of the half height.
-            let fitted = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
-            let distance_km = distance_radii.unwrap_or(fitted) * target.radii_km.max_element();
+            let fitted_radii = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
+            let distance_km = distance_radii.unwrap_or(fitted_radii) * target.radii_km.max_element();
             let asked = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             near_enough(distance_km, asked)?;
             // The target's position when it emitted the light seen now.
@@ -104,31 +105,31 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             if towards == target.id {
                 return Err(SceneError::Request(format!("{} cannot be seen from its own side: name another body", target.name)));
             }
-            let side = (places.state(towards)?.0 - centre).try_normalize().unwrap_or(DVec3::X);
+            let side = (states.state(towards)?.0 - centre).try_normalize().unwrap_or(DVec3::X);
             zenith = Some(side);
             centre + side * distance_km
         }
         Position::Centre(body) => {
-            near = body;
-            let (pos, vel) = places.state(body)?;
+            reference_body = body;
+            let (pos, vel) = states.state(body)?;
             velocity_km_s = vel;
             inside = Some(body);
             pos
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
-            near = body;
+            reference_body = body;
             near_enough(height_km, || format!("height {height_km:?} km"))?;
-            let (point, normal) = ground_point_km(places.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
-            let icrf_from_body = places.icrf_from(Axes::BodyFixed, body)?;
-            let (pos, vel) = places.state(body)?;
+            let (point, normal) = ground_point_km(states.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
+            let icrf_from_body = states.icrf_from(Axes::BodyFixed, body)?;
+            let (pos, vel) = states.state(body)?;
             velocity_km_s = vel;
-            ground = Some((body, pos));
+            stands_on = Some((body, pos));
             zenith = Some(icrf_from_body * normal);
             pos + icrf_from_body * point
         }
         Position::Offset { body, offset_km, axes } => {
-            near = body;
-            let offset = places.icrf_from(axes, body)? * offset_km;
+            reference_body = body;
+            let offset = states.icrf_from(axes, body)? * offset_km;
             near_enough(offset.length(), || "camera".into())?;
             let seen_at = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
             zenith = offset.try_normalize();
@@ -136,11 +137,11 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
     };
     let forward = match request.look {
-        Look::Along { direction, axes } => places.icrf_from(axes, near)? * direction.normalize(),
+        Look::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction.normalize(),
         Look::Target => {
             let target = needs_target()?;
-            let stood_on = ground.filter(|(body, _)| *body == target);
-            let seen = match stood_on {
+            let stands_on_target = stands_on.filter(|(body, _)| *body == target);
+            let seen = match stands_on_target {
                 Some((_, pos)) => pos,
                 None => ephemeris.light_time_position(target, position_km, t)?.0,
             };
@@ -148,47 +149,28 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             if to_target.length() < 1e-6 || inside == Some(target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
             }
-            let fitted = catalog.body(target).map(|b| {
+            let fitted_fov_deg = catalog.body(target).map(|b| {
                 let angular_radius = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
                 (2.0 * (angular_radius.tan() / FITTED_DISC).atan().to_degrees()).clamp(1e-6, 60.0)
             });
             if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
-                fov_deg = fitted;
+                fov_deg = fitted_fov_deg;
             }
-            if stood_on.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }
+            if stands_on_target.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }
         }
     };
     let up_hint = match request.up {
-        Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(near)) {
+        Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(reference_body)) {
             Some(body) if catalog.body(body).is_some() => ephemeris.body_from_icrf(body, t)?.row(2),
             _ => DVec3::Z,
         },
         Up::Zenith => zenith.unwrap_or(DVec3::Z),
         Up::Celestial => DVec3::Z,
         Up::Ecliptic => DVec3::new(0.0, -OBLIQUITY_J2000.sin(), OBLIQUITY_J2000.cos()),
-        Up::Along { direction, axes } => places.icrf_from(axes, near)? * direction,
+        Up::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction,
     };
     let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
-    let body_velocity_km_s = places.state(near)?.1;
-    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, inside, stands_on: ground })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ground_points_of_the_earth_are_those_of_wgs84() {
-        // Paris by the closed form of the geodetic transform with a 6378.137 km, 1/f 298.257223563: 48.8584 N, 2.2945 E.
-        let a: f64 = 6378.137;
-        let b = a * (1.0 - 1.0 / 298.257_223_563);
-        let (lat, lon) = (48.8584_f64.to_radians(), 2.2945_f64.to_radians());
-        let n = a * a / ((a * lat.cos()).powi(2) + (b * lat.sin()).powi(2)).sqrt();
-        let h = 0.33;
-        let expected = DVec3::new((n + h) * lat.cos() * lon.cos(), (n + h) * lat.cos() * lon.sin(), (n * (b / a).powi(2) + h) * lat.sin());
-        let (point, normal) = ground_point_km(DVec3::new(a, a, b), 48.8584, 2.2945, h);
-        assert!((point - expected).length() < 1e-9);
-        assert!((normal.z - lat.sin()).abs() < 1e-12);
-    }
+    let body_velocity_km_s = states.state(reference_body)?.1;
+    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, inside, stands_on })
 }

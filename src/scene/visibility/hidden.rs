@@ -145,7 +145,7 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -
     let left = (left / total).clamp(DVec3::ZERO, DVec3::ONE);
     // The lunar limb profile, if the Moon alone is in front of the Sun.
     match (&occluding[..], first.limb_profile.as_deref()) {
-        ([moon], Some(profile)) if of.body.id == NaifId::SUN => lunar_limb::light_beside(profile, moon, of, left),
+        ([moon], Some(profile)) if of.body.id == NaifId::SUN => lunar_limb::visible_sunlight(profile, moon, of, left),
         _ => left,
     }
 }

@@ -1,7 +1,7 @@
-//! The Moon's limb profile in front of the Sun: the sunlight past it, and the silhouettes in the draws of both.
+//! The Moon's limb profile in front of the Sun: the sunlight that it leaves visible, and the silhouettes in the draws of both.
 //!
-//! In: placed bodies and the user's height map. Out: the profile that the camera sees, stored in the placed Moon ([`compute_profile`]); the sunlight past it
-//! ([`light_beside`]); features and uniforms of both draws ([`apply_to_moon`], [`apply_to_sun`]). Always: nothing changes without a height map, or if the Moon
+//! In: placed bodies and the user's height map. Out: the profile that the camera sees, stored in the placed Moon ([`compute_profile`]); the visible sunlight
+//! ([`visible_sunlight`]); features and uniforms of both draws ([`apply_to_moon`], [`apply_to_sun`]). Always: nothing changes without a height map, or if the Moon
 //! does not touch the Sun's disc. Left out: the effect of the heights on sunlight at the ground, which uses the mean limb, and relief on the disc.
 
 use crate::catalog::NaifId;
@@ -23,68 +23,71 @@ use std::sync::Arc;
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
 /// Smallest range of limb heights, in pixels, for which the profile is drawn.
 const MIN_SPAN_PX: f64 = 0.25;
+/// Largest sine of the limb's angle: above it, on the ground, its tangent has no use and would divide by zero.
+const MAX_LIMB_SINE: f64 = 0.999;
 
 /// Stores the limb profile that the camera sees in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
 pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
     let found = |id: NaifId| placed.iter().position(|p| p.body.id == id);
     let (Some(moon), Some(sun)) = (found(NaifId::MOON), found(NaifId::SUN)) else { return };
-    let (moon_at, sun_at) = (placed[moon].placement, &placed[sun]);
+    let (moon_placement, placed_sun) = (placed[moon].placement, &placed[sun]);
     let Some(map) = placed[moon].catalog.lunar_heights() else { return };
-    let place_km = moon_at.body_from_icrf * -moon_at.centre_km;
+    let camera_in_moon_axes_km = moon_placement.body_from_icrf * -moon_placement.centre_km;
     let [_, greatest_km] = map.range_km();
     let angular_radius = |radius_km: f64, distance_km: f64| (radius_km / distance_km).min(1.0).asin();
-    let gap = angle_rad(moon_at.centre_km, sun_at.placement.centre_km)
-        - angular_radius(map.sphere_km() + greatest_km, place_km.length())
-        - angular_radius(sun_at.body.radii_km.max_element(), sun_at.distance_km);
-    // Only from outside of all ground, and nearer than the Sun.
-    if gap > 0.0 || place_km.length() < 2.0 * map.sphere_km() || place_km.length() > sun_at.distance_km {
+    let gap = angle_rad(moon_placement.centre_km, placed_sun.placement.centre_km)
+        - angular_radius(map.sphere_km() + greatest_km, camera_in_moon_axes_km.length())
+        - angular_radius(placed_sun.body.radii_km.max_element(), placed_sun.distance_km);
+    // The profile assumes a camera at least one radius above the Moon, and nearer to it than the Sun is.
+    if gap > 0.0 || camera_in_moon_axes_km.length() < 2.0 * map.sphere_km() || camera_in_moon_axes_km.length() > placed_sun.distance_km {
         return;
     }
-    placed[moon].limb_profile = Some(profiles.seen_from(map, place_km));
+    placed[moon].limb_profile = Some(profiles.seen_from(map, camera_in_moon_axes_km));
 }
 
-/// The limb profile in the camera's view: axes across the direction to the Moon, ICRF, and the tangents of its points.
+/// The limb profile in the camera's view. `position_angle_axes`: unit vectors across the direction to the Moon, ICRF, at the position angles 0 and 90 degrees of
+/// the profile.
 struct ApparentLimb<'p> {
     profile: &'p LimbProfile,
-    across: [DVec3; 2],
+    position_angle_axes: [DVec3; 2],
     distance_km: f64,
 }
 
 impl<'p> ApparentLimb<'p> {
     fn of(profile: &'p LimbProfile, moon: &Placement) -> Self {
-        let across = profile.across().map(|a| moon.body_from_icrf.transpose() * a);
-        Self { profile, across, distance_km: moon.centre_km.length() }
+        let position_angle_axes = profile.across().map(|a| moon.body_from_icrf.transpose() * a);
+        Self { profile, position_angle_axes, distance_km: moon.centre_km.length() }
     }
 
     /// Tangent of the angle between the Moon's centre and a limb point of this height.
-    fn tangent(&self, height_km: f64) -> f64 {
-        let sine = ((self.profile.sphere_km() + height_km) / self.distance_km).min(0.999);
+    fn limb_angle_tan(&self, height_km: f64) -> f64 {
+        let sine = ((self.profile.sphere_km() + height_km) / self.distance_km).min(MAX_LIMB_SINE);
         sine / (1.0 - sine * sine).sqrt()
     }
 }
 
-/// The fraction of a disc's light past the Moon's limb profile, from the fraction past a smooth limb of its body's radius; per channel, exactly 0 if all is
-/// hidden. Computed in the plane tangent to the sky at the Moon's centre, in which a disc of a quarter of a degree is round to 1e-5 of its radius.
-pub(crate) fn light_beside(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
+/// The fraction of the Sun's light that the Moon's limb profile leaves visible, from the fraction that a smooth limb of the Moon's mean radius leaves; per channel,
+/// exactly 0 if all is hidden. Computed in the plane tangent to the sky at the Moon's centre, in which a disc of a quarter of a degree is round to 1e-5 of its radius.
+pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
     let seen = ApparentLimb::of(profile, &moon.placement);
     let ahead = moon.placement.centre_km.normalize();
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(ahead);
-    let middle = DVec2::new(to_sun.dot(seen.across[0]), to_sun.dot(seen.across[1]));
+    let middle = DVec2::new(to_sun.dot(seen.position_angle_axes[0]), to_sun.dot(seen.position_angle_axes[1]));
     let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
     let (u1, u2) = limb_law(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
-    let mean_limb = seen.tangent(moon.body.radii_km.max_element() - profile.sphere_km());
+    let mean_limb = seen.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_seen) = (DVec3::ZERO, false);
     for (k, height_km) in profile.heights_km().iter().enumerate() {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let radial = DVec2::new(cos, sin);
-        let (along, off) = (middle.dot(radial), middle.perp_dot(radial));
-        let half_squared = radius * radius - off * off;
+        let (along, offset_across) = (middle.dot(radial), middle.perp_dot(radial));
+        let half_squared = radius * radius - offset_across * offset_across;
         if half_squared <= 0.0 {
             continue;
         }
         let (enters, leaves) = (along - half_squared.sqrt(), along + half_squared.sqrt());
-        let limb = seen.tangent(*height_km);
+        let limb = seen.limb_angle_tan(*height_km);
         is_any_seen |= leaves > limb.max(0.0);
         // The light between both limbs is gained where the profile is lower, else lost.
         let (from, to) = (limb.min(mean_limb).max(enters), limb.max(mean_limb).min(leaves));
@@ -92,8 +95,8 @@ pub(crate) fn light_beside(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &P
             continue;
         }
         let light_at = |r: f64| {
-            let off = (radial * r - middle) / radius;
-            let mu = (1.0 - off.length_squared()).max(0.0).sqrt();
+            let from_sun_centre = (radial * r - middle) / radius;
+            let mu = (1.0 - from_sun_centre.length_squared()).max(0.0).sqrt();
             (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
         };
         // Simpson's rule: a strip is a few hundredths of the disc wide at most.
@@ -114,8 +117,8 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let [least_km, greatest_km] = profile.range_km();
     let span_px = (greatest_km - least_km) / (moon.distance_km * camera.pixel_tangent());
     let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == Part::Globe);
-    let can = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
-    let on = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| can(d));
+    let supports_limb_profile = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
+    let on = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| supports_limb_profile(d));
     let reason = format!(
         "its limb by {} points reaches from {least_km:.2} to {greatest_km:.2} km: {span_px:.2} px against {MIN_SPAN_PX}",
         LIMB_POINTS
@@ -131,9 +134,9 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let texels = (0..LIMB_POINTS).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).map(narrow_scalar).collect();
     let across = profile.across().map(|a| narrow(a).extend(0.0));
     draw.uniforms.limb = LimbUniforms { across, table: Some(Arc::new(LimbTable { texels })) };
-    let tallest = (profile.sphere_km() + greatest_km.max(0.0)) / radius_km;
-    let wider = Placement { radii_km: moon.placement.radii_km * tallest.max(1.0), ..moon.placement };
-    if let Some(rect) = Outline::of(camera, &wider).rect(camera) {
+    let peak_radius_ratio = (profile.sphere_km() + greatest_km.max(0.0)) / radius_km;
+    let placement_with_peaks = Placement { radii_km: moon.placement.radii_km * peak_radius_ratio.max(1.0), ..moon.placement };
+    if let Some(rect) = Outline::of(camera, &placement_with_peaks).rect(camera) {
         let rays = camera.view_rays(&moon.placement, rect, AnchorForm::Auto);
         draw.uniforms = std::mem::take(&mut draw.uniforms).with_rays(&rays);
     }
@@ -147,8 +150,8 @@ pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyInView]) {
     }
 }
 
-/// Gives the Sun's draw the Moon's silhouette. `row`: index of the Moon's first row among the nearer limbs; `rays`: the view ray from which pixels count,
-/// and its change with x and y.
+/// Gives the Sun's draw the Moon's silhouette. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of pixel (0, 0), and its
+/// change per pixel in x and in y.
 pub(crate) fn apply_to_sun(
     draw: &mut Draw,
     moon_draw: &LimbUniforms,
@@ -162,10 +165,11 @@ pub(crate) fn apply_to_sun(
         return;
     }
     let seen = ApparentLimb::of(profile, &moon.placement);
-    // Pixels per radius of the table's values: at the limb the tangent grows faster than the sine.
-    let sine = (moon.body.radii_km.x / moon.distance_km).min(0.999);
+    // Pixels per lunar radius of height at the limb: d tan(asin s) / ds = (1 - s^2)^(-3/2).
+    let sine = (moon.body.radii_km.x / moon.distance_km).min(MAX_LIMB_SINE);
     let radius_px = sine / (1.0 - sine * sine).powf(1.5) / camera.pixel_tangent();
-    let of = |k: usize, w: f64| narrow(DVec3::from_array(rays.map(|ray| seen.across[k].dot(ray)))).extend(narrow_scalar(w));
+    let limb_row =
+        |k: usize, w: f64| narrow(DVec3::from_array(rays.map(|ray| seen.position_angle_axes[k].dot(ray)))).extend(narrow_scalar(w));
     draw.features.limb_heights = true;
-    draw.uniforms.limb = LimbUniforms { across: [of(0, radius_px), of(1, row as f64)], table: moon_draw.table.clone() };
+    draw.uniforms.limb = LimbUniforms { across: [limb_row(0, radius_px), limb_row(1, row as f64)], table: moon_draw.table.clone() };
 }

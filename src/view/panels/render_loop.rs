@@ -139,8 +139,13 @@ impl Interface {
     pub(super) fn refresh_marks(&mut self, lettering: &LabelMetrics) {
         let Some(drawing) = &self.viewport.drawing else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
-        self.viewport.marks =
-            marks(&*drawing.scene.geometry.places(&drawing.scene.camera), &drawing.scene.bodies, self.viewer.selected, parent, lettering);
+        self.viewport.marks = marks(
+            &*drawing.scene.geometry.projection(&drawing.scene.camera),
+            &drawing.scene.bodies,
+            self.viewer.selected,
+            parent,
+            lettering,
+        );
     }
 
     /// Asks for the image of the view as it is now, coarse while things move.

@@ -57,7 +57,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     if let Some(drawing) = interface.drawing() {
         let scene = &drawing.scene;
         let at = |px: DVec2| place.picture.min + vec2(px * place.points_per_px);
-        interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.place_px(&scene.camera, direction).map(at));
+        interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
     }
     if let Some(click) = mouse(interface, ui, &response, rect, &place, actions) {
         take_click(interface, worker, click);

@@ -12,9 +12,9 @@ use std::f64::consts::PI;
 /// Weights fall from half-way to the edge of the frame by this power of ten, so that a body that enters the frame gains weight gradually.
 const EDGE_DECADES: f64 = 5.0;
 
-/// Weight of a position in the frame. `outwards`: 0 in the middle of the frame, 1 on its edge.
-pub(crate) fn frame_position_weight(outwards: f64) -> f64 {
-    10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * outwards - 1.0))
+/// Weight of a position in the frame. `edge_fraction`: 0 in the middle of the frame, 1 on its edge.
+pub(crate) fn frame_position_weight(edge_fraction: f64) -> f64 {
+    10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * edge_fraction - 1.0))
 }
 
 /// Result of intersecting a ray with a body, in the body's unit-sphere frame.
@@ -51,22 +51,23 @@ pub(crate) fn in_frame_share(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     let middle = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
     let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
     // The weight is that of the outline's innermost part.
-    let outwards = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
-    (inside / size).element_product().min(1.0) * frame_position_weight(outwards)
+    let edge_fraction = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
+    (inside / size).element_product().min(1.0) * frame_position_weight(edge_fraction)
 }
 
-/// Fraction of the Sun's disc visible beside a body: a uniform disc cut by a circle, or by a straight edge if the body looks larger. Within 0.03 of the
-/// exact overlap while the body is larger than four times the Sun or smaller than half of it; between these within 0.13.
-pub(crate) fn uncovered_fraction(separation: f64, body: f64, sun: f64) -> f64 {
-    if body < sun {
-        let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
-        return 1.0 - covered * (body / sun).powi(2);
+/// Visible fraction of a uniform disc behind a round body, from angles in radians: cut by a circle, or by a straight edge if the body looks larger. Within 0.03 of
+/// the exact overlap while the body is larger than four times the disc or smaller than half of it; between these within 0.13.
+pub(crate) fn disc_fraction_beside_circle(separation_rad: f64, body_radius_rad: f64, disc_radius_rad: f64) -> f64 {
+    if body_radius_rad < disc_radius_rad {
+        let covered = ((body_radius_rad + disc_radius_rad - separation_rad) / (2.0 * body_radius_rad)).clamp(0.0, 1.0);
+        return 1.0 - covered * (body_radius_rad / disc_radius_rad).powi(2);
     }
-    let edge = ((separation - body) / sun).clamp(-1.0, 1.0);
+    let edge = ((separation_rad - body_radius_rad) / disc_radius_rad).clamp(-1.0, 1.0);
     1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
 }
 
-/// Angle from the body's centre to its limb towards a unit vector, and the cosine of the limb's slant there. Valid outside the body.
+/// Angle from the body's centre to its limb towards a unit vector, and there the cosine between the limb's normal and the direction away from the centre. Valid
+/// outside the body.
 pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let distance_km = body.centre_km.length();
     let middle = body.centre_km / distance_km;
@@ -74,29 +75,31 @@ pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     // In the unit-sphere frame the ray a + u b, u the angle's tangent, grazes where its squared distance from the centre is 1.
     let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(aside));
     let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
-    let radii = distance_km / body.radii_km.x;
-    let q = radii * radii * a.cross(b).length_squared() - bb;
-    let angle = (ab + (ab * ab + q * aa).max(0.0).sqrt()).atan2(q);
+    let distance_radii = distance_km / body.radii_km.x;
+    // Solves quadratic u^2 - 2 ab u - aa = 0.
+    let quadratic = distance_radii * distance_radii * a.cross(b).length_squared() - bb;
+    let angle = (ab + (ab * ab + quadratic * aa).max(0.0).sqrt()).atan2(quadratic);
     // The gradient of the squared distance is normal to the limb.
     let (sin, cos) = angle.sin_cos();
     let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + aside * sin));
-    let outwards = body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
-    (angle, outwards.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
+    let limb_normal =
+        body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
+    (angle, limb_normal.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
 }
 
-/// Fraction of a disc that a body leaves visible. The disc has an angular `radius` (radians) around the unit vector `towards`, and lies behind the body.
-pub(crate) fn unocculted_fraction(body: &Placement, towards: DVec3, radius: f64) -> f64 {
-    let separation = crate::ephemeris::angle_rad(body.centre_km, towards);
-    let (limb, slant) = limb_towards(body, towards);
-    uncovered_fraction(limb + (separation - limb) * slant, limb, radius)
+/// Fraction of a disc that a body leaves visible. The disc has the angular radius `radius_rad` around the unit vector `towards`, and lies behind the body.
+pub(crate) fn visible_disc_fraction(body: &Placement, towards: DVec3, radius_rad: f64) -> f64 {
+    let separation_rad = crate::ephemeris::angle_rad(body.centre_km, towards);
+    let (limb_rad, normal_cosine) = limb_towards(body, towards);
+    disc_fraction_beside_circle(limb_rad + (separation_rad - limb_rad) * normal_cosine, limb_rad, radius_rad)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// What a disc leaves of another of radius 1, a distance apart: the area that two circles share, in closed form.
-    fn exactly_left(separation: f64, body: f64) -> f64 {
+    /// Visible fraction of a disc of radius 1 behind another disc, by the area that two circles share, in closed form.
+    fn exact_visible_fraction(separation: f64, body: f64) -> f64 {
         if separation >= 1.0 + body {
             return 1.0;
         }
@@ -113,15 +116,16 @@ mod tests {
     #[test]
     fn what_a_body_leaves_of_the_sun_is_within_the_stated_bounds() {
         let worst = |bodies: &[f64]| {
-            let off = |body: f64| {
+            let error = |body: f64| {
                 (0..=400)
                     .map(move |k| (1.0 + body) * f64::from(k) / 380.0)
-                    .map(move |s| (uncovered_fraction(s, body, 1.0) - exactly_left(s, body)).abs())
+                    .map(move |s| (disc_fraction_beside_circle(s, body, 1.0) - exact_visible_fraction(s, body)).abs())
             };
-            bodies.iter().flat_map(|b| off(*b)).fold(0.0, f64::max)
+            bodies.iter().flat_map(|b| error(*b)).fold(0.0, f64::max)
         };
-        let (clear, near) = (worst(&[0.02, 0.1, 0.3, 0.5, 4.0, 10.0, 100.0]), worst(&[0.6, 0.9, 1.0, 1.1, 1.5, 2.0, 3.0]));
-        assert!(clear < 0.03, "{clear}");
-        assert!(near < 0.13 && near > 0.03, "{near}");
+        let (of_unequal_sizes, of_similar_sizes) =
+            (worst(&[0.02, 0.1, 0.3, 0.5, 4.0, 10.0, 100.0]), worst(&[0.6, 0.9, 1.0, 1.1, 1.5, 2.0, 3.0]));
+        assert!(of_unequal_sizes < 0.03, "{of_unequal_sizes}");
+        assert!(of_similar_sizes < 0.13 && of_similar_sizes > 0.03, "{of_similar_sizes}");
     }
 }

@@ -28,7 +28,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, in_frame_share, intersect, unocculted_fraction};
+use geometry::{area_px, frame_position_weight, in_frame_share, intersect, visible_disc_fraction};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -246,7 +246,7 @@ impl Frame<'_, '_> {
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let nearer =
             self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && Some(o.body.id) != except && o.distance_km < p.distance_km);
-        nearer.map(|o| unocculted_fraction(&o.placement, towards, radius)).product()
+        nearer.map(|o| visible_disc_fraction(&o.placement, towards, radius)).product()
     }
 
     /// Radiance of the sky around the camera, from eclipsed sunlight and from the brightest other bodies.
@@ -259,7 +259,7 @@ impl Frame<'_, '_> {
             let radius = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
             let nearer =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
-            nearer.map(|o| unocculted_fraction(&o.placement, towards, radius)).product::<f64>()
+            nearer.map(|o| visible_disc_fraction(&o.placement, towards, radius)).product::<f64>()
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
         let day = air.exposure_radiance(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);

@@ -1,0 +1,63 @@
+//! Display levels of linear light, and how far apart two linear pictures are on a display.
+//!
+//! In: linear light and the exposure factor that takes it to the display, where 1 is white. Out: levels from 0 to 255, not rounded, so that errors below a level can be
+//! distinguished. Always: light above white counts as white; a value that is finite in only one of two pictures is 255 levels off. Alpha is not compared.
+
+use crate::units::linear_to_srgb;
+
+/// A linear picture, and the factor from its light to the display.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ExposedPixels<'a> {
+    /// Red, green, blue and coverage.
+    pub light: &'a [[f32; 4]],
+    pub exposure_factor: f64,
+}
+
+/// The display level of linear light.
+pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
+    255.0 * linear_to_srgb((f64::from(light) * exposure_factor).clamp(0.0, 1.0))
+}
+
+/// Per pixel the difference of the worst channel, in display levels.
+pub(crate) fn levels_apart(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
+    let apart = |(p, q): (&[f32; 4], &[f32; 4])| {
+        let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
+        if is_finite(p) != is_finite(q) {
+            return 255.0;
+        }
+        let channel = |c: usize| (display_level(p[c], a.exposure_factor) - display_level(q[c], b.exposure_factor)).abs();
+        (0..3).map(channel).fold(0.0, f64::max)
+    };
+    a.light.iter().zip(b.light).map(apart).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without its own case a value that is not a number would be no difference at all: `f64::max` ignores it.
+    #[test]
+    fn a_value_that_is_not_finite_in_one_picture_is_seen() {
+        let grey = [[0.2, 0.2, 0.2, 1.0]];
+        fn of(light: &[[f32; 4]]) -> ExposedPixels<'_> {
+            ExposedPixels { light, exposure_factor: 1.0 }
+        }
+        assert_eq!(levels_apart(of(&grey), of(&grey)), [0.0]);
+        for broken in [f32::NAN, f32::INFINITY] {
+            let broken = [[0.2, broken, 0.2, 1.0]];
+            assert_eq!(levels_apart(of(&grey), of(&broken)), [255.0]);
+            assert_eq!(levels_apart(of(&broken), of(&grey)), [255.0]);
+        }
+    }
+
+    #[test]
+    fn levels_are_of_the_display_and_end_at_white() {
+        let of = |light, exposure_factor| ExposedPixels { light, exposure_factor };
+        let (black, bright) = ([[0.0, 0.0, 0.0, 1.0]; 2], [[0.0, 0.0, 0.0, 1.0], [0.0, 3.0, 0.0, 1.0]]);
+        let apart = levels_apart(of(&black, 1.0), of(&bright, 1.0));
+        assert!(apart[0] == 0.0 && (apart[1] - 255.0).abs() < 1e-9, "{apart:?}");
+        assert_eq!(levels_apart(of(&black, 1.0), of(&bright, 0.0)), [0.0, 0.0]);
+        // IEC 61966-2-1: a linear 0.5 is 187.5 of 255.
+        assert!((display_level(0.5, 1.0) - 187.5).abs() < 0.05 && (display_level(0.25, 2.0) - 187.5).abs() < 0.05);
+    }
+}
