@@ -9,6 +9,7 @@ use super::{Interface, Tab, events};
 use crate::render::plan::SamplingQuality;
 use crate::scene::draw::PixelView;
 use crate::scene::request::Quality;
+use crate::view::app::composition_state::CompositionState;
 use crate::view::app::now_showing::{NowItem, NowView};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
@@ -76,7 +77,8 @@ fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Ins
     let [width, height] = SIZE.map(|points| (points * DENSITY) as u32);
     // The pixel view of the shader's eclipse computation.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
-    let view = ViewState { pixels, ..now.view.clone() };
+    // A small picture of a dome or of two eyes would show nothing.
+    let view = ViewState { pixels, composition: CompositionState::default(), ..now.view.clone() };
     let picture = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
