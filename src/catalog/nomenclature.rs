@@ -25,9 +25,9 @@ pub struct Feature {
 }
 
 /// Elongated feature types of the gazetteer: catena, chasma, dorsum, fossa, linea, flumen, rima, rupes, scopulus, sulcus, vallis.
-const LONG: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "RU", "SC", "SU", "VA"];
+const ELONGATED_TYPES: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "RU", "SC", "SU", "VA"];
 /// Assumed width of these relative to their length.
-const LONG_PART: f64 = 0.25;
+const ELONGATED_WIDTH_TO_LENGTH: f64 = 0.25;
 
 impl Feature {
     /// `diameter_km`: empty for a feature without one, `None` for a landing site.
@@ -39,7 +39,8 @@ impl Feature {
             name,
             direction: DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
             diameter_km: diameter.flatten().or_else(|| diameter_km.is_none().then_some(0.0))?,
-            prominence_km: diameter.flatten().unwrap_or(0.0) * if LONG.contains(&kind) { LONG_PART } else { 1.0 },
+            prominence_km: diameter.flatten().unwrap_or(0.0)
+                * if ELONGATED_TYPES.contains(&kind) { ELONGATED_WIDTH_TO_LENGTH } else { 1.0 },
             is_landing_site: diameter_km.is_none(),
         })
     }

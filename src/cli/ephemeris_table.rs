@@ -12,7 +12,7 @@ use crate::units::SECONDS_PER_DAY;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
-/// Largest number of rows: a year in steps of two and a half minutes.
+/// Largest number of rows: a year in steps of 160 s.
 pub(crate) const MAX_ROWS: usize = 200_000;
 
 /// The columns of a table.
@@ -257,7 +257,7 @@ pub(crate) fn day(
     Ok(answer)
 }
 
-/// The same as text, one event a line.
+/// The result of [`day`] as text, one event per line.
 pub(crate) fn day_text(day: &Value) -> String {
     let mut out = String::new();
     let up = if day["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };

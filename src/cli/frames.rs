@@ -38,11 +38,11 @@ impl Output {
             None if frames > 1 => wrong(&format!("for {frames} frames the name needs a number, such as out-%05d.png")),
             None => Ok(Self::One(text.into())),
             Some((before, rest)) => {
-                let digits = rest.split_once('d').and_then(|(width, after)| {
+                let sequence = rest.split_once('d').and_then(|(width, after)| {
                     let width = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
                     (!after.contains('%')).then(|| Self::Sequence(before.to_owned(), width, after.to_owned()))
                 });
-                digits.map_or_else(|| wrong("write the frame number as %d or %05d, once"), Ok)
+                sequence.map_or_else(|| wrong("write the frame number as %d or %05d, once"), Ok)
             }
         }
     }
@@ -70,7 +70,7 @@ pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
     seconds.ok_or_else(|| CliError::Failed(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
 }
 
-/// `i/n` with 0 <= i < n.
+/// This process's part of a sequence that n processes share: `i/n` with 0 <= i < n; (0, 1) if absent.
 pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
@@ -82,19 +82,19 @@ pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 /// The error for an existing file that does not belong to this request.
 fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
-    let instead = "--overwrite replaces it";
+    let overwrite_hint = "--overwrite replaces it";
     let line = match earlier {
         ExistingPicture::None | ExistingPicture::Same => return None,
         ExistingPicture::Other(differ) => {
             // A sequence that starts at `now` can never be resumed.
             let hint = if starts_now && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
-            format!("{path} is of another request: {differ}; {instead}{hint}")
+            format!("{path} is of another request: {differ}; {overwrite_hint}{hint}")
         }
         ExistingPicture::Damaged(why) => {
-            format!("{path} is of this request ({}) but damaged: {why}; --overwrite replaces it", provenance.short())
+            format!("{path} is of this request ({}) but damaged: {why}; {overwrite_hint}", provenance.short())
         }
         ExistingPicture::Unknown(why) => {
-            format!("{path} exists, and its request is unknown ({why}); this one is {}; {instead}", provenance.short())
+            format!("{path} exists, and its request is unknown ({why}); this one is {}; {overwrite_hint}", provenance.short())
         }
     };
     Some(CliError::Failed(line))

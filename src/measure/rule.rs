@@ -1,4 +1,5 @@
-//! The rule that says which options are dominated, and which of them a quality may take.
+//! The rule that says which options are dominated, and which of them a quality may take. A choice is one setting with several implementations, its options, such as
+//! the number of samples.
 //!
 //! In: time and error of the options of one choice. Out: the dominated ones, and those that a quality may take. Always: an option is dominated only by one
 //! that is clearly cheaper at no greater error, or clearly more accurate at no greater time; differences below the spread of the measurement are
@@ -12,9 +13,9 @@ use crate::scene::request::Quality;
 pub(crate) enum Unit {
     /// Angle on the sky.
     Arcseconds,
-    /// Percent of the radiance or of all light.
+    /// Percent of a pixel's radiance, or of the picture's summed light, as the choice says.
     PercentOfLight,
-    /// 255ths of a displayed channel that 99.9 % of all pixels do not exceed.
+    /// The 99.9th percentile over pixels of the error on the display, in levels of 255.
     Levels,
 }
 
@@ -30,9 +31,9 @@ impl Unit {
 
     /// The greatest error that a quality may have; `None`: the least possible.
     ///
-    /// `draft` is for looking around: an arcsecond is a quarter of the resolution of a good eye at a magnification of 15; 15.9 % of light is a quarter of a stop; 32
-    /// levels in one pixel of a thousand is an edge that jumps by an eighth of white. `standard` is what the program shows and writes: a tenth of an arcsecond
-    /// is 0.2 s of a contact with the Moon, half a percent of light is a level at mid grey, and three levels are 1 % of the display's range.
+    /// `draft` is for looking around. A good eye resolves 60 arcsec, at a magnification of 15 that is 4 arcsec; 1 arcsec is a quarter of it. 15.9 % of light is a
+    /// quarter of a stop. 32 levels are an edge pixel off by an eighth of white, in one pixel of a thousand. `standard` is what the program shows and writes. The
+    /// Moon moves 0.1 arcsec in 0.2 s: the error of a contact. Half a percent of light is one level at mid grey, and three levels are 1 % of the display's range.
     pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],
@@ -67,7 +68,7 @@ impl Measurement {
         self.error < 0.99 * than.error
     }
 
-    /// Whether `self` is preferable to `other` in every respect.
+    /// Whether `self` is clearly better than `other` in time or error, and not worse in the other.
     pub(crate) fn dominates(&self, other: &Self) -> bool {
         let (cheaper, more_accurate) = (self.is_clearly_faster(other), self.is_more_accurate(other));
         cheaper && !other.is_more_accurate(self) || more_accurate && self.time.median <= other.time.median
@@ -79,15 +80,21 @@ pub(crate) fn dominated(options: &[Measurement]) -> Vec<bool> {
     options.iter().map(|a| options.iter().any(|b| b.dominates(a))).collect()
 }
 
-/// For each option whether a quality may take it: it is within the bound, and no other within it is clearly cheaper. If none is within, and for `reference`:
-/// no other is more accurate, and none of equal accuracy is clearly cheaper.
+/// For each option whether a quality may take it: it meets the bound, and no other that meets it is clearly faster. For `reference`, or if none meets the bound, the
+/// most accurate options take the place of those that meet it.
 pub(crate) fn admissible(quality: Quality, unit: Unit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
-    let is_good = |o: &Measurement| match bound {
+    let meets_bound_or_is_most_accurate = |o: &Measurement| match bound {
         Some(bound) => o.error <= bound,
         None => !options.iter().any(|other| other.is_more_accurate(o)),
     };
-    options.iter().map(|o| is_good(o) && !options.iter().any(|other| is_good(other) && other.is_clearly_faster(o))).collect()
+    options
+        .iter()
+        .map(|o| {
+            meets_bound_or_is_most_accurate(o)
+                && !options.iter().any(|other| meets_bound_or_is_most_accurate(other) && other.is_clearly_faster(o))
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -102,7 +109,7 @@ mod tests {
     fn slower_and_no_more_accurate_options_are_dominated() {
         let options = [option(8.0, 0.2), option(4.0, 0.5), option(5.0, 0.7), option(0.0, 1.0), option(0.0, 2.0)];
         assert_eq!(dominated(&options), [false, false, true, false, true]);
-        // Within the spread nothing is decided: equally accurate options stay, and the more accurate one dominates the other.
+        // Times within the spread count as equal: equally accurate options both stay; a more accurate one dominates.
         assert_eq!(dominated(&[option(1.0, 1.0), option(1.0, 1.03)]), [false, false]);
         assert_eq!(dominated(&[option(1.0, 1.03), option(0.5, 1.0)]), [true, false]);
         assert_eq!(dominated(&[option(1.0, 1.03), option(0.999, 1.0)]), [false, false]);

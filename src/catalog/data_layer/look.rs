@@ -1,13 +1,13 @@
 //! How the numbers of an image become colours: limits by percentiles, a curve, a colour map.
 //!
-//! In: numbers, of which some may be none (not finite). Out: sRGB with alpha, 0 where there is no number.
+//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, 0 where the value is not finite.
 
 /// How the numbers of an image become colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageLook {
     /// The curve from black to white.
     pub stretch: Stretch,
-    /// Percent of the numbers that are black at most, and not white.
+    /// Percentiles of the finite values that are drawn black and white.
     pub percentiles: [f64; 2],
     /// The colour map of values between black and white.
     pub colour_map: ColourMap,
@@ -21,7 +21,7 @@ impl Default for ImageLook {
     }
 }
 
-/// A curve from 0 to 1 over 0 to 1.
+/// An increasing curve that maps [0, 1] to [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stretch {
     /// Linear.
@@ -39,7 +39,7 @@ pub enum Stretch {
 pub enum ColourMap {
     /// Black to white.
     Grey,
-    /// Dark violet to yellow, as light to the eye as the number is large (van der Walt & Smith 2015).
+    /// Dark violet to yellow, perceptually uniform (van der Walt & Smith 2015).
     Viridis,
     /// Black, red, yellow, white.
     Heat,
@@ -92,10 +92,10 @@ fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     Some([low, high])
 }
 
-/// The colours of an image, four bytes a number; `None` where no number is finite.
+/// The colours of an image, four bytes per value; `None` if no value is finite.
 pub(super) fn colours(values: &[f32], look: &ImageLook) -> Option<Vec<u8>> {
     let [low, high] = limits(values, look.percentiles)?;
-    // All of one value are black.
+    // If all values are equal, all are black.
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
     let table: Vec<[u8; 3]> = (0..=1023).map(|k| look.colour_map.of(f64::from(k) / 1023.0)).collect();
     let colour = |v: &f32| {
@@ -113,13 +113,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curves_lead_from_black_to_white_and_never_back() {
+    fn stretch_curves_rise_from_0_to_1() {
         for stretch in [Stretch::Linear, Stretch::Sqrt, Stretch::Asinh, Stretch::Log] {
             assert!(stretch.of(0.0).abs() < 1e-12 && (stretch.of(1.0) - 1.0).abs() < 1e-12, "{stretch:?}");
             assert!((0..1000).all(|k| stretch.of(f64::from(k) / 1000.0) < stretch.of(f64::from(k + 1) / 1000.0)), "{stretch:?}");
             assert_eq!(stretch.of(f64::INFINITY), stretch.of(1.0));
         }
-        // By hand: the root of a quarter, three decades, and how much brighter faint ones come out.
+        // By hand: the square root of 1/4; two of three decades; a value of 0.01 is brightened more than threefold.
         assert_eq!(Stretch::Sqrt.of(0.25), 0.5);
         assert!((Stretch::Log.of(99.0 / 999.0) - 2.0 / 3.0).abs() < 1e-12);
         assert!(Stretch::Asinh.of(0.01) > 3.0 * 0.01);

@@ -30,9 +30,12 @@ pub(crate) fn needs_table(case: &Case<'_, '_>) -> bool {
     let request = case.frame.context.request;
     let drawn =
         case.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(case, body, air, shell.camera_is_inside()).0);
-    // An atmosphere whose ground is outside the frame is drawn however small the body is.
-    let decides = case.share > 0.0 || case.rect.is_none() && case.ring_view.is_none();
-    drawn && decides && may_be_seen(case, &shell) && air::tier(request.effects.air_tier(), request.quality).0 == AtmosphereModel::Table
+    // As in `features::decide`: a body that is only a point gets no atmosphere, unless neither its globe nor its rings reach the frame.
+    let reaches_decision = case.share > 0.0 || case.rect.is_none() && case.ring_view.is_none();
+    drawn
+        && reaches_decision
+        && may_be_seen(case, &shell)
+        && air::tier(request.effects.air_tier(), request.quality).0 == AtmosphereModel::Table
 }
 
 /// Decides on the atmosphere: sets the tier of the globe, and makes the draw of the sky beyond the limb.
@@ -68,11 +71,11 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     }
     let features = chosen.sky_features(body, case.pixel_view());
     let rim_px = air::rim_px(body, air, case.diameter_px);
-    let rim_is_thin = !inside && rim_px < air::RIM_PX;
+    let rim_is_negligible = !inside && rim_px < air::RIM_PX;
     // Unless the catalog gives the ground's own colour, the disc's colour already includes the atmosphere.
     let colour_includes_air = !inside && !air::ground_is_bare(body) && case.pixel_view() != PixelView::OpticalDepth;
     if colour_includes_air
-        && (rim_is_thin || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
+        && (rim_is_negligible || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
     {
         log.note("air-over-ground", false, "the colours of its disc have the air in them".into());
         chosen.air = AtmosphereModel::None;
@@ -86,7 +89,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     };
     let camera = case.frame.camera;
     let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
-    let (Some(rect), Some(mut features), false) = (rect, features, rim_is_thin) else { return so_far };
+    let (Some(rect), Some(mut features), false) = (rect, features, rim_is_negligible) else { return so_far };
     let mut uniforms = globe::uniforms_of_share(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, true);
     if !inside {

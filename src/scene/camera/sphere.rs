@@ -117,8 +117,8 @@ impl SpherePicture {
         (scale.element_product() * cos_lat, scale.y / (scale.x * cos_lat))
     }
 
-    /// Largest number of pixels per radian: of an equirectangular picture at its equator, of a fisheye within 90 degrees of its axis. Near the poles of the one and
-    /// beyond that angle of the other it has no limit.
+    /// Largest number of pixels per radian: of an equirectangular picture at its equator, of a fisheye within 90 degrees of its axis. The true density grows
+    /// without limit towards the poles of the one and towards 180 degrees off the axis of the other; neither is counted.
     pub(crate) fn pixels_per_radian(&self) -> f64 {
         let densest = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {

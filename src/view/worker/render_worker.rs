@@ -35,9 +35,9 @@ pub struct RenderedView {
     pub by: DrawnBy,
     /// From job to image, milliseconds.
     pub took_ms: f64,
-    /// Of this frame alone.
+    /// Time by stage, of this frame alone.
     pub stages: Stages,
-    /// Since the session was opened.
+    /// Hits and misses of the shader library since the session was opened.
     pub library: Statistics,
 }
 
