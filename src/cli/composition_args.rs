@@ -16,7 +16,7 @@ const MAX_MESH_BYTES: u64 = 1 << 27;
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Projection and stereo")]
 pub(crate) struct CompositionArgs {
-    /// Projection: perspective; fisheye (angular: distance from the middle proportional to the angle; --fov is its full angle, 180 by default);
+    /// Projection: perspective; fisheye (angular: distance from the middle proportional to the angle; it shows 180 degrees unless a field of view is given);
     /// equirectangular (whole sphere, poles at the view's up and down, the target in the middle column)
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Projection::Perspective)]
     pub projection: Projection,
@@ -33,7 +33,7 @@ pub(crate) struct CompositionArgs {
     /// Distance between the eyes in km [default: 1/30 of the width that the picture shows at the target; on a surface 63 mm]
     #[arg(long, value_name = "KM", requires = "stereo", allow_negative_numbers = true)]
     pub eye_separation_km: Option<f64>,
-    /// Draw the picture onto a warp mesh (Paul Bourke's text format: x y u v i); --size is that of the screen
+    /// Draw the picture onto a warp mesh (Paul Bourke's text format: x y u v i); the picture's size is that of the screen
     #[arg(long, value_name = "MESH")]
     pub warp: Option<PathBuf>,
 }

@@ -130,6 +130,9 @@ pub(crate) fn inspect_pixel(
     sampling: SamplingQuality,
     [x, y]: [u32; 2],
 ) -> Result<PixelReport, ProbeError> {
+    if !request.composition.is_plain() {
+        return Err("a pixel's values are those of one perspective picture: choose the perspective projection, without stereo".into());
+    }
     let size = [request.width, request.height];
     let (scene, plan) = prober.session.plan(request, sampling)?;
     let radiance = picture(prober, &plan, x, y)?;

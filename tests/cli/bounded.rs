@@ -1,7 +1,6 @@
-//! No input of at most 1 MB takes over 5 s of CPU time or 1 GB of memory: for each kind of input, the most expensive ones possible.
+//! Inputs of at most 1 MB, for each kind the most expensive ones possible, end within 15 s of CPU time and 1 GB of memory.
 //!
-//! The 5 s are of a release build on a quiet core (docs/reliability.md). Here a development build may share its core with other tests: it gets three times as long, far less
-//! than what the inputs took that fell. The limits are the system's own (`ulimit -t`, `ulimit -v`): a program that exceeds them is killed, or aborts. A limit of address space exceeds one of memory, so it is
+//! The goal is 5 s, and the slowest took 3 s on a quiet machine (docs/reliability.md); tests at its side make a development build slower. The limits are the system's own (`ulimit -t`, `ulimit -v`): a program that exceeds them is killed, or aborts. A limit of address space exceeds one of memory, so it is
 //! that of the program with a harmless input and 1 GB.
 
 use std::io::Write;

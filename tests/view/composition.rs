@@ -112,6 +112,23 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     assert_eq!(window.state().viewer.view.composition, CompositionState::default());
 }
 
+/// The frames of a dome have other sizes than the picture: a pixel of the picture is none of theirs.
+#[test]
+fn a_pixel_of_a_dome_is_refused_by_the_probe_and_not_read_from_another_place() {
+    let mut interface = of_saturn(&compositions()[1]);
+    interface.tab = Some(Tab::Shader);
+    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 900.0);
+    settle(&mut window);
+    window.get_by_label("Probe").click();
+    settle(&mut window);
+    window.get_by_label("Centre of the image").click();
+    settle(&mut window);
+    assert!(window.query_all_by_label_contains("choose the perspective projection").count() > 0);
+    window.state_mut().viewer.view.composition = CompositionState::default();
+    settle(&mut window);
+    assert_eq!(window.query_all_by_label_contains("choose the perspective projection").count(), 0);
+}
+
 #[test]
 fn a_link_keeps_the_composition_and_says_what_none_can_be() {
     let view = of_saturn(&CompositionState::default()).viewer.view;

@@ -12,6 +12,7 @@ use crate::scene::camera::Camera;
 use crate::scene::camera::sphere::SpherePicture;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::error::SceneError;
+use crate::scene::request::composition::{FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::effects::Effect;
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::ViewRequest;
@@ -25,8 +26,6 @@ pub(crate) const MAX_FACE_PX: u32 = 4096;
 pub(crate) const BORDER_PX: u32 = 2;
 /// Minimum size of a face, pixels.
 const LEAST_FACE_PX: u32 = 16;
-/// Default field of view of a fisheye, degrees.
-const FISHEYE_DEG: f64 = 180.0;
 
 /// Right, up and forward of each face, in the picture's axes.
 pub(crate) const AXES: [[DVec3; 3]; 6] = [
@@ -76,7 +75,7 @@ fn part_used(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
 pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest, plain: ViewRequest) -> Result<Frames, SceneError> {
     let composition = &request.composition;
     let fov_deg = request.fov_deg.unwrap_or(FISHEYE_DEG);
-    if composition.projection == Projection::Fisheye && !(1.0..=360.0).contains(&fov_deg) {
+    if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
         return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
     }
     let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..plain.clone() })?;

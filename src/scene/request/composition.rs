@@ -5,7 +5,15 @@
 
 use super::warp_mesh::WarpMesh;
 use crate::scene::error::SceneError;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
+
+/// Full angle of a fisheye that is not told otherwise: a hemisphere, degrees.
+pub const FISHEYE_DEG: f64 = 180.0;
+/// Full angles that a fisheye can show, degrees.
+pub const FISHEYE_RANGE_DEG: RangeInclusive<f64> = 1.0..=360.0;
+/// Tilts of a dome, degrees.
+pub const DOME_TILT_RANGE_DEG: RangeInclusive<f64> = -180.0..=180.0;
 
 /// The projection: how directions map to positions in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,7 +116,7 @@ impl Composition {
         if perspective && (self.tilt_deg != 0.0 || self.zenith_centred) {
             return bad("a dome's tilt and a middle at the zenith go with --projection fisheye or equirectangular");
         }
-        if !(-180.0..=180.0).contains(&self.tilt_deg) {
+        if !DOME_TILT_RANGE_DEG.contains(&self.tilt_deg) {
             return bad("the dome's tilt must be -180 to 180 degrees");
         }
         if self.stereo.and_then(|s| s.eye_separation_km).is_some_and(|km| !(km > 0.0 && km.is_finite())) {

@@ -1,16 +1,12 @@
 //! How the window puts a picture together: one perspective frame, a dome, the whole sphere, or a stereo pair. The part of a view that a link keeps of it.
 //!
-//! In: fields of a link or a file, controls of the See panel. Out: a [`Composition`]. Always: a default one is a plain perspective picture, and is not written. Not here:
+//! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: a default one is a plain perspective picture, and is not written. Not here:
 //! the warp mesh, a file of the projector's own, which `orrery view --warp` gives.
 
+use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
 use crate::view::app::option_text;
 use serde::{Deserialize, Serialize};
-
-/// Full angle of a usual dome.
-pub(crate) const FISHEYE_DEG: f64 = 180.0;
-/// Full angles that a fisheye can show.
-pub(crate) const FISHEYE_RANGE_DEG: std::ops::RangeInclusive<f64> = 1.0..=360.0;
 
 /// How the picture is put together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -76,7 +72,7 @@ impl CompositionState {
         check(FISHEYE_RANGE_DEG.contains(&self.fisheye_deg), &|| {
             format!("composition.fisheye_deg {}: must be 1 to 360 degrees", self.fisheye_deg)
         });
-        check((-180.0..=180.0).contains(&self.dome_tilt_deg), &|| {
+        check(DOME_TILT_RANGE_DEG.contains(&self.dome_tilt_deg), &|| {
             format!("composition.dome_tilt_deg {}: must be -180 to 180 degrees", self.dome_tilt_deg)
         });
         if let Some(km) = self.eye_separation_km {

@@ -211,10 +211,8 @@ impl ViewState {
         request.look = pose.look;
         request.up = pose.up;
         request.composition = self.composition.composition();
-        request.fov_deg = Some(match self.composition.projection {
-            Projection::Fisheye => self.composition.fisheye_deg,
-            Projection::Perspective | Projection::Equirectangular => self.fov_deg,
-        });
+        request.fov_deg =
+            Some(if self.composition.projection == Projection::Fisheye { self.composition.fisheye_deg } else { self.fov_deg });
         (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
@@ -225,6 +223,15 @@ impl ViewState {
         request.quality = self.quality;
         request.check().and_then(|()| request.check_bodies(catalog))?;
         Ok(request)
+    }
+
+    /// The angle that the height of the picture shows, degrees.
+    pub(crate) fn picture_fov_deg(&self) -> f64 {
+        match self.composition.projection {
+            Projection::Perspective => self.fov_deg,
+            Projection::Fisheye => self.composition.fisheye_deg,
+            Projection::Equirectangular => 180.0,
+        }
     }
 
     /// Impossible values, field by field. Combinations (such as a camera inside a body) are not checked.

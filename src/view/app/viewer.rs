@@ -5,6 +5,8 @@
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
+use crate::scene::request::Projection;
+use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::time::Instant;
 use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit::Orbit;
@@ -399,7 +401,7 @@ impl Viewer {
     /// The picture follows the mouse: a drag to the right turns the camera to the left.
     fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
         self.end_flight();
-        let deg_per_px = self.view.fov_deg / height_px.max(1.0);
+        let deg_per_px = self.view.picture_fov_deg() / height_px.max(1.0);
         match &mut self.view.eye {
             CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
                 *yaw_deg = (*yaw_deg + dx * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
@@ -432,7 +434,13 @@ impl Viewer {
     }
 
     fn change_fov(&mut self, notches: f64) {
-        self.view.fov_deg = (self.view.fov_deg * (-notches * 0.15).exp()).clamp(MIN_FOV_DEG, MAX_FOV_DEG);
+        let (angle_deg, range_deg) = match self.view.composition.projection {
+            Projection::Perspective => (&mut self.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG),
+            Projection::Fisheye => (&mut self.view.composition.fisheye_deg, FISHEYE_RANGE_DEG),
+            // The whole sphere is always shown.
+            Projection::Equirectangular => return,
+        };
+        *angle_deg = (*angle_deg * (-notches * 0.15).exp()).clamp(*range_deg.start(), *range_deg.end());
     }
 
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {

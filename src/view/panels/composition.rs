@@ -3,8 +3,9 @@
 //! In: the view. Out: the view with another composition. Always: projection and stereo, which do not go together, switch each other off.
 
 use super::Interface;
+use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Projection, StereoLayout};
-use crate::view::app::composition_state::{CompositionState, FISHEYE_RANGE_DEG};
+use crate::view::app::composition_state::CompositionState;
 use egui::{ComboBox, Slider, Ui};
 
 /// What each projection is called in the window, and what it is for.
@@ -39,7 +40,7 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
                 .on_hover_text("The target then stands towards the bottom, where a dome has its front");
         }
         if composition.projection != Projection::Perspective {
-            ui.add(Slider::new(&mut composition.dome_tilt_deg, -180.0..=180.0).suffix("°").text("Tilt"))
+            ui.add(Slider::new(&mut composition.dome_tilt_deg, DOME_TILT_RANGE_DEG).suffix("°").text("Tilt"))
                 .on_hover_text("How far the middle of the picture is lowered towards its bottom");
         }
         let stereo = choice(ui, "Stereo", composition.stereo, &STEREO);

@@ -3,6 +3,7 @@
 use super::icons::{self, Icon};
 use super::{Interface, accessible};
 use crate::catalog::NaifId;
+use crate::scene::request::Projection;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG};
 use crate::view::app::viewer::Action;
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
@@ -58,8 +59,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     if ui.checkbox(&mut tracks, "Follow target").on_hover_text("Keep the camera pointed at the target").clicked() {
         actions.push(Action::Track(tracks));
     }
-    let lens = Slider::new(&mut interface.viewer.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).logarithmic(true).suffix("°");
-    ui.add(lens).on_hover_text("Vertical field of view, degrees");
+    let view = &mut interface.viewer.view;
+    // A fisheye's angle stands with its other controls; a whole sphere has none.
+    let perspective = view.composition.projection == Projection::Perspective;
+    let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).logarithmic(true).suffix("°");
+    ui.add_enabled(perspective, fov)
+        .on_hover_text("Vertical field of view, degrees")
+        .on_disabled_hover_text("Of a perspective picture only");
 }
 
 /// Views the selected body from the centre of another.

@@ -138,6 +138,24 @@ fn on_the_ground_drags_look_around_and_zoom_changes_the_field_of_view() {
 }
 
 #[test]
+fn zoom_on_the_ground_changes_the_angle_that_the_projection_shows() {
+    use crate::scene::request::Projection;
+    let mut v = viewer();
+    apply(&mut v, Action::StandOn(10.0, 20.0));
+    let before = v.view.fov_deg;
+    v.view.composition.projection = Projection::Fisheye;
+    apply(&mut v, Action::Zoom(3.0));
+    assert!(v.view.composition.fisheye_deg < 180.0 && v.view.fov_deg == before);
+    for (notches, angle_deg) in [(-1e4, 360.0), (1e4, 1.0)] {
+        apply(&mut v, Action::ChangeFov(notches));
+        assert_eq!((v.view.composition.fisheye_deg, v.view.picture_fov_deg()), (angle_deg, angle_deg));
+    }
+    v.view.composition.projection = Projection::Equirectangular;
+    apply(&mut v, Action::Zoom(3.0));
+    assert_eq!((v.view.fov_deg, v.view.composition.fisheye_deg, v.view.picture_fov_deg()), (before, 1.0, 180.0));
+}
+
+#[test]
 fn extreme_zooms_keep_the_camera_finite() {
     let mut v = viewer();
     for notches in [1e4, -1e4, f64::NAN.max(5.0)] {
