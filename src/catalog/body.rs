@@ -335,6 +335,8 @@ pub struct Body {
     pub colour: Vec3,
     /// Whether its ground is saturated with craters, so that procedural ones may be added near it.
     pub cratered: bool,
+    /// Whether its ground is uneven at all sizes without being cratered, so that procedural hills may be added near it.
+    pub hilly: bool,
     /// Which custom surface colours its ground: 0 for none, else 1..=4.
     pub custom_surface: u8,
     /// Its photometric model.

@@ -285,6 +285,7 @@ fn assemble(
             bond_albedo: d.bond_albedo,
             clear_sky_albedo: d.clear_sky_albedo,
             cratered: d.cratered.unwrap_or(false),
+            hilly: d.hilly.unwrap_or(false),
             custom_surface: 0,
             colour: Vec3::from_array(c.map(|x| (x / luminance) as f32)),
             photometry,

@@ -20,6 +20,7 @@ pub(super) struct BodyDraft {
     pub bond_albedo: Option<f64>,
     pub clear_sky_albedo: Option<f64>,
     pub cratered: Option<bool>,
+    pub hilly: Option<bool>,
     pub colour: Option<[f64; 3]>,
     pub photometry: Option<Photometry>,
     pub maps: Maps,
@@ -201,6 +202,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
         cratered: s.take::<bool>("cratered", "true or false", |_| true).map(|l| l.value),
+        hilly: s.take::<bool>("hilly", "true or false", |_| true).map(|l| l.value),
         clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         colour: s
             .take("colour_linear_srgb", "three numbers from 0 to 100, not all 0", |v: &[f64; 3]| {
@@ -237,6 +239,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
         fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
         fresh.cratered = fresh.cratered.or(older.cratered);
+        fresh.hilly = fresh.hilly.or(older.hilly);
         fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
         fresh.colour = fresh.colour.or(older.colour);
         fresh.photometry = fresh.photometry.or(older.photometry);

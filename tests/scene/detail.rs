@@ -1,4 +1,5 @@
-//! Invented craters near the ground: gone from afar, fixed to the ground in any view, without a jump as the camera comes nearer, and told as invented.
+//! Procedural craters, hills and billows near the ground: gone from afar, fixed to the ground in any view, without a jump as the camera comes nearer, and
+//! told as invented.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -16,10 +17,15 @@ const MOON_KM: f64 = 1737.4;
 /// Straight down on the Moon at first quarter, the Sun 35 degrees up, from a height.
 fn down(height_km: f64, aside: DVec2, effects: &str) -> ViewRequest {
     let below = DVec3::new(35_f64.to_radians().cos(), 35_f64.to_radians().sin(), 0.1).normalize();
+    down_on(NaifId::MOON, MOON_KM, below, height_km, aside, effects)
+}
+
+/// Straight down on a body from a height over a direction from its centre (body axes); `aside`: km to the east and to the north of it.
+fn down_on(body: NaifId, radius_km: f64, below: DVec3, height_km: f64, aside: DVec2, effects: &str) -> ViewRequest {
     let (east, north) = (DVec3::Z.cross(below).normalize(), below.cross(DVec3::Z.cross(below).normalize()));
-    let over = (below + (east * aside.x + north * aside.y) / MOON_KM).normalize();
+    let over = (below + (east * aside.x + north * aside.y) / radius_km).normalize();
     ViewRequest {
-        position: Position::Offset { body: NaifId::MOON, offset_km: over * (MOON_KM + height_km), axes: Axes::BodyFixed },
+        position: Position::Offset { body, offset_km: over * (radius_km + height_km), axes: Axes::BodyFixed },
         look: Look::Along { direction: -below, axes: Axes::BodyFixed },
         exposure: ExposureRequest::Stops(2.0),
         fov_deg: Some(40.0),
@@ -27,8 +33,16 @@ fn down(height_km: f64, aside: DVec2, effects: &str) -> ViewRequest {
         height: SIDE,
         layers: Layers::NONE,
         effects: EffectOverrides::parse(effects).expect("effects"),
-        ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
+        ..ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
     }
+}
+
+/// A place where the Sun stands 40 degrees up.
+fn slantingly_lit(body: NaifId) -> DVec3 {
+    let scene = SESSION.scene(&ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))).expect("a scene");
+    let noon = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
+    let (latitude, longitude) = (noon.latitude_deg.to_radians(), (noon.longitude_deg + 50.0).to_radians());
+    DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
 }
 
 fn draw(request: &ViewRequest) -> DrawnFrame {
@@ -152,5 +166,57 @@ fn detail_is_for_airless_ground_and_can_be_switched_off() {
     assert_eq!(decision(&whole, NaifId::MOON).map(|d| d.0), Some(false));
     for gas in [NaifId(599), NaifId::SUN] {
         assert_eq!(decision(&ViewRequest { target: Some(gas), ..whole.clone() }, gas), None, "{gas:?}");
+    }
+}
+
+/// Mars' ground and the Earth's clouds: nothing from afar, something near, and the mean light stays. Open sea stays as it is.
+#[test]
+fn hills_and_billows_show_near_the_ground_and_keep_the_light() {
+    let (mars, earth) = (NaifId(499), NaifId(399));
+    for (body, radius_km, heights_km, least_change) in [(mars, 3390.0, [3.0, 20.0, 60.0], 0.02), (earth, 6371.0, [40.0, 80.0, 200.0], 0.02)]
+    {
+        let below = slantingly_lit(body);
+        let pair =
+            |height_km: f64| ["", "-detail"].map(|effects| light(&draw(&down_on(body, radius_km, below, height_km, DVec2::ZERO, effects))));
+        let [with, without] = pair(20_000.0);
+        assert_eq!(with, without, "{body:?} from afar");
+        let (mut most_change, mut most_shift) = (0.0_f64, 0.0_f64);
+        for height_km in heights_km {
+            let [with, without] = pair(height_km);
+            let level = mean(&without);
+            let (change, shift) = (mean_difference(&with, &without) / level, mean(&with) / level - 1.0);
+            println!("{body:?} from {height_km} km: mean {shift:+.3}, change {change:.3}");
+            assert!(with.iter().all(|v| v.is_finite() && *v >= 0.0));
+            (most_change, most_shift) = (most_change.max(change), most_shift.max(shift.abs()));
+        }
+        assert!(most_change > least_change && most_shift < 0.1, "{body:?}: change {most_change}, shift {most_shift}");
+    }
+    // The Pacific at 10 north, 140 west: its water is water in every texel around.
+    let sea = DVec3::new(-0.7544, -0.6330, 0.1736);
+    let [with, without] = ["-clouds,+detail", "-clouds,-detail"].map(|e| light(&draw(&down_on(earth, 6371.0, sea, 40.0, DVec2::ZERO, e))));
+    assert!(mean_difference(&with, &without) <= 1e-3 * mean(&without), "hills on the sea");
+}
+
+/// The same hills from another place, and the same billows.
+#[test]
+fn hills_and_billows_stay_where_they_are() {
+    for (body, radius_km, height_km) in [(NaifId(499), 3390.0, 20.0), (NaifId(399), 6371.0, 80.0)] {
+        let below = slantingly_lit(body);
+        // By a tenth of the frame's width to the east: so many pixels.
+        let width_km = 2.0 * (height_km - if body == NaifId(399) { 6.0 } else { 0.0 }) * 20_f64.to_radians().tan();
+        let moved = |part: f64| down_on(body, radius_km, below, height_km, DVec2::new(part * width_km, 0.0), "");
+        let [first, second] = [0.0, 0.1].map(|part| light(&draw(&moved(part))));
+        let shift = (0.1 * f64::from(SIDE)) as usize;
+        // East is to the right or to the left, as the camera has its north; the other way must not agree.
+        let agreement = |sign: i32| {
+            let pairs: Vec<(f64, f64)> = (40..160)
+                .flat_map(|y| (40..160).map(move |x: i32| (y, x, x + sign * shift as i32)))
+                .map(|(y, x, there)| (first[y * SIDE as usize + x as usize], second[y * SIDE as usize + there as usize]))
+                .collect();
+            correlation(&pairs)
+        };
+        let (right, left) = (agreement(-1), agreement(1));
+        println!("{body:?}: {right:.3} {left:.3}");
+        assert!(right.max(left) > 0.8 && right.min(left) < 0.6, "{body:?}: {right} {left}");
     }
 }

@@ -10,7 +10,7 @@ use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
 use crate::scene::camera::{Camera, Placement};
 use crate::scene::decision::Decision;
-use crate::scene::draw::features::{PixelView, Shape};
+use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
 use crate::scene::features::case::Frame;
 use crate::scene::features::{self, DecidedBody};
@@ -123,7 +123,8 @@ fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, String)> {
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     let shown = |file: &String| draws.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
     let meshed = draws.iter().any(|d| d.features.shape == Shape::Mesh);
-    let detailed = draws.iter().any(|d| d.features.detail).then(|| ("detail".to_owned(), detail::LAW.to_owned()));
+    let detailed = draws.iter().map(|d| d.features.detail).filter(|d| *d != Detail::None);
+    let detailed = detailed.map(|d| ("detail".to_owned(), detail::law(d).to_owned()));
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).chain(detailed).collect()
 }

@@ -1,17 +1,25 @@
-//! Procedural relief and albedo finer than a body's maps, by the law of shaders/lib/detail.wesl: the positions of the crater lattices relative to the
-//! camera.
+//! Procedural relief and albedo finer than a body's maps, by the laws of shaders/lib/detail.wesl: the positions of the lattices relative to the camera.
 //!
-//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a place on the ground has the same craters from any camera, in f32 down to a
+//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a place on the ground has the same craters, hills or billows from any camera, in f32 down to a
 //! metre above the ground, because lattice positions are reduced in f64; size classes fade in and out from weight 0 as the camera moves.
 
 use crate::catalog::Map;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::DETAIL_ROWS;
+use crate::scene::draw::Detail;
 use crate::scene::draw::uniforms::DetailUniforms;
 use glam::{DVec3, Vec4};
 
 /// The description in decisions and the window.
-pub(crate) const LAW: &str = "craters finer than the map, by the law N(>D) ~ D^-2; nobody has measured them";
+pub(crate) fn law(detail: Detail) -> &'static str {
+    match detail {
+        Detail::None => "nothing finer than the map",
+        Detail::Craters => "craters finer than the map, by the law N(>D) ~ D^-2; nobody has measured them",
+        Detail::Hills => "hills finer than the map, as steep at all sizes; nobody has measured them",
+        Detail::Billows => "billows finer than the map of clouds, by the cube root of their size; nobody has measured them",
+    }
+}
+
 /// Assumed columns of a map without an entry in the catalog: those of the coarsest embedded map.
 const USUAL_COLUMNS: u32 = 512;
 /// Pixels that a texel spans right below the camera when it begins to show: WANTED of the fragment.

@@ -35,7 +35,12 @@ pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
         "specular" => &["no specular reflection", "specular reflection of the Sun on water, from a map"],
         "night" => &["no night lights", "city lights on the night side, from a map"],
         "cloudshadow" => &["no cloud shadows", "clouds cast shadows on the surface"],
-        "detail" => &["no relief finer than the map", "invented craters finer than the map"],
+        "detail" => &[
+            "no relief finer than the map",
+            "procedural craters finer than the map",
+            "procedural hills finer than the map",
+            "procedural billows finer than the cloud map",
+        ],
         "custom-surface" => &[
             "no custom surface",
             "the first custom surface",
