@@ -13,6 +13,11 @@ use orrery::time::Instant;
 const SIDE: u32 = 200;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 const MOON_KM: f64 = 1737.4;
+const MARS: NaifId = NaifId(499);
+const EARTH: NaifId = NaifId(399);
+/// Equatorial radii: heights count from there.
+const MARS_KM: f64 = 3396.19;
+const EARTH_KM: f64 = 6378.14;
 
 /// Straight down on the Moon at first quarter, the Sun 35 degrees up, from a height.
 fn down(height_km: f64, aside: DVec2, effects: &str) -> ViewRequest {
@@ -91,41 +96,48 @@ fn detail_shows_where_texels_are_large_and_keeps_the_light() {
     }
 }
 
+/// Correlation of values at the same points of the ground in two views, and of values at points beside them.
+fn same_and_beside(body: NaifId, first: &DrawnFrame, here: &[f64], second: &DrawnFrame, there: &[f64]) -> (f64, f64) {
+    let places = [first, second].map(|drawn| drawn.scene.body(body).expect("drawn").placement);
+    let at = |values: &[f64], px: DVec2| {
+        // Bilinear: the ground's points lie between pixels.
+        let corner = (px - 0.5).floor();
+        let part = px - 0.5 - corner;
+        let of = |x: f64, y: f64| values[y as usize * SIDE as usize + x as usize];
+        let row = |y: f64| of(corner.x, y) * (1.0 - part.x) + of(corner.x + 1.0, y) * part.x;
+        row(corner.y) * (1.0 - part.y) + row(corner.y + 1.0) * part.y
+    };
+    let (mut same, mut beside) = (Vec::new(), Vec::new());
+    for y in 40..160 {
+        for x in 40..160 {
+            let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let Some(unit) = first.scene.camera.surface_under_pixel(&places[0], px) else { continue };
+            let Some(other) = second.scene.camera.pixel_of_surface(&places[1], unit) else { continue };
+            if other.cmplt(DVec2::splat(12.0)).any() || other.cmpgt(DVec2::splat(f64::from(SIDE) - 12.0)).any() {
+                continue;
+            }
+            let value = here[y as usize * SIDE as usize + x as usize];
+            same.push((value, at(there, other)));
+            beside.push((value, at(there, other + DVec2::new(7.0, 5.0))));
+        }
+    }
+    (correlation(&same), correlation(&beside))
+}
+
+/// A frame, and what detail does to the light of each pixel: its ratio to the light without.
+fn ratio_to_plain(request: impl Fn(&str) -> ViewRequest) -> (DrawnFrame, Vec<f64>) {
+    let [with, without] = ["+detail", "-detail"].map(|effects| draw(&request(effects)));
+    let ratio = light(&with).iter().zip(light(&without)).map(|(a, b)| a / b.max(1e-9)).collect();
+    (with, ratio)
+}
+
 /// The same craters from another place: what detail does to the light at points of the ground agrees between two views, and not with points beside them.
 #[test]
 fn craters_stay_on_the_ground() {
     for height_km in [0.1, 3.0, 30.0] {
         let aside = DVec2::new(0.11, 0.07) * height_km;
-        let ratio_of = |aside: DVec2| {
-            let [with, without] = ["+detail", "-detail"].map(|effects| draw(&down(height_km, aside, effects)));
-            let ratio: Vec<f64> = light(&with).iter().zip(light(&without)).map(|(a, b)| a / b.max(1e-9)).collect();
-            (with, ratio)
-        };
-        let ((first, here), (second, there)) = (ratio_of(DVec2::ZERO), ratio_of(aside));
-        let places = [&first, &second].map(|drawn| drawn.scene.body(NaifId::MOON).expect("drawn").placement);
-        let at = |ratio: &[f64], px: DVec2| {
-            // Bilinear: the ground's points lie between pixels.
-            let corner = (px - 0.5).floor();
-            let part = px - 0.5 - corner;
-            let of = |x: f64, y: f64| ratio[y as usize * SIDE as usize + x as usize];
-            let row = |y: f64| of(corner.x, y) * (1.0 - part.x) + of(corner.x + 1.0, y) * part.x;
-            row(corner.y) * (1.0 - part.y) + row(corner.y + 1.0) * part.y
-        };
-        let (mut same, mut beside) = (Vec::new(), Vec::new());
-        for y in 40..160 {
-            for x in 40..160 {
-                let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let Some(unit) = first.scene.camera.surface_under_pixel(&places[0], px) else { continue };
-                let Some(other) = second.scene.camera.pixel_of_surface(&places[1], unit) else { continue };
-                if other.cmplt(DVec2::splat(12.0)).any() || other.cmpgt(DVec2::splat(f64::from(SIDE) - 12.0)).any() {
-                    continue;
-                }
-                let value = here[y as usize * SIDE as usize + x as usize];
-                same.push((value, at(&there, other)));
-                beside.push((value, at(&there, other + DVec2::new(7.0, 5.0))));
-            }
-        }
-        let (same, beside) = (correlation(&same), correlation(&beside));
+        let [(first, here), (second, there)] = [DVec2::ZERO, aside].map(|aside| ratio_to_plain(|e| down(height_km, aside, e)));
+        let (same, beside) = same_and_beside(NaifId::MOON, &first, &here, &second, &there);
         println!("{height_km} km: {same:.3}, beside {beside:.3}");
         assert!(same > 0.8 && beside < 0.4, "{height_km} km: {same} {beside}");
     }
@@ -189,34 +201,25 @@ fn hills_and_billows_show_near_the_ground_and_keep_the_light() {
             assert!(with.iter().all(|v| v.is_finite() && *v >= 0.0));
             (most_change, most_shift) = (most_change.max(change), most_shift.max(shift.abs()));
         }
-        assert!(most_change > least_change && most_shift < 0.1, "{body:?}: change {most_change}, shift {most_shift}");
+        assert!(most_change > 0.02 && most_shift < 0.1, "{body:?}: change {most_change}, shift {most_shift}");
     }
     // The Pacific at 10 north, 140 west: its water is water in every texel around.
     let sea = DVec3::new(-0.7544, -0.6330, 0.1736);
-    let [with, without] = ["-clouds,+detail", "-clouds,-detail"].map(|e| light(&draw(&down_on(earth, 6371.0, sea, 40.0, DVec2::ZERO, e))));
+    let [with, without] =
+        ["-clouds,+detail", "-clouds,-detail"].map(|e| light(&draw(&down_on(EARTH, EARTH_KM, sea, 40.0, DVec2::ZERO, e))));
     assert!(mean_difference(&with, &without) <= 1e-3 * mean(&without), "hills on the sea");
 }
 
-/// The same hills from another place, and the same billows.
+/// The same hills from another place, and the same billows: from 300 km these move across the frame as the ground below does, within half a pixel.
 #[test]
 fn hills_and_billows_stay_where_they_are() {
-    for (body, radius_km, height_km) in [(NaifId(499), 3390.0, 20.0), (NaifId(399), 6371.0, 80.0)] {
+    for (body, radius_km, height_km) in [(MARS, MARS_KM, 5.0), (MARS, MARS_KM, 40.0), (EARTH, EARTH_KM, 300.0)] {
         let below = slantingly_lit(body);
-        // By a tenth of the frame's width to the east: so many pixels.
-        let width_km = 2.0 * (height_km - if body == NaifId(399) { 6.0 } else { 0.0 }) * 20_f64.to_radians().tan();
-        let moved = |part: f64| down_on(body, radius_km, below, height_km, DVec2::new(part * width_km, 0.0), "");
-        let [first, second] = [0.0, 0.1].map(|part| light(&draw(&moved(part))));
-        let shift = (0.1 * f64::from(SIDE)) as usize;
-        // East is to the right or to the left, as the camera has its north; the other way must not agree.
-        let agreement = |sign: i32| {
-            let pairs: Vec<(f64, f64)> = (40..160)
-                .flat_map(|y| (40..160).map(move |x: i32| (y, x, x + sign * shift as i32)))
-                .map(|(y, x, there)| (first[y * SIDE as usize + x as usize], second[y * SIDE as usize + there as usize]))
-                .collect();
-            correlation(&pairs)
-        };
-        let (right, left) = (agreement(-1), agreement(1));
-        println!("{body:?}: {right:.3} {left:.3}");
-        assert!(right.max(left) > 0.8 && right.min(left) < 0.6, "{body:?}: {right} {left}");
+        let aside = DVec2::new(0.05, 0.03) * height_km;
+        let view = |aside: DVec2| ratio_to_plain(|effects| down_on(body, radius_km, below, height_km, aside, effects));
+        let [(first, here), (second, there)] = [DVec2::ZERO, aside].map(view);
+        let (same, beside) = same_and_beside(body, &first, &here, &second, &there);
+        println!("{body:?} from {height_km} km: {same:.3}, beside {beside:.3}");
+        assert!(same > 0.8 && beside < 0.6, "{body:?} from {height_km} km: {same} {beside}");
     }
 }

@@ -28,8 +28,9 @@ const LEAST_TEXEL_PX: f64 = 6.0;
 const DEG_PER_PX: f64 = 0.72;
 /// Cell size of the coarsest lattice, radii.
 const FIRST_CELL: f64 = 0.05;
-/// Ratio of a lattice's cell size to that of the next coarser one.
-const RATIO: f64 = 0.6;
+/// Ratio of a lattice's cell size to that of the next coarser one, for craters, and for the noise of hills and billows, which costs more.
+const CRATER_RATIO: f64 = 0.6;
+const NOISE_RATIO: f64 = 0.4;
 /// Cells after which a lattice repeats: PERIOD of the fragment.
 const PERIOD: f64 = 289.0;
 /// Size of a cell, in pixels, from which it is visible: less than the fragment's limit.
@@ -44,26 +45,27 @@ pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, map: Opt
     (span, map.map_or(DEG_PER_PX, of_map))
 }
 
-/// The lattices for a draw. `from_camera`: places count from the camera, else from the body's centre.
-pub(crate) fn uniforms(camera: &Camera, placement: &Placement, from_camera: bool) -> DetailUniforms {
+/// The lattices for a draw of craters, or of hills or billows. `from_camera`: places count from the camera, else from the body's centre.
+pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, from_camera: bool) -> DetailUniforms {
+    let ratio = if detail == Detail::Craters { CRATER_RATIO } else { NOISE_RATIO };
     let here = placement.camera_in_unit_sphere();
     let origin = if from_camera { here } else { DVec3::ZERO };
     let pixel = (here.length() - 1.0).max(1e-9) * camera.pixel_tangent();
     // The lattice whose cells just begin to show right below the camera.
-    let finest = ((LEAST_CELL_PX * pixel / FIRST_CELL).ln() / RATIO.ln()).max(0.0);
+    let finest = ((LEAST_CELL_PX * pixel / FIRST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     let row = |k: usize| {
         let level = last - (DETAIL_ROWS as i32 - 1) + k as i32;
         if level < 0 {
             return Vec4::new(0.0, 0.0, 0.0, narrow_scalar(NOWHERE));
         }
-        let cell = FIRST_CELL * RATIO.powi(level);
+        let cell = FIRST_CELL * ratio.powi(level);
         // Lattices are offset from each other, so that no two share a wall.
         let apart = DVec3::new(75.488, 56.984, 85.667) * f64::from(level + 1);
         let place = origin / cell + apart;
         narrow(place - (place / PERIOD).floor() * PERIOD).extend(narrow_scalar(cell))
     };
-    let largest = FIRST_CELL * RATIO.powf(finest - (DETAIL_ROWS as f64 - 1.0));
+    let largest = FIRST_CELL * ratio.powf(finest - (DETAIL_ROWS as f64 - 1.0));
     let camera = narrow(here - origin).extend(narrow_scalar(camera.pixel_tangent()));
     DetailUniforms { lattice: std::array::from_fn(row), largest: narrow_scalar(largest), camera }
 }
