@@ -282,6 +282,8 @@ uniforms! {
         pub table: Option<Arc<RingTable>>,
         /// Innermost and outermost radius, equatorial radii.
         pub reach: Vec2 = "ring_radius_range",
+        /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
+        pub extent: f32 = "ring_extent",
         /// Half a pixel at the body, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
         /// Factor and exponent of the large particles' phase function.
