@@ -5,8 +5,10 @@ use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::SamplingQuality;
+use orrery::scene::draw::Part;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, Purpose, ViewRequest};
+use orrery::session::DrawnFrame;
 use orrery::time::Instant;
 
 const EARTH: NaifId = NaifId::EARTH;
@@ -53,13 +55,21 @@ fn saturn_views() -> [ViewRequest; 4] {
 /// Faint rings far outside neither move the light of the dense ones nor go missing.
 #[test]
 fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
-    let drawn = |request: &ViewRequest| SESSION.draw(request, PLAIN, true).expect("drawn").frame.display;
+    let drawn = |request: &ViewRequest| SESSION.draw(request, PLAIN, true).expect("drawn");
+    let mut compared = 0;
     for (k, request) in saturn_views().iter().enumerate() {
         let [chosen, all, none] = ["", "+rings", "-rings"].map(|effects| drawn(&with(request, effects)));
-        let apart = levels_apart(&chosen, &all);
+        let shadow = |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == Part::Ring).map(|d| d.features.body_shadow);
+        assert!(levels_apart(&chosen.frame.display, &none.frame.display) > 1, "view {k}: its rings can be seen");
+        // A ring far outside may ask for the better model of the globe's shadow, which is off by its own stated error.
+        if shadow(&chosen) != shadow(&all) {
+            continue;
+        }
+        let apart = levels_apart(&chosen.frame.display, &all.frame.display);
         assert!(apart <= 1, "view {k}: {apart} levels");
-        assert!(levels_apart(&chosen, &none) > 1, "view {k}: its rings can be seen");
+        compared += 1;
     }
+    assert!(compared >= 3, "{compared}");
 }
 
 /// Light of one pixel against the mean of 64 in its place, in the views above, where a pixel spans from a twentieth of the planet's radius to more than all of it: green, as parts of the brightest pixel.
@@ -120,7 +130,9 @@ fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
                     assert!(!touches(1.0, polar, radius), "tangent {tangent}, inner {inner}, polar {polar}, radius {radius}");
                 }
             }
-            assert!(touches(0.5, 1.0, inner), "a bound without the penumbra would pass: tangent {tangent}, inner {inner}");
+            // The Sun's lower rim stands lower by the cosine of its height.
+            let cosine = (1.0 - inner.powi(-2)).sqrt();
+            assert!(touches(0.5 * cosine, 1.0, inner), "a bound without the penumbra would pass: tangent {tangent}, inner {inner}");
         }
     }
 }
@@ -163,20 +175,28 @@ fn the_penumbra_of_the_globe_counts() {
     let past = reached(1.0 + 4e-4 * inner);
     assert_eq!(decided(past), Some(false));
     let drawn = |effects: &str| SESSION.draw(&with(&at(past), effects), PLAIN, true).expect("drawn").frame.hdr;
-    assert_eq!(drawn(""), drawn("+body-shadow"), "there is no shadow to draw");
-    assert_ne!(drawn(""), drawn("-rings"));
+    assert!(drawn("") == drawn("+body-shadow"), "there is no shadow to draw");
+    assert!(drawn("") != drawn("-rings"));
 }
 
 /// Where the Sun stands beside a body's air, asking for the refracted limb changes nothing: it took a whole pixel's sunlight away, since the limb crossed that pixel.
 #[test]
 fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
-    let views = [LIMB_OF_TITAN, LIMB_OF_THE_EARTH];
-    for (body, time, distance, direction, fov_deg) in views {
+    for (body, time, distance, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
         let request = ViewRequest { purpose: Purpose::LINEAR, ..view(body, time, distance, direction, fov_deg) };
-        let drawn = |effects: &str| SESSION.draw(&with(&request, effects), PLAIN, true).expect("drawn").frame.hdr;
-        assert_eq!(drawn(""), drawn("+refracted-limb"), "{time}");
-        assert_ne!(drawn(""), drawn("-atmosphere"), "{time}: its air is in the picture");
+        let drawn = |effects: &str| SESSION.draw(&with(&request, effects), PLAIN, true).expect("drawn");
+        let (chosen, asked) = (drawn(""), drawn("+refracted-limb"));
+        assert!(chosen.frame.hdr == asked.frame.hdr && asked.scene.limbs.is_empty(), "{time}");
     }
+    // The Moon in the Earth's umbra, 2022-11-08: here it shows the Sun.
+    let eclipsed = ViewRequest {
+        position: Position::Centre(NaifId::MOON),
+        fov_deg: Some(2.4),
+        width: SIDE,
+        height: SIDE,
+        ..ViewRequest::of(EARTH, Instant::from_jd_tdb(2_459_891.959))
+    };
+    assert_eq!(SESSION.scene(&eclipsed).expect("a scene").limbs.len(), 1);
 }
 
 type View = (NaifId, &'static str, f64, [f64; 3], f64);

@@ -197,8 +197,8 @@ fn a_pixel_that_takes_one_piece_more_looks_the_same() {
         a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
     };
     for k in 0..8 {
-        // From a sixtieth of a radius to half of one across a pixel.
-        let half = f64::from(SIDE) / 120.0 * 1.6_f64.powi(k);
+        // From a sixteenth of a radius along a pixel to five.
+        let half = 0.53 * 1.25_f64.powi(k);
         let jump = change(half, half * 1.0002);
         assert!(jump < 1e-3, "{half}: {jump}");
         assert!(change(half, half * 1.02) > 5e-3, "another picture");
