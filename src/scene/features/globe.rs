@@ -80,7 +80,7 @@ pub(crate) fn uniforms_of_share(
         air: air::uniforms(body, 1.0),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
-        detail: detail::uniforms(camera, placement, rays.anchor_is_camera),
+        detail: detail::uniforms(camera, placement, &rays),
         ..DrawUniforms::of_rays(&rays)
     };
     air::set_ends(&mut uniforms, false);
