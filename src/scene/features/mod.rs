@@ -70,7 +70,8 @@ fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> D
     }
     if chosen.ring_shine && !so_far.shine.is_empty() {
         // The weaker of the two, as irradiance of the ground.
-        let of_rings = so_far.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(case.placed.sun_from_body_km).irradiance.x;
+        let of_rings =
+            so_far.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(case.placed.sun_from_body_km).irradiance.x;
         let of_bodies = so_far.shine.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
         if of_bodies > of_rings {
             so_far.log.note(Effect::RingShine.name(), false, "negligible beside planet-shine".into());

@@ -206,8 +206,9 @@ impl<'a> View<'a> {
         let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let aside_px = flat.max(soft) * self.pixels_per_radius();
         let model = if aside_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
-        let reason =
-            format!("the shadow's axis passes {aside:.3} radii from the innermost ring against {reached:.3}; oblateness and penumbra make {aside_px:.1} px");
+        let reason = format!(
+            "the shadow's axis passes {aside:.3} radii from the innermost ring against {reached:.3}; oblateness and penumbra make {aside_px:.1} px"
+        );
         (ThresholdCheck { on: aside <= reached, reason }, model)
     }
 

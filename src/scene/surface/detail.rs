@@ -64,7 +64,8 @@ impl GroundReference {
         let at = |n: u32| {
             // Exact in f32.
             let corner = DVec2::new(f64::from(n % TRIED), f64::from(n / TRIED)) / f64::from(TRIED - 1);
-            let ray = placement.direction_in_unit_sphere(camera.ray(DVec2::new(left + corner.x * (right - left), top + corner.y * (bottom - top))));
+            let ray = placement
+                .direction_in_unit_sphere(camera.ray(DVec2::new(left + corner.x * (right - left), top + corner.y * (bottom - top))));
             let place = placement.surface_along_unit_sphere(ray)?;
             Some(Self { place, ray, depth: (place - origin).dot(ray) / ray.length_squared(), corner })
         };
