@@ -10,6 +10,7 @@ pub mod error;
 pub mod exec;
 pub mod fragment_plan;
 pub mod kernels;
+mod lane_inputs;
 pub mod lower;
 pub mod math;
 mod named;
