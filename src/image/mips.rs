@@ -39,7 +39,10 @@ fn taps(i: usize, n: usize, from: usize) -> (usize, [f32; 3]) {
 #[derive(Clone, Copy)]
 enum Rows<'a> {
     /// Bytes, and the linear values of colours and of alpha.
-    Encoded { rgba: &'a [u8], colour: &'static [f32; 256] },
+    Encoded {
+        rgba: &'a [u8],
+        colour: &'static [f32; 256],
+    },
     Linear(&'a [[f32; 4]]),
 }
 
@@ -63,9 +66,12 @@ impl<'a> Rows<'a> {
 fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     let alpha = &*UNORM;
     out.clear();
-    out.extend(rgba.as_chunks::<4>().0.iter().map(|t| {
-        [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], alpha[usize::from(t[3])]]
-    }));
+    out.extend(
+        rgba.as_chunks::<4>()
+            .0
+            .iter()
+            .map(|t| [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], alpha[usize::from(t[3])]]),
+    );
 }
 
 /// Adds a row of the finer level, which has the weight `wy`, to a row of the next one: for each texel its cells from left to right.

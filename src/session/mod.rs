@@ -184,7 +184,9 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
         return Err(CacheFolderError::None);
     };
     let own = folder.join("orrery");
-    for (part, is_above) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false), (&own.join("rings"), false)] {
+    for (part, is_above) in
+        [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false), (&own.join("rings"), false)]
+    {
         if let Some(why) = foreign_write_access(part, is_above) {
             return Err(CacheFolderError::Shared { folder: echo(&part.display().to_string()), why });
         }

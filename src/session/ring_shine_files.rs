@@ -103,7 +103,8 @@ mod tests {
     /// If a source used other parts of scene than those in the digest, a table could change without a new name.
     #[test]
     fn the_code_that_computes_a_table_is_all_in_the_digest() {
-        let covered = ["camera::narrow_scalar", "constants", "numeric", "draw::tables", "rings::phase", "rings::ring_table", "rings::single_scatter"];
+        let covered =
+            ["camera::narrow_scalar", "constants", "numeric", "draw::tables", "rings::phase", "rings::ring_table", "rings::single_scatter"];
         for source in SOURCES {
             for used in stored_tables::scene_modules_used(source) {
                 assert!(covered.iter().any(|c| used.starts_with(c)), "{used}");

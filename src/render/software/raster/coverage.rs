@@ -169,6 +169,7 @@ impl<const N: usize> QuadSamples<N> {
 
     /// Coverage of a quad by the values of the edge functions at its corner.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "loops by index over several arrays of one length are what the compiler vectorises")]
     fn coverage(&self, at_corner: [i64; 3]) -> u16 {
         let [a, b, c] = &self.at;
         const { assert!(N == 4 || N == 16) };

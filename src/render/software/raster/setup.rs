@@ -111,8 +111,9 @@ impl Geometry {
         try_grow(&mut all.constants, sum(|p| p.constants.len()), "the triangles' varyings")?;
         for part in parts {
             let (source_triangles, planes, constants) = (all.source_triangles.len() as u32, all.planes.len(), all.constants.len());
-            all.triangles
-                .extend(part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangles, ..t.clone() }));
+            all.triangles.extend(
+                part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangles, ..t.clone() }),
+            );
             all.source_triangles.extend(part.source_triangles.iter().map(|s| SourceTriangle {
                 first_plane: s.first_plane + planes,
                 first_constant: s.first_constant + constants,
