@@ -265,7 +265,7 @@ mod tests {
         for sigma in [0.3, 0.9, 2.0, 7.5] {
             let mut row = vec![[0.0; 4]; 256];
             row[128] = [1.0; 4];
-            average(&mut row, sigma);
+            average(&mut row, sigma, &mut PrefixSums::new());
             let moment = |k: i32| row.iter().enumerate().map(|(i, t)| f64::from(t[0]) * (i as f64 - 128.0).powi(k)).sum::<f64>();
             assert!((moment(0) - 1.0).abs() < 1e-5 && moment(1).abs() < 1e-4);
             assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
