@@ -175,8 +175,8 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "distance",
-        (4.0, "255ths"),
-        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, probably because f32 knows a place on the ground to half a pixel there",
+        (HALF_LEVEL, "255ths"),
+        "half a level, from a metre above the ground to 100 au, from 1 arcsec to 170 degrees",
         views::distance,
     ),
     sweep(
@@ -199,8 +199,8 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "places",
-        (3.0, "255ths"),
-        "poles, date line, sub-solar and antisolar points, Sun on the horizon; half a level but for craters under a camera at a pole, whose cause is not found",
+        (HALF_LEVEL, "255ths"),
+        "half a level at poles, date line, sub-solar and antisolar points, Sun on the horizon",
         views::places,
     ),
     sweep("ring-plane", (HALF_LEVEL, "255ths"), "half a level, camera or Sun in the plane of the rings", views::ring_plane),

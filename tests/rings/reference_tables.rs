@@ -182,7 +182,7 @@ fn a_narrow_ringlet_keeps_its_place_in_the_table() {
     }
 }
 
-/// A pixel's stretch of the plane is summed in pieces, in as many as it takes: where one more begins, in one pixel or another at any size, nothing jumps.
+/// A pixel's stretch of the plane is summed in pieces of a sixteenth of a radius, in as many as it takes: where one more begins nothing jumps.
 #[test]
 fn a_pixel_that_takes_one_piece_more_looks_the_same() {
     use orrery::session::sample_plan;
@@ -196,11 +196,11 @@ fn a_pixel_that_takes_one_piece_more_looks_the_same() {
         let (a, b) = (drawn(a), drawn(b));
         a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
     };
-    for k in 0..8 {
-        // From a sixteenth of a radius along a pixel to five.
-        let half = 0.53 * 1.25_f64.powi(k);
-        let jump = change(half, half * 1.0002);
-        assert!(jump < 1e-3, "{half}: {jump}");
+    for pieces in [1.0, 2.0, 3.0, 5.0] {
+        // The sample ring is seen from 25 degrees over its plane.
+        let half = pieces / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
+        let jump = change(half * (1.0 - 1e-5), half * (1.0 + 1e-5));
+        assert!(jump < 1e-3, "{pieces} pieces: {jump}");
         assert!(change(half, half * 1.02) > 5e-3, "another picture");
     }
 }
