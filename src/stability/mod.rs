@@ -187,14 +187,14 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "grazing",
-        (2.0, "255ths"),
-        "two levels where rings are seen edge on, rays along the horizon, fields of view from 0.3 degrees",
+        (3.0, "255ths"),
+        "2.6 levels on Saturn's rings seen edge on, rays along the horizon, fields of view from 0.3 degrees",
         views::grazing,
     ),
     sweep(
         "grazing-telescope",
-        (8.0, "255ths"),
-        "the same at 10 arcsec: differences of rays between pixels keep two digits in f32, 6.6 levels on the Moon's dark limb",
+        (10.0, "255ths"),
+        "the same at 10 arcsec: differences of rays between pixels keep two digits in f32, 9.1 levels on Saturn's rings, 6.6 on the Moon's dark limb",
         views::grazing_telescope,
     ),
     sweep(

@@ -42,11 +42,11 @@ fn down_on(body: NaifId, radius_km: f64, below: DVec3, height_km: f64, aside: DV
     }
 }
 
-/// A place where the Sun stands 40 degrees up.
-fn slantingly_lit(body: NaifId) -> DVec3 {
+/// A place where the Sun stands 40 degrees up, and lower so many degrees farther east.
+fn slantingly_lit(body: NaifId, east_deg: f64) -> DVec3 {
     let scene = SESSION.scene(&ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))).expect("a scene");
     let noon = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
-    let (latitude, longitude) = (noon.latitude_deg.to_radians(), (noon.longitude_deg + 50.0).to_radians());
+    let (latitude, longitude) = (noon.latitude_deg.to_radians(), (noon.longitude_deg + 50.0 + east_deg).to_radians());
     DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
 }
 
@@ -184,24 +184,25 @@ fn detail_is_for_airless_ground_and_can_be_switched_off() {
 /// Mars' ground and the Earth's clouds: nothing from afar, something near, and the mean light stays. Open sea stays as it is.
 #[test]
 fn hills_and_billows_show_near_the_ground_and_keep_the_light() {
-    let (mars, earth) = (NaifId(499), NaifId(399));
-    for (body, radius_km, heights_km, least_change) in [(mars, 3390.0, [3.0, 20.0, 60.0], 0.02), (earth, 6371.0, [40.0, 80.0, 200.0], 0.02)]
-    {
-        let below = slantingly_lit(body);
-        let pair =
-            |height_km: f64| ["", "-detail"].map(|effects| light(&draw(&down_on(body, radius_km, below, height_km, DVec2::ZERO, effects))));
-        let [with, without] = pair(20_000.0);
+    for (body, radius_km, heights_km) in [(MARS, MARS_KM, [3.0, 20.0, 60.0]), (EARTH, EARTH_KM, [40.0, 80.0, 200.0])] {
+        let pair = |below: DVec3, height_km: f64| {
+            ["", "-detail"].map(|effects| light(&draw(&down_on(body, radius_km, below, height_km, DVec2::ZERO, effects))))
+        };
+        let [with, without] = pair(slantingly_lit(body, 0.0), 20_000.0);
         assert_eq!(with, without, "{body:?} from afar");
-        let (mut most_change, mut most_shift) = (0.0_f64, 0.0_f64);
-        for height_km in heights_km {
-            let [with, without] = pair(height_km);
+        // A frame holds few of the largest clouds: the mean is that of nine frames.
+        let (mut most_change, mut shifts) = (0.0_f64, Vec::new());
+        for (height_km, east_deg) in heights_km.into_iter().flat_map(|h| [-15.0, 0.0, 11.0].map(|e| (h, e))) {
+            let [with, without] = pair(slantingly_lit(body, east_deg), height_km);
             let level = mean(&without);
             let (change, shift) = (mean_difference(&with, &without) / level, mean(&with) / level - 1.0);
             println!("{body:?} from {height_km} km: mean {shift:+.3}, change {change:.3}");
             assert!(with.iter().all(|v| v.is_finite() && *v >= 0.0));
-            (most_change, most_shift) = (most_change.max(change), most_shift.max(shift.abs()));
+            most_change = most_change.max(change);
+            shifts.push(shift);
         }
-        assert!(most_change > 0.02 && most_shift < 0.1, "{body:?}: change {most_change}, shift {most_shift}");
+        let shift = mean(&shifts);
+        assert!(most_change > 0.02 && shift.abs() < 0.1, "{body:?}: change {most_change}, mean shift {shift}");
     }
     // The Pacific at 10 north, 140 west: its water is water in every texel around.
     let sea = DVec3::new(-0.7544, -0.6330, 0.1736);
@@ -214,12 +215,12 @@ fn hills_and_billows_show_near_the_ground_and_keep_the_light() {
 #[test]
 fn hills_and_billows_stay_where_they_are() {
     for (body, radius_km, height_km) in [(MARS, MARS_KM, 5.0), (MARS, MARS_KM, 40.0), (EARTH, EARTH_KM, 300.0)] {
-        let below = slantingly_lit(body);
+        let below = slantingly_lit(body, 0.0);
         let aside = DVec2::new(0.05, 0.03) * height_km;
         let view = |aside: DVec2| ratio_to_plain(|effects| down_on(body, radius_km, below, height_km, aside, effects));
         let [(first, here), (second, there)] = [DVec2::ZERO, aside].map(view);
         let (same, beside) = same_and_beside(body, &first, &here, &second, &there);
         println!("{body:?} from {height_km} km: {same:.3}, beside {beside:.3}");
-        assert!(same > 0.8 && beside < 0.6, "{body:?} from {height_km} km: {same} {beside}");
+        assert!(same > 0.95 && beside < same - 0.2, "{body:?} from {height_km} km: {same} {beside}");
     }
 }

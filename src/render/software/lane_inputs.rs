@@ -7,11 +7,11 @@
 // Loops by index over several arrays of one fixed length are what the compiler vectorises.
 #![allow(clippy::needless_range_loop)]
 
+use super::draw_job::{DrawJob, QUADS, Quad};
 use super::fragment_plan::InputSource;
 use super::math::Real;
 use super::raster::coverage::{TilePixels, quad_position};
 use super::raster::setup::{Plane, SourceTriangle};
-use super::shade::{DrawJob, QUADS, Quad};
 use super::stage::{LANES, LaneRun};
 use smallvec::SmallVec;
 

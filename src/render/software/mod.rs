@@ -6,6 +6,7 @@
 //! batches of lanes (`lane_inputs`), [`tiles`] holds a tile's colour and depth; `pass_fusion` lets the tone map read a tile before it is stored.
 
 pub mod blend;
+mod draw_job;
 pub mod error;
 pub mod exec;
 pub mod fragment_plan;

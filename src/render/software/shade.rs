@@ -4,44 +4,16 @@
 //! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. A program that neither discards nor writes
 //! depth is depth-tested before shading, so hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
+use super::draw_job::{DrawJob, QUADS, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::fragment_plan::FragmentPlan;
 use super::lane_inputs;
 use super::math::Real;
 use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, sample_positions, walk_tile};
-use super::raster::setup::{Geometry, SUBPIXEL, SourceTriangle};
-use super::stage::{LANES, LaneProgram, LaneRun};
+use super::raster::setup::{SUBPIXEL, SourceTriangle};
+use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
-use crate::render::plan::{Blend, DepthState};
-
-pub(super) const QUADS: usize = LANES / 4;
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Quad {
-    /// Index inside the tile.
-    pub index: u16,
-    pub coverage: u16,
-    pub source_triangle: u32,
-}
-
-/// A draw whose triangles are set up, ready to be shaded tile by tile.
-pub(crate) struct DrawJob<'a, R: Real> {
-    pub geometry: Geometry,
-    pub fragment: &'a dyn LaneProgram<R>,
-    pub fragment_plan: FragmentPlan,
-    pub blend: Blend,
-    /// Set in the pixel view of shading cost: instruction counts are stored in place of colour, and a texture read counts as this many.
-    pub instructions_per_read: Option<f64>,
-}
-
-impl<R: Real> DrawJob<'_, R> {
-    /// Whether a pixel that is zero in all components changes nothing: neither colour nor depth.
-    fn drops_black(&self) -> bool {
-        let plan = &self.fragment_plan;
-        let writes_late_depth = plan.depth.write && !plan.early_depth_test;
-        self.blend != Blend::Replace && self.instructions_per_read.is_none() && !writes_late_depth
-    }
-}
+use crate::render::plan::DepthState;
 
 /// Shades one tile on one thread.
 pub(crate) struct TileShader<'a> {
