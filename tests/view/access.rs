@@ -193,23 +193,31 @@ fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
     }
 }
 
-/// In a slow frame, text typed after the slash belongs to the search field, such as a date, whose digits are shortcuts elsewhere, or a q.
+/// In a slow frame a whole search arrives at once: its text belongs to the search field, such as a date, whose digits are shortcuts elsewhere, or a word with an e,
+/// the shortcut of the next event. Escape, in the same frame or not, leaves the view as it is.
 #[test]
-fn text_typed_with_the_slash_in_one_frame_is_searched() {
+fn a_search_that_arrives_in_one_frame_is_searched() {
+    let key = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
+    let typed = |text: &str| text.chars().map(|letter| Event::Text(letter.to_string())).collect::<Vec<_>>();
     let mut harness = saturn();
-    for letter in "/2009-08-11T00:15:00Z".chars() {
-        harness.event(Event::Text(letter.to_string()));
-    }
-    harness.run_steps(3);
+    let at_once = |harness: &mut Harness<'static, Interface>, events: Vec<Event>| {
+        harness.input_mut().events.extend(events);
+        harness.run_steps(8);
+    };
+    at_once(&mut harness, [typed("/2009-08-11T00:15:00Z"), vec![key(Key::Enter)]].concat());
     assert!(harness.state().tab.is_none(), "a digit opened a tab");
-    harness.key_press(Key::Enter);
-    harness.run_steps(3);
     let time = harness.state().viewer.view.time();
     assert!(time.to_utc_iso().starts_with("2009-08-11T00:15:00"), "{}", time.to_utc_iso());
-    harness.event(Event::Text("/".into()));
-    harness.event(Event::Text("q".into()));
-    harness.run_steps(3);
-    assert!(!harness.state().quit_requested, "a searched q quits");
+    for end in [vec![], vec![key(Key::Escape)], vec![key(Key::Enter), key(Key::Escape), key(Key::Escape)]] {
+        at_once(&mut harness, [typed("/nowhere q"), end].concat());
+        settle(&mut harness);
+        assert_eq!(harness.state().viewer.view.time(), time, "a letter acted as a shortcut");
+        assert!(!harness.state().quit_requested, "a searched q quits");
+        pressed(&mut harness, &[Key::Escape, Key::Escape]);
+    }
+    // What is typed after Escape is a shortcut again.
+    at_once(&mut harness, [typed("/mars"), vec![key(Key::Escape)], typed("3")].concat());
+    assert_eq!(harness.state().tab, Some(Tab::ALL[2]));
 }
 
 /// Every button, switch, list, slider and field has a tooltip and an accessible description.

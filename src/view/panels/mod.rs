@@ -15,6 +15,7 @@ mod events;
 mod fact;
 mod icons;
 mod information;
+mod input_order;
 mod layers;
 mod moments;
 mod now;
@@ -131,8 +132,6 @@ pub struct Interface {
     is_styled: bool,
     /// A control has the keyboard focus.
     has_keyboard: bool,
-    /// Text typed after `/` in the same frame, for the search field, which gets the focus in the next.
-    typed_ahead: Vec<egui::Event>,
     /// The reply to the user's last action, for the line below the sky.
     pub message: String,
     /// The displayed reply, and until when.
@@ -181,7 +180,6 @@ impl Interface {
             file_dialog: None,
             is_styled: false,
             has_keyboard: false,
-            typed_ahead: Vec::new(),
             message: String::new(),
             message_shown: Default::default(),
             no_picture: None,
@@ -232,6 +230,7 @@ impl Interface {
         self.receive(ui.ctx(), worker);
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ui.ctx());
+            ui.ctx().add_plugin(input_order::InputOrder::default());
         }
         let theme_preference = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,

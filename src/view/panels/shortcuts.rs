@@ -43,25 +43,7 @@ const ARROW_PX: f64 = 24.0;
 /// Step of a key for the scale of text.
 const ZOOM_STEP: f32 = 0.1;
 
-/// In a slow frame, text after `/` can arrive in the same frame: it belongs to the search field, which gets the focus in the next, and is no shortcut.
-fn defer_search_text(interface: &mut Interface, ctx: &egui::Context) {
-    let slash = egui::Event::Text("/".into());
-    interface.typed_ahead = ctx.input_mut(|i| {
-        let Some(at) = i.events.iter().position(|e| *e == slash) else { return Vec::new() };
-        let is_typed =
-            |e: &egui::Event| matches!(e, egui::Event::Text(_) | egui::Event::Key { .. } | egui::Event::Paste(_) | egui::Event::Ime(_));
-        let (typed, other): (Vec<_>, Vec<_>) = i.events.split_off(at + 1).into_iter().partition(is_typed);
-        i.events.extend(other);
-        typed
-    });
-    if !interface.typed_ahead.is_empty() {
-        ctx.request_repaint();
-    }
-}
-
 pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
-    let ahead = std::mem::take(&mut interface.typed_ahead);
-    ctx.input_mut(|i| drop(i.events.splice(0..0, ahead)));
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
         interface.fullscreen = !interface.fullscreen;
     }
@@ -84,7 +66,6 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     if ctx.egui_wants_keyboard_input() {
         return;
     }
-    defer_search_text(interface, ctx);
     let text: Vec<String> = ctx.input(|i| {
         let plain = !i.modifiers.command && !i.modifiers.ctrl;
         let typed = i.events.iter().filter_map(|e| if let egui::Event::Text(t) = e { Some(t.clone()) } else { None });

@@ -1,0 +1,104 @@
+//! The order of keyboard input in slow frames.
+//!
+//! In: the events of a frame. Out: as many of them as one pass of the interface can take; the rest in the passes that follow. Always: no event is lost, none overtakes another.
+//! Reason: egui moves the keyboard focus once in a pass, and drops it for an Escape before any field has read its text. Where a frame takes a second, `/`, a word, Enter and Escape
+//! arrive together; without the cut the word's letters would act as shortcuts.
+
+use egui::{Context, Event, Key, Plugin, RawInput, Ui};
+
+/// Holds back what follows an event that can move the keyboard focus.
+#[derive(Default)]
+pub(crate) struct InputOrder {
+    waiting: Vec<Event>,
+}
+
+/// Text and keys: what the focus decides about. A released key does nothing.
+fn is_typed(event: &Event) -> bool {
+    matches!(event, Event::Text(_) | Event::Key { pressed: true, .. } | Event::Paste(_) | Event::Copy | Event::Cut | Event::Ime(_))
+}
+
+/// Takes the focus from a field, or may: egui does so before the field reads what was typed.
+fn ends_field(event: &Event) -> bool {
+    match event {
+        Event::Key { key, pressed, .. } => *pressed && matches!(key, Key::Escape | Key::Tab | Key::Enter),
+        Event::PointerButton { .. } | Event::Touch { .. } | Event::AccessKitActionRequest(_) => true,
+        _ => false,
+    }
+}
+
+/// Moves the focus for the next pass; `/` puts it in the search field.
+fn moves_focus(event: &Event) -> bool {
+    ends_field(event) || matches!(event, Event::Text(text) if text == "/")
+}
+
+/// Number of events that one pass takes: up to where a typed one and one that moves the focus meet.
+fn taken(events: &[Event]) -> usize {
+    let (mut typed, mut moved) = (false, false);
+    for (k, event) in events.iter().enumerate() {
+        if (moved && is_typed(event)) || (typed && ends_field(event)) {
+            return k;
+        }
+        typed |= is_typed(event);
+        moved |= moves_focus(event);
+    }
+    events.len()
+}
+
+impl Plugin for InputOrder {
+    fn debug_name(&self) -> &'static str {
+        "order of input"
+    }
+
+    fn input_hook(&mut self, _: &Context, input: &mut RawInput) {
+        self.waiting.append(&mut input.events);
+        let rest = self.waiting.split_off(taken(&self.waiting));
+        input.events = std::mem::replace(&mut self.waiting, rest);
+    }
+
+    fn on_end_pass(&mut self, ui: &mut Ui) {
+        if !self.waiting.is_empty() {
+            ui.ctx().request_repaint();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::Modifiers;
+
+    fn key(key: Key) -> Event {
+        Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE }
+    }
+
+    fn passes(events: &[Event]) -> Vec<Vec<Event>> {
+        let mut order = InputOrder::default();
+        let mut input = RawInput { events: events.to_vec(), ..RawInput::default() };
+        let mut passes = Vec::new();
+        loop {
+            order.input_hook(&Context::default(), &mut input);
+            if input.events.is_empty() {
+                return passes;
+            }
+            passes.push(input.take().events);
+        }
+    }
+
+    #[test]
+    fn a_search_that_arrives_in_one_frame_is_taken_in_its_order() {
+        let text = |t: &str| Event::Text(t.into());
+        let events = [key(Key::Slash), text("/"), text("s"), key(Key::E), text("e"), key(Key::Enter), key(Key::Escape), text("5")];
+        let taken = passes(&events);
+        assert_eq!(taken.concat(), events, "an event is lost or overtakes another");
+        // A word stays whole: a pass for each letter would be slow where passes are slow.
+        assert_eq!(taken.iter().map(Vec::len).collect::<Vec<_>>(), [2, 3, 1, 1, 1], "{taken:?}");
+    }
+
+    #[test]
+    fn a_drag_and_a_wheel_are_one_pass() {
+        let at = egui::pos2(1.0, 2.0);
+        let button = |pressed| Event::PointerButton { pos: at, button: egui::PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+        let events = [Event::PointerMoved(at), button(true), Event::PointerMoved(at), button(false), Event::Zoom(1.0)];
+        assert_eq!(passes(&events), [events.to_vec()]);
+    }
+}
