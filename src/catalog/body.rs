@@ -23,6 +23,18 @@ impl NaifId {
     pub const MOON: Self = Self(301);
 }
 
+/// Procedural relief near a body's ground, finer than its maps; shaders/lib/detail.wesl states the laws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InventedRelief {
+    /// Smooth, or nothing is known.
+    #[default]
+    None,
+    /// Old ground, saturated with craters; not under air or clouds.
+    Craters,
+    /// Ground that air, water or ice has worn.
+    Hills,
+}
+
 /// What a body is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BodyKind {
@@ -335,10 +347,8 @@ pub struct Body {
     pub clear_sky_colour: Option<Vec3>,
     /// Mean colour of the disc, linear sRGB scaled to luminance 1.
     pub colour: Vec3,
-    /// Whether its ground is saturated with craters, so that procedural ones may be added near it.
-    pub cratered: bool,
-    /// Whether its ground is uneven at all sizes without being cratered, so that procedural hills may be added near it.
-    pub hilly: bool,
+    /// Relief that is invented near its ground, finer than its maps.
+    pub invented_relief: InventedRelief,
     /// Which custom surface colours its ground: 0 for none, else 1..=4.
     pub custom_surface: u8,
     /// Its photometric model.

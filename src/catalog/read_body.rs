@@ -4,7 +4,7 @@
 
 use super::fields::{each, finite, invented, is_name, located, map, need_word, number, percent, word};
 use super::table::{SourceLine, TableReader, WithLine};
-use super::{BodyKind, Clouds, Estimates, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
+use super::{BodyKind, Clouds, Estimates, InventedRelief, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
 use std::collections::BTreeMap;
 
 const COLOUR_RANGE: &str = "three numbers from 0 to 100, not all 0";
@@ -26,8 +26,7 @@ pub(super) struct BodyDraft {
     pub bond_albedo: Option<f64>,
     pub clear_sky_albedo: Option<f64>,
     pub clear_sky_colour: Option<[f64; 3]>,
-    pub cratered: Option<bool>,
-    pub hilly: Option<bool>,
+    pub invented_relief: Option<InventedRelief>,
     pub colour: Option<[f64; 3]>,
     pub photometry: Option<Photometry>,
     pub maps: Maps,
@@ -208,8 +207,11 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         gm_km3_s2: s.take("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
         geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
-        cratered: s.take::<bool>("cratered", "true or false", |_| true).map(|l| l.value),
-        hilly: s.take::<bool>("hilly", "true or false", |_| true).map(|l| l.value),
+        invented_relief: word(
+            &mut s,
+            "invented_relief",
+            &[("none", InventedRelief::None), ("craters", InventedRelief::Craters), ("hills", InventedRelief::Hills)],
+        ),
         clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         clear_sky_colour: s.take("clear_sky_colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
         colour: s.take("colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
@@ -242,8 +244,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         fresh.gm_km3_s2 = fresh.gm_km3_s2.or(older.gm_km3_s2);
         fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
         fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
-        fresh.cratered = fresh.cratered.or(older.cratered);
-        fresh.hilly = fresh.hilly.or(older.hilly);
+        fresh.invented_relief = fresh.invented_relief.or(older.invented_relief);
         fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
         fresh.clear_sky_colour = fresh.clear_sky_colour.or(older.clear_sky_colour);
         fresh.colour = fresh.colour.or(older.colour);

@@ -63,7 +63,7 @@ mod windowed {
     use crate::cli::output::print_message;
     use crate::ephemeris::body_order::by_distance;
     use crate::files::read_text;
-    use crate::session::Session;
+    use crate::session::{RendererPreference, Session};
     use crate::time::Instant;
     use crate::view::app::composition_state::CompositionState;
     use crate::view::app::initial_view::initial_view;
@@ -78,6 +78,8 @@ mod windowed {
     use crate::wording::echo;
     use parking_lot::Mutex;
     use std::sync::Arc;
+    use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+    use std::time::Duration;
 
     pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
@@ -114,8 +116,38 @@ mod windowed {
         interface.warning = warning;
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
-        let keep = |interface: &Interface| path.as_ref().map_or(Ok(()), |path| interface.settings.save(path));
-        window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()))
+        let keep = |settings: &Settings| path.as_ref().map_or(Ok(()), |path| settings.save(path));
+        let (ended, end) = channel();
+        std::thread::scope(|scope| {
+            if let Some(period) = loss_period() {
+                let session = &session;
+                scope.spawn(move || lose_devices(session, period, &end));
+            }
+            let shown = window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()));
+            drop(ended);
+            shown
+        })
+    }
+
+    /// Fault injection of `.ci/soak`: `ORRERY_LOSE_DEVICE_S`, the seconds from one lost device to the next.
+    fn loss_period() -> Option<Duration> {
+        let seconds: f64 = std::env::var("ORRERY_LOSE_DEVICE_S").ok()?.parse().ok()?;
+        Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero())
+    }
+
+    /// Loses the device as a driver's reset does; half a period later the user chooses software, then the GPU again, which opens a new one.
+    fn lose_devices(session: &Session, period: Duration, end: &Receiver<()>) {
+        let goes_on = || end.recv_timeout(period / 2) == Err(RecvTimeoutError::Timeout);
+        let (_, preference) = session.renderers();
+        while goes_on() {
+            #[cfg(feature = "gpu")]
+            session.destroy_gpu();
+            if !goes_on() {
+                return;
+            }
+            session.set_renderer_preference(RendererPreference::Software);
+            session.set_renderer_preference(preference);
+        }
     }
 
     /// The view of a link, or of the file that contains one.

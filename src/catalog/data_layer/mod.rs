@@ -231,7 +231,7 @@ mod tests {
         assert!(why("<TD>-21</TD>", "").starts_with("a.vot:11: 3 values; the table names 4 columns"));
         assert!(why("pos.eq.ra;", "phys.mass;").starts_with("a.vot:9: the TABLE names no columns ra_deg and dec_deg, nor by UCD"));
         assert!(why("unit=\"deg\"", "unit=\"h\"").starts_with("a.vot:9: field alpha (line 6): the unit `h` is not deg"));
-        assert!(why("TABLEDATA", "BINARY2").starts_with("a.vot:9: rows as BINARY2; ask"));
+        assert!(why("TABLEDATA", "FITS").starts_with("a.vot:9: rows as FITS; ask"));
         assert!(why("</TR>\n</TABLEDATA>", "</TABLEDATA>").starts_with("a.vot:11: not XML"));
         assert!(why("&amp;", "&bomb;").starts_with("a.vot:10: the entity &bomb; is none"));
         assert!(read("a.vot", None, "").expect_err("empty").starts_with("a.vot:1: not XML"));
@@ -239,6 +239,41 @@ mod tests {
         assert!(read("a.vot", None, &VOTABLE[..cut]).expect_err("cut").contains("the file ends within <RESOURCE>"));
         assert!(read("a.vot", None, "<VOTABLE><RESOURCE/></VOTABLE>").expect_err("none").starts_with("a.vot:1: no TABLE in it"));
         assert!(read("a.vot", None, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
+    }
+
+    /// The rows of [`VOTABLE`] in both binary forms give the same points.
+    #[test]
+    fn binary_votables_hold_the_same_points() {
+        use base64::Engine;
+        use base64::prelude::BASE64_STANDARD;
+        let text = |t: &str| [&i32::try_from(t.len()).expect("short").to_be_bytes()[..], t.as_bytes()].concat();
+        let row = |flags: &[u8], [id, time]: [&str; 2], [ra, dec]: [f64; 2]| {
+            [flags.to_vec(), text(id), ra.to_be_bytes().to_vec(), dec.to_be_bytes().to_vec(), text(time)].concat()
+        };
+        let from = VOTABLE.find("<TABLEDATA>").expect("there");
+        let to = VOTABLE.find("</DATA>").expect("there");
+        let as_form = |form: &str, bytes: &[u8]| {
+            let stream = format!("<{form}><STREAM encoding=\"base64\">\n{}\n</STREAM></{form}>", BASE64_STANDARD.encode(bytes));
+            format!("{}{stream}{}", &VOTABLE[..from], &VOTABLE[to..])
+        };
+        let rows = |flags: [&[u8]; 2]| {
+            [row(flags[0], ["A & B", "2024-04-08T18:00:00Z"], [10.5, -20.0]), row(flags[1], ["", "never"], [11.0, -21.0])].concat()
+        };
+        let plain = read("a.vot", None, VOTABLE).expect("read");
+        let flagged = read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]]))).expect("read");
+        assert_eq!(flagged.points, plain.points);
+        // Without flags a null is a value of its own.
+        let unflagged = rows([&[], &[]]);
+        assert!(read("a.vot", None, &as_form("BINARY", &unflagged)).expect_err("a time").starts_with("a.vot:11: row 2: field time: `never`"));
+        let end = unflagged.len() - 9;
+        let cleared = [&unflagged[..end], &[0; 4]].concat();
+        assert_eq!(read("a.vot", None, &as_form("BINARY", &cleared)).expect("read").points, plain.points);
+        let why = |from: &str, to: &str| {
+            read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]])).replace(from, to)).expect_err("a mistake")
+        };
+        assert!(why("encoding=\"base64\"", "encoding=\"gzip\"").contains("the encoding of STREAM is `gzip`"));
+        assert!(why("encoding", "href=\"a.bin\" encoding").contains("rows in another file"));
+        assert!(why("datatype=\"double\"/>\n<FIELD name=\"time\"", "datatype=\"quad\"/>\n<FIELD name=\"time\"").contains("field delta (line 7): the datatype `quad`"));
     }
 
     const GEOJSON: &str = r#"{"type": "FeatureCollection", "name": "own", "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}},

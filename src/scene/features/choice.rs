@@ -2,7 +2,7 @@
 //!
 //! Always: features that the catalog does not give a body are left out, so that no selection can ask for them.
 
-use crate::catalog::{Body, MAX_OVERLAYS, NaifId, Photometry};
+use crate::catalog::{Body, InventedRelief, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
 use crate::scene::draw::features::{
     AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
@@ -36,8 +36,8 @@ impl Capabilities {
         };
         let detail = match () {
             () if emissive => Detail::None,
-            () if body.hilly => Detail::Hills,
-            () if body.cratered && body.atmosphere.is_none() && body.clouds.is_none() => Detail::Craters,
+            () if body.invented_relief == InventedRelief::Hills => Detail::Hills,
+            () if body.invented_relief == InventedRelief::Craters && body.atmosphere.is_none() && body.clouds.is_none() => Detail::Craters,
             () => Detail::None,
         };
         let limb_heights = [NaifId::MOON, NaifId::SUN].contains(&body.id);

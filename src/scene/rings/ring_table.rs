@@ -1,4 +1,4 @@
-//! The tables that ring shaders read: integrals over radius of the light that the layer takes or scatters, one row per slope of a path.
+//! The tables that ring shaders read: the light that the layer takes or scatters and its integrals over the radius, for each slope of a path.
 //!
 //! In: rings in catalog order (a later one covers earlier ones), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels; their
 //! meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
@@ -119,6 +119,8 @@ pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
 
 /// Height of the Sun over the plane, in solar radii, from which one slope is enough.
 const MIN_HEIGHT_FOR_ONE_SLOPE: f64 = 40.0;
+/// Rows of a ring's table for a slope: the light of bodies and its integral, the light of dust and its integral.
+const ROWS_PER_SLOPE: u32 = 4;
 /// Bins per texel of the table's first row.
 const BINS_PER_TEXEL: usize = 4;
 /// Fraction of a bin by which it is extended inwards: more than the fragment's f32 error in computing the bin.
@@ -198,7 +200,7 @@ impl RingTable {
         let reach = radial_range(steps)?;
         let nodes = steps.len() + 1;
         let [first, last] = seen.slopes;
-        let height = 2 + 2 * (last - first + 1);
+        let height = 2 + ROWS_PER_SLOPE * (last - first + 1);
         let bins = Bins::of(steps);
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
@@ -206,28 +208,33 @@ impl RingTable {
         for (step, end) in steps.iter().zip(ends(steps)) {
             let code = dusty + if step.has_dust() { 0.5 } else { 0.0 };
             dusty += if step.has_dust() { 1.0 } else { 0.0 };
-            texels.extend([narrow_scalar(step.from), end, code, narrow_scalar(step.to - step.from)]);
+            texels.extend([narrow_scalar(step.from), end, code, 0.0]);
         }
-        texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 1.0]);
+        texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 0.0]);
         for k in first..=last {
             let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
-            // Dust is summed separately: it has another phase function, and its sums would lose precision in those of the dense rings.
-            let (mut bodies, mut dust) = ([0.0; 4], [0.0; 4]);
-            let mut of_dust = Vec::with_capacity(4 * nodes);
+            // Dust stands apart: it has another phase function, and its sums would lose precision in those of the dense rings.
+            let mut rows = [const { Vec::new() }; ROWS_PER_SLOPE as usize];
+            let mut sums = [[0.0; 4]; 2];
             for step in steps {
-                texels.extend(bodies.map(narrow_scalar));
-                of_dust.extend(dust.map(narrow_scalar));
-                let width = step.to - step.from;
-                let light = width * seen.light(step, slope);
-                for (channel, albedo) in step.albedo.into_iter().enumerate() {
-                    bodies[channel] += light * albedo * (1.0 - step.dust);
-                    dust[channel] += light * albedo * step.dust;
+                let light = seen.light(step, slope);
+                let [red, green, blue] = step.albedo.map(|albedo| light * albedo);
+                let bodies = [red, green, blue].map(|v| v * (1.0 - step.dust));
+                let dust = [red, green, blue].map(|v| v * step.dust);
+                let means = [[bodies[0], bodies[1], bodies[2], step.removed_fraction(slope)], [dust[0], dust[1], dust[2], 0.0]];
+                for (k, mean) in means.into_iter().enumerate() {
+                    rows[2 * k].extend(mean.map(narrow_scalar));
+                    rows[2 * k + 1].extend(sums[k].map(narrow_scalar));
+                    for (sum, value) in sums[k].iter_mut().zip(mean) {
+                        *sum += (step.to - step.from) * value;
+                    }
                 }
-                bodies[3] += width * step.removed_fraction(slope);
             }
-            texels.extend(bodies.map(narrow_scalar));
-            of_dust.extend(dust.map(narrow_scalar));
-            texels.append(&mut of_dust);
+            for (k, sum) in sums.into_iter().enumerate() {
+                rows[2 * k].extend([0.0; 4]);
+                rows[2 * k + 1].extend(sum.map(narrow_scalar));
+            }
+            rows.iter_mut().for_each(|row| texels.append(row));
         }
         Some(Self { width: nodes as u32, height, texels, reach, bins: bins.formula, slopes: seen.slopes })
     }
@@ -275,16 +282,18 @@ mod tests {
     }
 
     #[test]
-    fn integrals_rise_by_what_each_stretch_stops() {
+    fn rows_hold_what_each_stretch_takes_and_its_integral() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &COLOURS).expect("a table");
-        assert_eq!((table.width, table.height, table.reach), (4, 2 * SLOPES + 2, [1.0, 3.0]));
-        for row in (2..2 + 2 * SLOPES as usize).step_by(2) {
-            let slope = (row as f64 - 2.0) / 16.0;
-            let at = |node: usize, c: usize| f64::from(table.texels[(row * 4 + node) * 4 + c]);
-            let first = 1.0 - (-0.7 * slope.exp2()).exp();
-            assert!((at(1, 3) - first).abs() < 1e-6 && (at(1, 0) - 0.5 * first).abs() < 1e-6, "row {row}");
-            assert_eq!(at(2, 3), at(1, 3), "a gap adds nothing");
-            assert!(at(3, 3) > at(2, 3) && at(3, 3) <= 1.5 + 1e-6);
+        assert_eq!((table.width, table.height, table.reach), (4, ROWS_PER_SLOPE * SLOPES + 2, [1.0, 3.0]));
+        let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
+        for k in 0..SLOPES {
+            let (value, integral) = (2 + ROWS_PER_SLOPE * k, 3 + ROWS_PER_SLOPE * k);
+            let slope = (f64::from(k) / 8.0).exp2();
+            let [first, last] = [0.7, 3.0].map(|tau: f64| 1.0 - (-tau * slope).exp());
+            assert!((at(value, 0, 3) - first).abs() < 1e-6 && (at(value, 0, 0) - 0.5 * first).abs() < 1e-6, "slope {k}");
+            assert!((at(integral, 1, 3) - first).abs() < 1e-6 && (at(integral, 1, 0) - 0.5 * first).abs() < 1e-6, "slope {k}");
+            assert_eq!((at(value, 1, 3), at(integral, 2, 3)), (0.0, at(integral, 1, 3)), "a gap adds nothing");
+            assert!((at(integral, 3, 3) - first - 0.5 * last).abs() < 1e-6, "slope {k}");
         }
         assert!(RingTable::of([].iter(), 1.0, &COLOURS).is_none());
     }
@@ -319,7 +328,7 @@ mod tests {
         let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
         let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0, &COLOURS).expect("a table");
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
-        let (bodies, dust) = (2, 3);
+        let (bodies, dust) = (3, 5);
         assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "none inside of it");
         let light = at(dust, 3, 0) - at(dust, 2, 0);
         assert!((light / (0.5 * 0.8e-6) - 1.0).abs() < 1e-5, "{light}");

@@ -8,14 +8,17 @@ pub mod file_dialog;
 pub mod placement;
 pub mod presenter;
 pub mod primitives;
+mod settings_keeper;
 pub mod shader_watcher;
 
 use crate::files::WriteError;
 use crate::session::{Readiness, Session};
+use crate::view::app::settings::Settings;
 use crate::view::panels::Interface;
 use crate::view::window::cpu_painter::Painter;
 use crate::view::window::placement::{Monitor, WindowPlacement};
 use crate::view::window::presenter::{PresentError, Presenter};
+use crate::view::window::settings_keeper::{SettingsKeeper, write_changes};
 use crate::view::window::shader_watcher::ShaderWatcher;
 use crate::view::worker::render_worker::{RenderWorker, ThreadedWorker};
 use egui_winit::accesskit_winit;
@@ -60,13 +63,13 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watch`: fragments that are reloaded when they change. `keep` is called after the window is closed,
+/// Opens the window and runs until it is closed. `watch`: fragments that are reloaded when they change. `keep` is called with changed settings and after the window is closed,
 /// even if work is still running.
 pub(crate) fn run(
     interface: &mut Interface,
     session: &Session,
     watch: Option<&ShaderWatcher>,
-    keep: impl FnOnce(&Interface) -> Result<(), WriteError>,
+    keep: impl Fn(&Settings) -> Result<(), WriteError> + Sync,
 ) -> Result<(), WindowError> {
     let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(without_source_line(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
@@ -76,6 +79,19 @@ pub(crate) fn run(
         let _ = event_proxy.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
+        let (keeper, changes) = SettingsKeeper::new(&interface.settings);
+        let keep = &keep;
+        let writer = scope.spawn(move || {
+            // Once: the disk may stay full.
+            let mut said = false;
+            write_changes(&changes, |settings| {
+                if let Err(e) = keep(settings)
+                    && !std::mem::replace(&mut said, true)
+                {
+                    session.notify(&format!("the settings were not kept: {e}"));
+                }
+            });
+        });
         let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
         if let Some(watch) = watch {
             scope.spawn(|| watch.watch_until(&worker, || worker.is_closed()));
@@ -90,13 +106,15 @@ pub(crate) fn run(
             gpu_failed: false,
             due: None,
             failure: None,
+            keeper,
         };
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
         drop(app);
+        let _ = writer.join();
         worker.close();
         ended.and(failure.map_or(Ok(()), Err))?;
-        keep(interface).map_err(WindowError::NotKept)?;
+        keep(&interface.settings).map_err(WindowError::NotKept)?;
         let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
         let closed = Moment::now();
         while at_work() && closed.elapsed() < SHUTDOWN_GRACE {
@@ -205,6 +223,7 @@ struct App<'a> {
     /// When the interface wants its next frame.
     due: Option<Moment>,
     failure: Option<WindowError>,
+    keeper: SettingsKeeper,
 }
 
 impl App<'_> {
@@ -268,6 +287,8 @@ impl App<'_> {
         for id in textures.free.drain() {
             self.painter.free_texture(id);
         }
+        self.interface.settings.place = Some(shown.place);
+        self.keeper.note(&self.interface.settings);
         let is_shown = drawn?;
         let title = self.interface.title();
         if title != shown.title {

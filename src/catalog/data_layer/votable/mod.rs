@@ -1,8 +1,11 @@
-//! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA.
+//! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA, BINARY or BINARY2.
 //!
 //! In: the document. Out: points, or the wrong line and field. A column is known by its name as in a CSV table, or, where no name says it, by its UCD (`pos.eq.ra`, `pos.eq.dec`,
-//! `pos.bodyrc.lon`, `pos.bodyrc.lat` and what they were before 2005). Left out: BINARY and BINARY2 rows, and angles in other units than degrees; both are refused.
+//! `pos.bodyrc.lon`, `pos.bodyrc.lat` and what they were before 2005). Left out: rows in a FITS file, and angles in other units than degrees; both are refused.
 
+mod binary;
+
+use self::binary::{Cell, Rows};
 use super::columns::Columns;
 use super::layer::Content;
 use super::xml::{Element, Listener, walk};
@@ -12,6 +15,10 @@ struct Field {
     name: String,
     ucd: String,
     unit: Option<String>,
+    data_type: String,
+    arraysize: String,
+    /// The number that stands for null.
+    null: Option<String>,
     line: usize,
 }
 
@@ -62,6 +69,24 @@ impl Table {
         self.columns = Some(columns);
         Ok(())
     }
+
+    fn read_stream(&mut self, text: &str, has_null_flags: bool) -> Result<(), String> {
+        let columns = self.columns.as_ref().ok_or("a STREAM outside of BINARY")?;
+        let cell = |f: &Field| {
+            Cell::new(&f.data_type, &f.arraysize, f.null.as_deref())
+                .map_err(|why| format!("field {} (line {}): {why}", echo_within(&f.name, 40), f.line))
+        };
+        let cells = self.fields.iter().map(cell).collect::<Result<Vec<_>, _>>()?;
+        let mut rows = Rows::new(&cells, text, has_null_flags)?;
+        let mut count = 0_usize;
+        while let Some(row) = rows.next_row()? {
+            count += 1;
+            let point = columns.point(&row).map_err(|why| format!("row {count}: {why}"))?;
+            self.content.count(1)?;
+            self.content.points.push(point);
+        }
+        Ok(())
+    }
 }
 
 impl Listener for Table {
@@ -71,17 +96,26 @@ impl Listener for Table {
             "FIELD" => {
                 let of = |name: &str| element.attribute(name).unwrap_or_default().to_owned();
                 let (name, ucd) = (if of("name").is_empty() { of("ID") } else { of("name") }, of("ucd"));
-                self.fields.push(Field { name, ucd, unit: element.attribute("unit").map(str::to_owned), line: element.line });
+                let unit = element.attribute("unit").map(str::to_owned);
+                let (data_type, arraysize) = (of("datatype"), of("arraysize"));
+                self.fields.push(Field { name, ucd, unit, data_type, arraysize, null: None, line: element.line });
             }
-            "TABLEDATA" => {
+            "VALUES" if path.iter().rev().nth(1).is_some_and(|parent| parent.name == "FIELD") => {
+                if let Some(field) = self.fields.last_mut() {
+                    field.null = element.attribute("null").map(str::to_owned);
+                }
+            }
+            "TABLEDATA" | "BINARY" | "BINARY2" => {
                 self.has_rows = true;
                 self.choose_columns()?;
             }
-            "BINARY" | "BINARY2" | "FITS" => {
-                return Err(format!(
-                    "rows as {}; ask the service for TABLEDATA, or convert the file (stilts tcopy ofmt=votable-tabledata)",
-                    element.name
-                ));
+            "FITS" => {
+                return Err("rows as FITS; ask the service for TABLEDATA, or convert the file (stilts tcopy ofmt=votable-tabledata)".to_owned());
+            }
+            "STREAM" if element.attribute("href").is_some() => return Err("rows in another file: `href` of STREAM".to_owned()),
+            "STREAM" if element.attribute("encoding") != Some("base64") => {
+                let encoding = echo_within(element.attribute("encoding").unwrap_or("none"), 20);
+                return Err(format!("the encoding of STREAM is `{encoding}`; base64 is read"));
             }
             "TR" => self.row.clear(),
             _ => {}
@@ -92,6 +126,12 @@ impl Listener for Table {
     fn ends(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last().filter(|_| !self.is_over) else { return Ok(()) };
         match element.name.as_str() {
+            "STREAM" => {
+                let form = path.iter().rev().nth(1).map_or("", |parent| parent.name.as_str());
+                if let "BINARY" | "BINARY2" = form {
+                    self.read_stream(&element.text, form == "BINARY2")?;
+                }
+            }
             "TD" => self.row.push(element.text.trim().to_owned()),
             "TR" => {
                 let columns = self.columns.as_ref().ok_or("a row outside of TABLEDATA")?;
@@ -115,7 +155,7 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
     walk(text, &mut table)?;
     match () {
         () if !table.is_over => Err((1, "no TABLE in it: not a VOTable".to_owned())),
-        () if !table.has_rows => Err((1, "its TABLE has no TABLEDATA".to_owned())),
+        () if !table.has_rows => Err((1, "its TABLE has neither TABLEDATA nor BINARY".to_owned())),
         () => Ok(table.content),
     }
 }

@@ -1,0 +1,253 @@
+//! Rows of a VOTable as BINARY and BINARY2 (IVOA, VOTable 1.5, sections 6.3 and 6.4): big-endian values in base64, without gaps.
+//!
+//! In: what the FIELDs say of their columns, and the text of the STREAM. Out: each row as the texts that TABLEDATA would hold; a null is empty. Always: a length that a row claims is compared with what is left
+//! before anything is made of it. Left out: values that no point needs (bits, complex numbers) are passed over; streams in other files, and compressed ones, are refused.
+
+use crate::wording::echo_within;
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+
+/// The type of one value of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum DataType {
+    Boolean,
+    Bit,
+    UnsignedByte,
+    Short,
+    Int,
+    Long,
+    Char,
+    UnicodeChar,
+    Float,
+    Double,
+    FloatComplex,
+    DoubleComplex,
+}
+
+impl DataType {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "boolean" => Self::Boolean,
+            "bit" => Self::Bit,
+            "unsignedByte" => Self::UnsignedByte,
+            "short" => Self::Short,
+            "int" => Self::Int,
+            "long" => Self::Long,
+            "char" => Self::Char,
+            "unicodeChar" => Self::UnicodeChar,
+            "float" => Self::Float,
+            "double" => Self::Double,
+            "floatComplex" => Self::FloatComplex,
+            "doubleComplex" => Self::DoubleComplex,
+            _ => return None,
+        })
+    }
+
+    /// Bytes of so many values; bits fill whole bytes.
+    fn bytes_of(self, count: usize) -> Option<usize> {
+        let each = match self {
+            Self::Bit => return Some(count.div_ceil(8)),
+            Self::Boolean | Self::UnsignedByte | Self::Char => 1,
+            Self::Short | Self::UnicodeChar => 2,
+            Self::Int | Self::Float => 4,
+            Self::Long | Self::Double | Self::FloatComplex => 8,
+            Self::DoubleComplex => 16,
+        };
+        count.checked_mul(each)
+    }
+}
+
+/// How many values a cell of a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Length {
+    Fixed(usize),
+    /// Stated before each cell, in units of so many values.
+    Stated(usize),
+}
+
+impl Length {
+    /// `arraysize`: numbers joined by `x`; the last may be `*`, with or without a limit before it.
+    fn of(arraysize: &str) -> Option<Self> {
+        if arraysize.is_empty() {
+            return Some(Self::Fixed(1));
+        }
+        let product = |numbers: &str| {
+            let mut numbers = numbers.split('x').filter(|n| !n.is_empty());
+            numbers.try_fold(1_usize, |all, n| n.trim().parse::<usize>().ok().and_then(|n| all.checked_mul(n)))
+        };
+        match arraysize.strip_suffix('*') {
+            None => product(arraysize).map(Self::Fixed),
+            Some(before) => product(before.rsplit_once('x').map_or("", |(inner, _)| inner)).map(Self::Stated),
+        }
+    }
+}
+
+/// The type, length and null of a column.
+#[derive(Clone, Debug)]
+pub(super) struct Cell {
+    data_type: DataType,
+    length: Length,
+    /// The number that stands for null.
+    null: Option<String>,
+}
+
+impl Cell {
+    pub(super) fn new(data_type: &str, arraysize: &str, null: Option<&str>) -> Result<Self, String> {
+        let known = DataType::named(data_type).ok_or_else(|| format!("the datatype `{}` is none of VOTable's", echo_within(data_type, 20)))?;
+        let length = Length::of(arraysize).ok_or_else(|| format!("the arraysize `{}` is no size", echo_within(arraysize, 20)))?;
+        Ok(Self { data_type: known, length, null: null.map(str::to_owned) })
+    }
+
+    /// The cell's text, as TABLEDATA would have it.
+    fn text(&self, bytes: &[u8]) -> String {
+        // Of an array of numbers the first: no column of a point is an array.
+        fn first<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
+            bytes.first_chunk::<N>().copied()
+        }
+        let number = match self.data_type {
+            DataType::Char => {
+                let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
+                return String::from_utf8_lossy(&bytes[..end]).trim().to_owned();
+            }
+            DataType::UnicodeChar => {
+                let units: Vec<u16> = bytes.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]])).take_while(|u| *u != 0).collect();
+                return String::from_utf16_lossy(&units).trim().to_owned();
+            }
+            DataType::Boolean | DataType::Bit | DataType::FloatComplex | DataType::DoubleComplex => None,
+            DataType::UnsignedByte => bytes.first().map(u8::to_string),
+            DataType::Short => first(bytes).map(|b| i16::from_be_bytes(b).to_string()),
+            DataType::Int => first(bytes).map(|b| i32::from_be_bytes(b).to_string()),
+            DataType::Long => first(bytes).map(|b| i64::from_be_bytes(b).to_string()),
+            DataType::Float => first(bytes).map(f32::from_be_bytes).filter(|v| !v.is_nan()).map(|v| v.to_string()),
+            DataType::Double => first(bytes).map(f64::from_be_bytes).filter(|v| !v.is_nan()).map(|v| v.to_string()),
+        };
+        number.filter(|text| Some(text) != self.null.as_ref()).unwrap_or_default()
+    }
+}
+
+/// The rows of a stream.
+pub(super) struct Rows<'a> {
+    cells: &'a [Cell],
+    bytes: Vec<u8>,
+    at: usize,
+    /// BINARY2: each row begins with a bit for each column, set where it is null.
+    has_null_flags: bool,
+}
+
+impl<'a> Rows<'a> {
+    /// `text`: of the STREAM, which may be broken by blanks.
+    pub(super) fn new(cells: &'a [Cell], text: &str, has_null_flags: bool) -> Result<Self, String> {
+        if cells.is_empty() {
+            return Err("a TABLE without a FIELD has no rows".to_owned());
+        }
+        let engine = GeneralPurpose::new(&STANDARD, GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent));
+        let packed: String = text.split_ascii_whitespace().collect();
+        let bytes = engine.decode(packed).map_err(|e| format!("its STREAM is not base64: {e}"))?;
+        Ok(Self { cells, bytes, at: 0, has_null_flags })
+    }
+
+    fn take(&mut self, count: usize) -> Option<&[u8]> {
+        let end = self.at.checked_add(count)?;
+        let taken = self.bytes.get(self.at..end)?;
+        self.at = end;
+        Some(taken)
+    }
+
+    /// The next row; `None` after the last one. The error: what the row lacks.
+    pub(super) fn next_row(&mut self) -> Result<Option<Vec<String>>, String> {
+        if self.at == self.bytes.len() {
+            return Ok(None);
+        }
+        let began = self.at;
+        let ends = || format!("the row at byte {began} of its STREAM is cut off");
+        let flags = if self.has_null_flags { self.take(self.cells.len().div_ceil(8)).ok_or_else(ends)?.to_vec() } else { Vec::new() };
+        let cells = self.cells;
+        let mut row = Vec::with_capacity(cells.len());
+        for (k, cell) in cells.iter().enumerate() {
+            let count = match cell.length {
+                Length::Fixed(count) => count,
+                Length::Stated(unit) => {
+                    let stated = self.take(4).and_then(|b| b.try_into().ok()).map(i32::from_be_bytes).ok_or_else(ends)?;
+                    usize::try_from(stated).ok().and_then(|n| n.checked_mul(unit)).ok_or_else(ends)?
+                }
+            };
+            let bytes = cell.data_type.bytes_of(count).and_then(|n| self.take(n)).ok_or_else(ends)?;
+            let is_null = flags.get(k / 8).is_some_and(|byte| byte & (0x80 >> (k % 8)) != 0);
+            row.push(if is_null { String::new() } else { cell.text(bytes) });
+        }
+        // Columns of no bytes: such rows would never end.
+        if self.at == began { Err("its rows have no bytes".to_owned()) } else { Ok(Some(row)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base64::prelude::BASE64_STANDARD;
+
+    fn rows(cells: &[Cell], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
+        let text = BASE64_STANDARD.encode(bytes);
+        let broken: String = text.as_bytes().chunks(7).map(|part| format!("{}\n ", String::from_utf8_lossy(part))).collect();
+        let mut rows = Rows::new(cells, &broken, has_null_flags)?;
+        let mut all = Vec::new();
+        while let Some(row) = rows.next_row()? {
+            all.push(row);
+        }
+        Ok(all)
+    }
+
+    fn cell(data_type: &str, arraysize: &str) -> Cell {
+        Cell::new(data_type, arraysize, None).expect("a type")
+    }
+
+    #[test]
+    fn each_type_and_size_is_read() {
+        let cells = [
+            cell("double", ""),
+            cell("float", "2"),
+            cell("short", ""),
+            cell("char", "*"),
+            cell("char", "4"),
+            cell("unicodeChar", "3*"),
+            cell("bit", "9"),
+            cell("long", "2x*"),
+            Cell::new("int", "", Some("-99")).expect("a type"),
+            cell("unsignedByte", ""),
+        ];
+        let mut bytes = Vec::new();
+        for _ in 0..2 {
+            bytes.extend(10.25_f64.to_be_bytes());
+            bytes.extend([1.1_f32, 2.0].map(f32::to_be_bytes).concat());
+            bytes.extend((-7_i16).to_be_bytes());
+            bytes.extend([&3_i32.to_be_bytes()[..], b"abc", b"xy\0z"].concat());
+            bytes.extend([&2_i32.to_be_bytes()[..], &[0, 0xe9, 0x20, 0xac]].concat());
+            bytes.extend([0xff, 0x80]);
+            bytes.extend([&1_i32.to_be_bytes()[..], &5_i64.to_be_bytes(), &6_i64.to_be_bytes()].concat());
+            bytes.extend([&(-99_i32).to_be_bytes()[..], &[200]].concat());
+        }
+        let expected = ["10.25", "1.1", "-7", "abc", "xy", "\u{e9}\u{20ac}", "", "5", "", "200"];
+        assert_eq!(rows(&cells, &bytes, false).expect("rows"), [expected, expected]);
+        let cut = rows(&cells, &bytes[..bytes.len() - 1], false).expect_err("cut");
+        assert!(cut.starts_with(&format!("the row at byte {}", bytes.len() / 2)), "{cut}");
+    }
+
+    #[test]
+    fn nulls_are_flagged_from_the_highest_bit() {
+        let cells: Vec<Cell> = (0..9).map(|_| cell("unsignedByte", "")).collect();
+        let row = [&[0b0100_0000, 0b1000_0000][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]].concat();
+        assert_eq!(rows(&cells, &row, true).expect("a row"), [["1", "", "3", "4", "5", "6", "7", "8", ""]]);
+    }
+
+    #[test]
+    fn claims_beyond_the_stream_are_refused() {
+        for (arraysize, claimed) in [("*", i32::MAX), ("*", -1), ("1000000000x1000000000x*", 1000)] {
+            let cells = [cell("double", arraysize)];
+            let bytes = [&claimed.to_be_bytes()[..], &[0; 64]].concat();
+            assert!(rows(&cells, &bytes, false).expect_err("a claim").contains("cut off"), "{arraysize} {claimed}");
+        }
+        assert!(rows(&[cell("char", "0")], b"x", false).expect_err("nothing").contains("no bytes"));
+        assert!(Rows::new(&[cell("int", "")], "A*==", false).err().expect("no base64").contains("not base64"));
+        assert!(Cell::new("quad", "", None).is_err() && Cell::new("int", "2y", None).is_err() && Cell::new("int", "*x2", None).is_err());
+    }
+}
