@@ -5,9 +5,12 @@
 
 use super::{Session, SessionError, Stage};
 use crate::render::plan::{self, Plan, PlanError, SamplingQuality};
+use crate::scene::camera::geometry::ImageGeometry;
+use crate::scene::camera::warped::WarpedGeometry;
 use crate::scene::composite::{Composite, FrameRequest, Frames};
 use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
+use std::sync::Arc;
 
 /// Least and greatest side of the picture that a warp mesh samples, pixels.
 const WARPED_PX: (f64, f64) = (256.0, 8192.0);
@@ -20,7 +23,7 @@ impl Session {
             let modules = plan::composite_modules(&composite, mesh.is_some());
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
-                Ok(plan) => return Ok((composite.whole, plan)),
+                Ok(plan) => return Ok((shown_on(composite.whole, request), plan)),
                 Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
@@ -61,4 +64,15 @@ impl Session {
         let composite = Composite::new(&self.catalog, &inner, frames.arrangement, &frames.meter.viewer.camera, scenes);
         composite.map(|c| (c, screen)).ok_or_else(|| SessionError::from(PlanError::Module("a picture without a frame".into())))
     }
+}
+
+/// Tells where the mesh has moved the picture, once all that is drawn in it has its place.
+fn shown_on(mut whole: Scene, request: &ViewRequest) -> Scene {
+    if let Some(mesh) = &request.composition.warp {
+        let picture = Box::new(std::mem::take(&mut whole.geometry));
+        let picture_px = picture.projection(&whole.camera).size_px().to_array().map(|px| px.round() as u32);
+        let screen_px = [request.width, request.height];
+        whole.geometry = ImageGeometry::Warped(WarpedGeometry { picture, picture_px, mesh: Arc::clone(mesh), screen_px });
+    }
+    whole
 }

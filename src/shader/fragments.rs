@@ -81,6 +81,7 @@ fragments![
     "lib/custom/surface_point.wesl",
     "lib/probe_question.wesl",
     "lib/limb_darkening.wesl",
+    "lib/limb_distance.wesl",
     "lib/limb_heights.wesl",
     "lib/map_coordinates.wesl",
     "lib/maps.wesl",

@@ -5,7 +5,7 @@ use crate::view::interface::{interface, session, settle};
 use egui_kittest::kittest::Queryable;
 use glam::DVec2;
 use orrery::catalog::NaifId;
-use orrery::scene::request::{Projection, StereoLayout};
+use orrery::scene::request::{Projection, StereoLayout, WarpMesh};
 use orrery::time::Instant;
 use orrery::view::app::composition_state::CompositionState;
 use orrery::view::link::view_from_text;
@@ -79,6 +79,37 @@ fn a_click_selects_what_the_picture_shows_there() {
             }
         }
         assert!(clicked >= 1, "{composition:?}");
+    }
+}
+
+/// A mesh mirrors the picture and shifts it: the click goes with it, and where Saturn would be without the mesh there is none.
+#[test]
+fn a_click_follows_the_mesh_of_a_projector() {
+    let aspect = 1.6;
+    let mut mesh = "2\n9 7\n".to_owned();
+    for (row, column) in (0..7).flat_map(|r| (0..9).map(move |c| (r, c))) {
+        let (u, v) = (f64::from(column) / 8.0, f64::from(row) / 6.0);
+        let (x, y) = (0.7 * aspect * (1.0 - 2.0 * u) + 0.45, 0.8 * (2.0 * v - 1.0) - 0.15 * u);
+        mesh.push_str(&format!("{x} {y} {u} {v} 1\n"));
+    }
+    let mut interface = of_saturn(&CompositionState::default());
+    interface.warp = Some(Arc::new(WarpMesh::parse("projector.data", &mesh).expect("a mesh")));
+    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 640.0);
+    settle(&mut window);
+    let sky = window.get_by_label_contains("The sky: ").rect();
+    let drawing = window.state().drawing().expect("a picture");
+    let points = f64::from(sky.width()) / f64::from(drawing.width);
+    let scene = &drawing.scene;
+    let centre_km = scene.body(SATURN).expect("of the catalog").placement.centre_km;
+    let at = scene.geometry.pixel_of(&scene.camera, centre_km).expect("on the mesh");
+    let middle = 0.5 * DVec2::new(f64::from(drawing.width), f64::from(drawing.height));
+    // u and v of the middle are one half: x is 0.45 of half the height, y -0.075 of it.
+    assert!(at.distance(middle + DVec2::new(0.45, 0.075) * middle.y) < 1.5, "{at} of {middle}");
+    for (px, is_saturn) in [(at, true), (middle - DVec2::new(0.0, 0.6 * middle.y), false)] {
+        window.state_mut().viewer.selected = NaifId::SUN;
+        click(&mut window, sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32), false);
+        assert_eq!(window.state().viewer.selected == SATURN, is_saturn, "at {px}");
+        crate::view::input::later(&mut window, 1.0);
     }
 }
 

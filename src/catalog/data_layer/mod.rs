@@ -264,7 +264,9 @@ mod tests {
         assert_eq!(flagged.points, plain.points);
         // Without flags a null is a value of its own.
         let unflagged = rows([&[], &[]]);
-        assert!(read("a.vot", None, &as_form("BINARY", &unflagged)).expect_err("a time").starts_with("a.vot:11: row 2: field time: `never`"));
+        assert!(
+            read("a.vot", None, &as_form("BINARY", &unflagged)).expect_err("a time").starts_with("a.vot:11: row 2: field time: `never`")
+        );
         let end = unflagged.len() - 9;
         let cleared = [&unflagged[..end], &[0; 4]].concat();
         assert_eq!(read("a.vot", None, &as_form("BINARY", &cleared)).expect("read").points, plain.points);
@@ -273,7 +275,10 @@ mod tests {
         };
         assert!(why("encoding=\"base64\"", "encoding=\"gzip\"").contains("the encoding of STREAM is `gzip`"));
         assert!(why("encoding", "href=\"a.bin\" encoding").contains("rows in another file"));
-        assert!(why("datatype=\"double\"/>\n<FIELD name=\"time\"", "datatype=\"quad\"/>\n<FIELD name=\"time\"").contains("field delta (line 7): the datatype `quad`"));
+        assert!(
+            why("datatype=\"double\"/>\n<FIELD name=\"time\"", "datatype=\"quad\"/>\n<FIELD name=\"time\"")
+                .contains("field delta (line 7): the datatype `quad`")
+        );
     }
 
     const GEOJSON: &str = r#"{"type": "FeatureCollection", "name": "own", "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}},

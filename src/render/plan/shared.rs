@@ -251,8 +251,7 @@ pub(super) fn refracted_limb(
             w.vec3("ray_origin", rays.ray_origin)?;
             w.vec3("ray_du", rays.ray_du)?;
             w.vec3("ray_dv", rays.ray_dv)?;
-            w.f32("anchor_is_camera", if rays.anchor_is_camera { 1.0 } else { 0.0 })?;
-            w.f32("anchor_radius_sq_minus_1", rays.anchor_radius_sq_minus_1)?;
+            w.vec4_array("silhouette_form", &rays.silhouette_form)?;
             w.vec3("camera_in_unit_sphere", rays.camera_in_unit_sphere)?;
             w.vec3("axis_ratios", limb.axis_ratios)?;
             w.f32("depth", limb.depth)?;

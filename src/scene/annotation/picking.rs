@@ -12,6 +12,8 @@ pub const REACH_PX: f64 = 14.0;
 
 /// The star that a click at `at_px` selects: the brightest within reach, as an index into the star catalogue.
 pub fn hit_star(scene: &Scene, at_px: DVec2) -> Option<usize> {
+    // A mesh moves one click, and not a million stars.
+    let at_px = scene.geometry.picture_of_screen(at_px)?;
     let near = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= REACH_PX);
     near.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
@@ -25,7 +27,8 @@ pub fn snapped_px(marks: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
 
 /// The position of a star in the picture, if it is drawn.
 pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
-    scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))
+    let in_picture = scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))?;
+    scene.geometry.screen_of_picture(in_picture)
 }
 
 fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {

@@ -1,10 +1,11 @@
 //! Where a finished picture shows directions: a plane, a fisheye or whole sphere, or two eyes.
 //!
 //! In: ICRF directions, pixels of the finished picture. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and [`ImageGeometry::pixel_of`] are inverse to
-//! each other within the picture; of a stereo pair both are those of the left eye's picture. Not here: a warp mesh, which moves the finished picture.
+//! each other within the picture; of a stereo pair both are those of the left eye's picture.
 
 use super::Camera;
 use super::sphere::{ImageProjection, SpherePicture};
+use super::warped::WarpedGeometry;
 use glam::{DVec2, DVec3};
 
 /// How a finished picture shows directions.
@@ -17,6 +18,8 @@ pub enum ImageGeometry {
     Sphere(SpherePicture),
     /// A stereo pair, whose scene is the left eye's.
     Stereo(StereoGeometry),
+    /// One of the others on a warp mesh.
+    Warped(WarpedGeometry),
 }
 
 /// The columns of the left eye's rendered frame that the finished picture keeps.
@@ -57,6 +60,27 @@ impl ImageProjection for LeftPicture<'_> {
     }
 }
 
+/// A picture on a warp mesh.
+struct WarpedPicture<'a> {
+    camera: &'a Camera,
+    geometry: &'a WarpedGeometry,
+}
+
+impl ImageProjection for WarpedPicture<'_> {
+    fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
+        self.geometry.picture.pixel_of(self.camera, direction).and_then(|px| self.geometry.screen_of_picture(px))
+    }
+    fn size_px(&self) -> DVec2 {
+        DVec2::from_array(self.geometry.screen_px.map(f64::from))
+    }
+    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
+        self.geometry.picture.projection(self.camera).disc_radius_px(angular_radius) * self.geometry.scale()
+    }
+    fn field_of_view(&self) -> String {
+        self.geometry.picture.projection(self.camera).field_of_view()
+    }
+}
+
 impl ImageGeometry {
     /// The projection by which labels and marks are placed.
     pub(crate) fn projection<'a>(&'a self, camera: &'a Camera) -> Box<dyn ImageProjection + 'a> {
@@ -64,6 +88,7 @@ impl ImageGeometry {
             Self::Perspective => Box::new(camera.clone()),
             Self::Sphere(picture) => Box::new(picture.clone()),
             Self::Stereo(geometry) => Box::new(LeftPicture { camera, geometry: *geometry }),
+            Self::Warped(geometry) => Box::new(WarpedPicture { camera, geometry }),
         }
     }
 
@@ -72,24 +97,36 @@ impl ImageGeometry {
         self.projection(camera).pixel_of(direction)
     }
 
-    /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle.
+    /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle or a mesh.
     pub(crate) fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
         let of_camera = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
             Self::Perspective => of_camera(pixel),
             Self::Sphere(picture) => picture.direction(pixel).map(|v| picture.right * v.x + picture.up * v.y + picture.forward * v.z),
             Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftPicture { camera, geometry: *geometry }.column()),
+            Self::Warped(geometry) => geometry.picture.direction(camera, geometry.picture_of_screen(pixel)?),
         }
     }
 
-    /// Where a sprite at this place of the scene's frame (clip coordinates) is in the finished picture.
+    /// Where a sprite at this place of the scene's frame (clip coordinates) is in the picture, before a mesh moves it.
     pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
         let px = camera.pixel_from_clip(clip);
         match self {
             // The sprites of a dome or a whole sphere are placed in the finished picture.
             Self::Perspective | Self::Sphere(_) => px,
             Self::Stereo(geometry) => px - LeftPicture { camera, geometry: *geometry }.column(),
+            Self::Warped(geometry) => geometry.picture.sprite_px(camera, clip),
         }
+    }
+
+    /// The pixel of the picture that a pixel of the screen shows; without a mesh it is the same, beside one it is none.
+    pub(crate) fn picture_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
+        if let Self::Warped(geometry) = self { geometry.picture_of_screen(pixel) } else { Some(pixel) }
+    }
+
+    /// The pixel of the screen that shows a pixel of the picture.
+    pub(crate) fn screen_of_picture(&self, pixel: DVec2) -> Option<DVec2> {
+        if let Self::Warped(geometry) = self { geometry.screen_of_picture(pixel) } else { Some(pixel) }
     }
 
     /// A pixel in the right half of a side-by-side pair moves to the same place of the left half; any other pixel stays.
@@ -107,9 +144,40 @@ impl ImageGeometry {
 mod tests {
     use super::*;
     use crate::scene::request::composition::Projection;
+    use crate::scene::request::warp_mesh::WarpMesh;
+    use std::sync::Arc;
 
     fn camera(width: u32, height: u32) -> Camera {
         Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, width, height)
+    }
+
+    /// Bent and sheared to a screen of the same size; it covers all but the corners.
+    fn warped() -> ImageGeometry {
+        let mut text = "2\n7 5\n".to_owned();
+        for (row, column) in (0..5).flat_map(|r| (0..7).map(move |c| (r, c))) {
+            let (u, v) = (f64::from(column) / 6.0, f64::from(row) / 4.0);
+            let (x, y) = (3.0 * u - 1.5, 2.0 * v - 1.0);
+            text.push_str(&format!("{} {} {u} {v} 1\n", x + 0.2 * y - 0.1 * x * y * y, 1.05 * y - 0.06 * x * x * y));
+        }
+        let mesh = Arc::new(WarpMesh::parse("m", &text).expect("a mesh"));
+        ImageGeometry::Warped(WarpedGeometry { picture: Box::default(), picture_px: [90, 60], mesh, screen_px: [90, 60] })
+    }
+
+    /// A mesh that changes nothing, on a screen of twice the size.
+    #[test]
+    fn a_plain_mesh_scales() {
+        let mesh = Arc::new(WarpMesh::parse("m", "2\n2 2\n-1.5 -1 0 0 1\n1.5 -1 1 0 1\n-1.5 1 0 1 1\n1.5 1 1 1 1\n").expect("a mesh"));
+        let plain = WarpedGeometry { picture: Box::default(), picture_px: [90, 60], mesh, screen_px: [180, 120] };
+        for (x, y) in [(0.5, 0.5), (12.0, 47.0), (89.0, 3.0)] {
+            let px = DVec2::new(x, y);
+            let screen = plain.screen_of_picture(px).expect("on the screen");
+            assert!(screen.distance(2.0 * px) < 1e-9, "{px}: {screen}");
+            assert!(plain.picture_of_screen(screen).expect("in the picture").distance(px) < 1e-9);
+        }
+        assert_eq!(plain.picture_of_screen(DVec2::new(-1.0, 5.0)), None);
+        let camera = camera(90, 60);
+        let radius = |geometry: &ImageGeometry| geometry.projection(&camera).disc_radius_px(0.1);
+        assert!((radius(&ImageGeometry::Warped(plain)) / radius(&ImageGeometry::Perspective) - 2.0).abs() < 1e-12);
     }
 
     #[test]
@@ -121,9 +189,14 @@ mod tests {
         };
         // A frame of 90 pixels, whose right half is the left eye's picture.
         let pair = |side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side });
-        for geometry in
-            [ImageGeometry::Perspective, sphere(Projection::Fisheye), sphere(Projection::Equirectangular), pair(true), pair(false)]
-        {
+        for geometry in [
+            ImageGeometry::Perspective,
+            sphere(Projection::Fisheye),
+            sphere(Projection::Equirectangular),
+            pair(true),
+            pair(false),
+            warped(),
+        ] {
             let mut seen = 0;
             for (x, y) in (0..90).flat_map(|x| (0..60).map(move |y| (x, y))) {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);

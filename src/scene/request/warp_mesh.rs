@@ -144,6 +144,29 @@ impl WarpMesh {
         sums.into_iter().map(|(s, n)| s.map(|v| if n > 0.0 { v / n } else { DVec2::ZERO })).collect()
     }
 
+    /// The place in the picture that a place of the screen shows; `None` beside the mesh.
+    pub fn picture_of_screen(&self, screen: DVec2) -> Option<DVec2> {
+        self.carried(screen, |n| n.screen, |n| n.picture)
+    }
+
+    /// The place of the screen that shows a place in the picture; `None` if none does. Of several the first in the mesh.
+    pub fn screen_of_picture(&self, picture: DVec2) -> Option<DVec2> {
+        self.carried(picture, |n| n.picture, |n| n.screen)
+    }
+
+    /// A place in the first triangle that holds it, carried to the same place in that triangle's other form.
+    fn carried(&self, at: DVec2, from: fn(&WarpNode) -> DVec2, to: fn(&WarpNode) -> DVec2) -> Option<DVec2> {
+        self.triangles.chunks_exact(3).find_map(|corners| {
+            let nodes = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
+            let [a, b, c] = [0, 1, 2].map(|k| from(&nodes[k]));
+            let area = twice_area(a, b, c);
+            let weights = [twice_area(at, b, c), twice_area(a, at, c), twice_area(a, b, at)].map(|w| w / area);
+            // A place on an edge belongs to both triangles, whatever the rounding. Without an area weights are not finite.
+            let holds = weights.iter().all(|w| *w >= -1e-9 && w.is_finite());
+            holds.then(|| weights.iter().zip(&nodes).map(|(w, n)| to(n) * *w).sum())
+        })
+    }
+
     /// The tenth percentile of the smaller derivative over the nodes, in picture heights per screen unit. `aspect`: the picture's width in heights.
     pub fn slowest_motion(&self, aspect: f64) -> f64 {
         let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);

@@ -94,7 +94,8 @@ pub(super) struct Cell {
 
 impl Cell {
     pub(super) fn new(data_type: &str, arraysize: &str, null: Option<&str>) -> Result<Self, String> {
-        let known = DataType::named(data_type).ok_or_else(|| format!("the datatype `{}` is none of VOTable's", echo_within(data_type, 20)))?;
+        let known =
+            DataType::named(data_type).ok_or_else(|| format!("the datatype `{}` is none of VOTable's", echo_within(data_type, 20)))?;
         let length = Length::of(arraysize).ok_or_else(|| format!("the arraysize `{}` is no size", echo_within(arraysize, 20)))?;
         Ok(Self { data_type: known, length, null: null.map(str::to_owned) })
     }

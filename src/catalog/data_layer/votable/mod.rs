@@ -110,7 +110,9 @@ impl Listener for Table {
                 self.choose_columns()?;
             }
             "FITS" => {
-                return Err("rows as FITS; ask the service for TABLEDATA, or convert the file (stilts tcopy ofmt=votable-tabledata)".to_owned());
+                return Err(
+                    "rows as FITS; ask the service for TABLEDATA, or convert the file (stilts tcopy ofmt=votable-tabledata)".to_owned()
+                );
             }
             "STREAM" if element.attribute("href").is_some() => return Err("rows in another file: `href` of STREAM".to_owned()),
             "STREAM" if element.attribute("encoding") != Some("base64") => {
