@@ -60,8 +60,8 @@ pub struct Scene {
     pub orbits: Vec<orbits::OrbitArc>,
     /// Other lines in space, such as the traces of moving bodies; hidden like orbits.
     pub lines: Vec<LineSegment>,
-    /// Lines on the ground of one body, on the side that faces the camera.
-    pub ground_lines: Option<(NaifId, Vec<LineSegment>)>,
+    /// Lines on the ground of bodies, on the side that faces the camera.
+    pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
     /// The solar corona, drawn between two of the draws.
     pub corona: Option<corona::Corona>,
     /// The refracted limbs of bodies in front of the Sun.

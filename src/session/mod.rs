@@ -425,6 +425,11 @@ impl Session {
         }
     }
 
+    /// Draws a plan in linear light by the preferred renderer.
+    pub(crate) fn draw_plan(&self, plan: &Plan) -> Result<Frame, SessionError> {
+        Ok(self.devices.draw(self.renderer(), plan, &self.library, RequestedOutput::Linear)?.frame)
+    }
+
     /// Whether any module was rejected because its file had been forged on disk, and has been rebuilt. Each is replaced at most once.
     fn replace_forged(&self, modules: &[ModuleId]) -> bool {
         let replaced = self.library.replace_forged(modules) > 0;

@@ -120,7 +120,7 @@ fn outlines_lie_on_their_ground() {
     let request = view("2024-03-11T03:00:00Z");
     let scene = session.scene(&request).expect("a scene");
     let earth = scene.body(NaifId::EARTH).expect("the Earth").placement;
-    let (of, pieces) = scene.ground_lines.as_ref().expect("lines");
+    let (of, pieces) = scene.ground_lines.first().expect("lines");
     assert!(*of == NaifId::EARTH && pieces.len() >= 4, "{}", pieces.len());
     let half = scene.camera.half_size();
     let ends: Vec<DVec2> =
@@ -150,11 +150,11 @@ fn outlines_lie_on_their_ground() {
     };
     assert!(around(&drawn));
     let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..request.clone() };
-    assert!(session.scene(&off).expect("a scene").ground_lines.is_none());
+    assert!(session.scene(&off).expect("a scene").ground_lines.is_empty());
     assert!(!around(&session.draw(&off, SAMPLING, false).expect("drawn")));
     // From the other side nothing is seen of it.
     let night = view("2024-03-11T15:00:00Z");
-    assert!(session.scene(&night).expect("a scene").ground_lines.is_none());
+    assert!(session.scene(&night).expect("a scene").ground_lines.is_empty());
 }
 
 /// Distance of a place from a piece.

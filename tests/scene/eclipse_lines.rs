@@ -31,7 +31,7 @@ fn path() -> Layers {
 }
 
 fn pieces(made: &Scene) -> &[LineSegment] {
-    made.ground_lines.as_ref().map_or(&[][..], |(_, pieces)| pieces)
+    made.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces)
 }
 
 fn ends_px(made: &Scene, piece: &LineSegment) -> [DVec2; 2] {

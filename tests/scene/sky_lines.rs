@@ -170,6 +170,36 @@ fn the_horizon_is_that_of_the_place() {
     assert!(nowhere.sky_lines.is_empty() && nowhere.sky.iter().any(|d| !d.on && d.reason.contains("no ground")), "{:?}", nowhere.sky);
 }
 
+/// Every body that is large enough has its lines, in the order in which bodies are drawn: the Earth past the Moon's limb as well as the Moon.
+#[test]
+fn each_body_in_sight_has_its_own_lines() {
+    let moon = ViewRequest {
+        position: Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(6.0) },
+        width: 400,
+        height: 400,
+        layers: only("grid-body"),
+        ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
+    };
+    let facing = scene(&moon);
+    assert_eq!(facing.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON], "the Earth is behind the camera");
+    let [earth, centre] = [NaifId::EARTH, NaifId::MOON].map(|id| facing.body(id).expect("in the catalog").placement.centre_km);
+    let towards = (earth - centre).normalize();
+    let offset_km = 1737.4 * (2.0 * towards.any_orthonormal_vector() - 6.0 * towards);
+    let beyond =
+        ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, fov_deg: Some(50.0), ..moon };
+    let made = scene(&beyond);
+    assert_eq!(made.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON, NaifId::EARTH]);
+    for (id, pieces) in &made.ground_lines {
+        let placement = made.body(*id).expect("in the catalog").placement;
+        let at: Vec<DVec2> = pieces.iter().map(|p| pixel(&made.camera, p.ends[0].lerp(p.ends[1], 0.5))).collect();
+        let on_body = at.iter().filter(|at| made.camera.surface_under_pixel(&placement, **at).is_some()).count();
+        assert!(on_body > 10 && on_body * 10 > at.len() * 8, "{id:?}: {on_body} of {}", at.len());
+    }
+    // From afar the Moon is too small for lines, and the picture is not full of them.
+    let far = ViewRequest { fov_deg: Some(170.0), width: 64, height: 64, ..beyond };
+    assert_eq!(scene(&far).ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), []);
+}
+
 /// The ground's lines lie on the body: the terminator where the Sun's centre is in the horizon, latitudes where the picture's pixel has them.
 #[test]
 fn lines_of_the_ground_lie_where_they_say() {
@@ -186,7 +216,7 @@ fn lines_of_the_ground_lie_where_they_say() {
         let sun = made.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
         let placement = body_of(&made);
         let to_sun = (placement.body_from_icrf * (sun - placement.centre_km)).normalize();
-        let pieces = made.ground_lines.as_ref().map_or(&[][..], |(_, pieces)| pieces);
+        let pieces = made.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
         let mut seen = 0;
         let along = |p: &LineSegment| [0.0, 0.25, 0.5, 0.75].map(|t| pixel(&made.camera, p.ends[0].lerp(p.ends[1], t)));
         for at in pieces.iter().flat_map(along) {
@@ -200,7 +230,7 @@ fn lines_of_the_ground_lie_where_they_say() {
         assert!(seen > 10 || target == 599 || target == 699, "{target}: {seen}");
         let made = scene(&ViewRequest { layers: only("grid-body"), ..base.clone() });
         let placement = body_of(&made);
-        let pieces = made.ground_lines.as_ref().map_or(&[][..], |(_, pieces)| pieces);
+        let pieces = made.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
         assert!(pieces.len() > 20, "{target}");
         // The equator where it faces the camera, and not the half behind.
         let mut on_equator = 0;

@@ -133,7 +133,7 @@ pub(super) fn light_steps(
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
                 let draws = layers.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
                 steps.push(over_hdr(step_name(&layers[0]), draws));
-                let lines = scene.ground_lines.as_ref().filter(|(id, _)| *id == body && layers[0].part == Part::Globe);
+                let lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
                 if let Some((_, pieces)) = lines {
                     steps.push(over_hdr("ground lines", shared::lines_in_order("ground lines", pieces, scene, provider)?));
                 }

@@ -49,7 +49,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.background.is_some(), "sky_background"),
         (!scene.sky_images.is_empty(), "sky_image"),
         (!scene.points.is_empty() || !scene.stars.is_empty() || !scene.comets.heads.is_empty(), "point"),
-        (!scene.lines.is_empty() || !scene.sky_lines.is_empty() || scene.ground_lines.is_some(), "line"),
+        (!scene.lines.is_empty() || !scene.sky_lines.is_empty() || !scene.ground_lines.is_empty(), "line"),
         (!scene.orbits.is_empty(), "orbit"),
         (scene.minor_planets.is_some(), "minor_planets"),
         (!scene.comets.tails.is_empty(), "comet_tail"),

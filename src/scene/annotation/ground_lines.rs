@@ -1,6 +1,6 @@
 //! All lines on the ground of one body: grid, terminator, eclipse shadows, the user's data.
 //!
-//! In: the requested layers, and the body that is looked at or stood on. Out: line segments, labels and decisions; none for a body too small for lines,
+//! In: the requested layers, and a body. Out: line segments, labels and decisions; none for a body too small for lines,
 //! with the reason.
 
 use crate::catalog::DataLayer;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Smallest diameter of a body with lines, pixels.
 const MIN_DIAMETER_PX: f64 = 16.0;
 
-/// The lines on the ground of the body that is looked at or stood on.
+/// The lines on the ground of a body; `None`: nothing is looked at, and the decisions say so.
 pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>, data: &[Arc<DataLayer>]) -> SkyLines {
     let layers = context.request.layers;
     let has_lines = layers.data && body.is_some_and(|p| data.iter().any(|l| l.body == Some(p.body.id) && !l.lines.is_empty()));

@@ -22,7 +22,7 @@ use glam::{DMat3, DVec2, DVec3};
 /// What is written and drawn over a picture, with the decisions about it.
 pub(super) struct Annotations {
     pub sky_lines: Vec<LineSegment>,
-    pub ground_lines: Option<(NaifId, Vec<LineSegment>)>,
+    pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
     pub lines_in_space: Vec<LineSegment>,
     pub labels: Option<labels::LabelLayer>,
     pub texts: Option<TextLayer>,
@@ -42,17 +42,27 @@ impl Annotations {
         let cones = body.filter(|_| request.layers.eclipse_cones).map(|p| eclipse_lines::in_space(frame.context, camera, p));
         let (cone_lines, cone_decision) = cones.unzip();
         let sky = sky_lines::sky_lines(request, &builder.viewer, builder.local_horizon());
-        let ground = ground_lines::ground_lines(frame.context, camera, body, &builder.catalog.data_layers());
+        let data = builder.catalog.data_layers();
+        let ground = ground_lines::ground_lines(frame.context, camera, body, &data);
+        let others = builder.placed.iter().filter(|p| body.is_none_or(|b| b.body.id != p.body.id) && !builder.is_inside(p.body));
+        let others: Vec<(&PlacedBody<'_>, SkyLines)> =
+            others.map(|p| (p, ground_lines::ground_lines(frame.context, camera, Some(p), &data))).collect();
         let instruments = builder.instrument_frames(size_px);
         let names = request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), size_px));
         let (star_texts, star_decision) = names.unzip();
         let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, size_px));
-        let wanted: Vec<_> = sky_texts.chain(ground.texts).chain(instruments.texts).collect();
+        let other_texts = others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
+        let wanted: Vec<_> = sky_texts.chain(ground.texts).chain(other_texts).chain(instruments.texts).collect();
         let texts = (!wanted.is_empty()).then(|| line_texts::place_texts(wanted, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
         Self {
             sky_lines: sky.segments,
-            ground_lines: body.map(|p| (p.body.id, ground.segments)).filter(|(_, segments)| !segments.is_empty()),
+            ground_lines: body
+                .map(|p| (p.body.id, ground.segments))
+                .into_iter()
+                .chain(others.into_iter().map(|(p, lines)| (p.body.id, lines.segments)))
+                .filter(|(_, segments)| !segments.is_empty())
+                .collect(),
             lines_in_space: cone_lines.into_iter().flatten().chain(instruments.segments).collect(),
             labels,
             texts,
@@ -62,10 +72,18 @@ impl Annotations {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// The body on which ground lines are drawn: the target, or the body that the viewer stands on.
+    /// The body whose ground lines are reported: the target, or the body that the viewer stands on.
     fn body_with_lines(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|(id, _)| id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
+    }
+
+    /// Whether a text of a body's ground lines has that body under it, and no nearer one.
+    fn is_seen_on(&self, body: &PlacedBody<'_>, text: &SkyText) -> bool {
+        let covers = |p: &&PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, text.at_px).is_some();
+        let nearest =
+            self.placed.iter().filter(|p| !self.is_inside(p.body)).filter(covers).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+        nearest.is_some_and(|p| p.body.id == body.body.id)
     }
 
     /// Whether a body, including the ground, hides a text on the sky. A text on the horizon is drawn above it; coordinate ticks stay at the picture's
