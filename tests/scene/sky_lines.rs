@@ -184,9 +184,9 @@ fn each_body_in_sight_has_its_own_lines() {
     assert_eq!(facing.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON], "the Earth is behind the camera");
     let [earth, centre] = [NaifId::EARTH, NaifId::MOON].map(|id| facing.body(id).expect("in the catalog").placement.centre_km);
     let towards = (earth - centre).normalize();
-    let offset_km = 1737.4 * (2.0 * towards.any_orthonormal_vector() - 6.0 * towards);
+    let offset_km = 1737.4 * (1.6 * towards.any_orthonormal_vector() - 6.0 * towards);
     let beyond =
-        ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, fov_deg: Some(50.0), ..moon };
+        ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, fov_deg: Some(34.0), ..moon };
     let made = scene(&beyond);
     assert_eq!(made.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON, NaifId::EARTH]);
     for (id, pieces) in &made.ground_lines {
