@@ -10,6 +10,7 @@ mod flights;
 mod input;
 mod inspect;
 pub mod interface;
+mod language;
 mod now;
 mod panels;
 mod search;

@@ -8,6 +8,7 @@ use crate::session::DisplayPreference;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
 use crate::view::app::view_state::ViewState;
+use crate::view::language::Language;
 use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
 use std::io::Error;
@@ -112,6 +113,8 @@ pub struct Settings {
     pub dark: Option<bool>,
     /// Scale of text and controls.
     pub zoom: f32,
+    /// `None`: that of the system.
+    pub language: Option<Language>,
     pub names: bool,
     pub markers: bool,
     /// Outline of the selected body, unless it is the target.
@@ -135,6 +138,7 @@ impl Default for Settings {
         Self {
             dark: Some(true),
             zoom: 1.0,
+            language: None,
             names: true,
             markers: true,
             outline: true,

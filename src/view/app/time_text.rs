@@ -4,10 +4,12 @@
 
 use crate::events::Place;
 use crate::time::Instant;
+use crate::view::language::dates::{date_text, month_day_text};
+use crate::view::language::{decimal, named};
 
 /// `2024-04-08 18:17 UTC`, rounded to the minute.
 pub(crate) fn utc_minute(t: Instant) -> String {
-    truncated(&t.plus_seconds(30.0).to_utc_iso(), "hh:mm".len())
+    dated(&t.plus_seconds(30.0).to_utc_iso(), "hh:mm".len())
 }
 
 /// Month, day and time of day, `04-08 18:17:16`, UTC, rounded to the second: for lists of one event's instants.
@@ -16,7 +18,7 @@ pub(crate) fn utc_day_second(t: Instant) -> String {
     let Some((date, clock)) = whole.trim_end_matches(" UTC").split_once(' ') else { return whole };
     let mut fields = date.rsplit('-');
     match (fields.next(), fields.next()) {
-        (Some(day), Some(month)) => format!("{month}-{day} {clock}"),
+        (Some(day), Some(month)) => format!("{} {clock}", month_day_text(month, day)),
         _ => whole,
     }
 }
@@ -29,10 +31,24 @@ fn truncated(iso: &str, clock_chars: usize) -> String {
     }
 }
 
+/// As [`truncated`], with the date as the language writes it.
+fn dated(iso: &str, clock_chars: usize) -> String {
+    let whole = truncated(iso, clock_chars);
+    whole.split_once(' ').map_or(whole.clone(), |(date, clock)| format!("{} {clock}", date_text(date)))
+}
+
 /// `25.5° N, 33.2° E`.
 pub(crate) fn place_text(place: Place) -> String {
-    let side = |deg: f64, positive, negative| format!("{:.1}° {}", deg.abs(), if deg < 0.0 { negative } else { positive });
-    format!("{}, {}", side(place.latitude_deg, 'N', 'S'), side(place.longitude_deg, 'E', 'W'))
+    place_degrees(place.latitude_deg, place.longitude_deg, 1)
+}
+
+/// Latitude and longitude with their directions in place of signs.
+pub(crate) fn place_degrees(latitude_deg: f64, longitude_deg: f64, digits: usize) -> String {
+    let side = |deg: f64, positive, negative| {
+        let direction = named("direction", if deg < 0.0 { negative } else { positive });
+        format!("{}° {direction}", decimal(deg.abs(), digits))
+    };
+    format!("{}, {}", side(latitude_deg, "north", "south"), side(longitude_deg, "east", "west"))
 }
 
 #[cfg(test)]

@@ -1,0 +1,49 @@
+//! Numbers as the window's language writes them.
+//!
+//! In: a number and its digits, typed text. Out: text with the language's decimal mark and grouping, or the number. Always: English has the decimal point and no-one else's text
+//! changes it; typed numbers are understood with either mark. Not for files, links or the command line.
+
+use super::{Language, current};
+use std::fmt::Display;
+
+/// A number with fixed decimals.
+pub(crate) fn decimal(value: impl Display, digits: usize) -> String {
+    localised(format!("{value:.digits$}"))
+}
+
+/// The same, with its sign.
+pub(crate) fn signed(value: impl Display, digits: usize) -> String {
+    localised(format!("{value:+.digits$}"))
+}
+
+/// A number's text with the decimal mark of the language in place of the point.
+pub(crate) fn localised(number: String) -> String {
+    match current() {
+        Language::English => number,
+        Language::German => number.replace('.', ","),
+    }
+}
+
+/// What separates thousands.
+pub(crate) fn group_mark() -> &'static str {
+    match current() {
+        Language::English => " ",
+        Language::German => ".",
+    }
+}
+
+/// The text of sliders and number fields, for egui.
+pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) -> String {
+    localised(egui::emath::format_with_decimals_in_range(value, decimals))
+}
+
+/// A typed number, with a decimal point, or with the comma of the language.
+pub(crate) fn typed_number(text: &str) -> Option<f64> {
+    let plain: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
+    match current() {
+        Language::English => plain.parse().ok(),
+        // A text with both has its points between thousands.
+        Language::German if plain.contains(',') => plain.replace('.', "").replace(',', ".").parse().ok(),
+        Language::German => plain.parse().ok(),
+    }
+}
