@@ -111,8 +111,14 @@ pub(crate) fn near_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
 
 /// All names of bodies and stars.
 pub(crate) fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
-    let bodies =
-        viewer.subjects().iter().flat_map(|b| [body_name(&b.name), &b.name].into_iter().chain(b.aliases.iter().map(String::as_str)));
+    // Those of the catalog, and where the window's language has another, that one too.
+    let bodies = viewer.subjects().iter().flat_map(|b| {
+        Some(body_name(&b.name))
+            .filter(|own| *own != b.name)
+            .into_iter()
+            .chain([b.name.as_str()])
+            .chain(b.aliases.iter().map(String::as_str))
+    });
     bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name))
 }
 

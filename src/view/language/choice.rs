@@ -59,7 +59,7 @@ impl Language {
     /// Which languages there are.
     pub fn by_code(code: &str) -> Result<Self, UnknownLanguage> {
         let found = Self::ALL.into_iter().find(|language| language.code().eq_ignore_ascii_case(code.trim()));
-        found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, 40).to_string() })
+        found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, 40) })
     }
 
     /// The language of the environment's locale, `de_DE.UTF-8` for instance; English if it has none that exists. `variable`: reads one.

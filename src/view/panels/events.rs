@@ -5,6 +5,7 @@
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
+use crate::catalog::Catalog;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, Playback, SkyEvent};
@@ -55,8 +56,8 @@ pub(crate) struct EventsPanel {
     backward: bool,
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// The kinds and the range that the rows belong to.
-    searched: Option<String>,
+    /// The direction and the beginning of the search that the rows belong to.
+    searched: Option<(bool, Instant)>,
     failure: Option<String>,
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
@@ -67,6 +68,13 @@ impl EventsPanel {
     /// The span and rate at which the chosen event is played.
     pub(crate) fn playback_of_chosen(&self) -> Option<Playback> {
         self.chosen.as_ref().map(|event| event.playback())
+    }
+
+    /// Writes the rows anew, in the language that the window has now.
+    pub(crate) fn rename(&mut self, catalog: &Catalog) {
+        for row in &mut self.rows {
+            (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
+        }
     }
 }
 
@@ -116,7 +124,7 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         let list =
             ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range].1)).width(80.0).show_ui(ui, |ui| {
                 for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
-                    changed |= ui.selectable_value(&mut panel.range, i, plain(name)).changed();
+                    changed |= ui.selectable_value(&mut panel.range, i, plain(*name)).changed();
                 }
             });
         list.response.on_hover_text(text!("events-range-hint")).accessible_name(text!("events-range"));
@@ -136,8 +144,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
-    panel.searched =
-        Some(format!("{} {}", if panel.backward { text!("events-before-date") } else { text!("events-after-date") }, utc_minute(start)));
+    panel.searched = Some((panel.backward, start));
     let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
     panel.running = next_step(search, worker);
 }
@@ -231,7 +238,10 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
 
 /// The result of a search, and a hint.
 fn status_text(panel: &EventsPanel) -> (String, &'static str) {
-    let searched = panel.searched.as_deref().unwrap_or_default();
+    let searched = panel.searched.map_or(String::new(), |(backward, start)| {
+        let side = if backward { text!("events-before-date") } else { text!("events-after-date") };
+        format!("{side} {}", utc_minute(start))
+    });
     match (&panel.failure, panel.rows.len()) {
         (Some(why), _) => (why.clone(), text!("events-end-hint")),
         (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched), text!("events-none-hint")),

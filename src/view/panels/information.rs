@@ -261,7 +261,7 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
                     line(ui, text!("eclipse-second-contact"), instant_text(second));
                     line(ui, text!("eclipse-third-contact"), instant_text(third));
                 }
-                line(ui, text!("eclipse-greatest"), p.greatesinstant_text(t));
+                line(ui, text!("eclipse-greatest"), instant_text(p.greatest));
                 line(ui, text!("eclipse-last-contact"), instant_text(p.ends));
                 line(ui, text!("fact-magnitude"), decimal(p.magnitude, 4));
                 line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(p.altitude_deg, 1)));

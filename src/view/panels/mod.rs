@@ -145,6 +145,8 @@ pub struct Interface {
     pub warp: Option<Arc<WarpMesh>>,
     /// Opens file dialogs of the desktop, if available.
     pub file_dialog: Option<FileDialog>,
+    /// The language of the last frame.
+    spoken: Language,
     /// The context has the styles of both themes.
     is_styled: bool,
     /// A control has the keyboard focus.
@@ -205,6 +207,7 @@ impl Interface {
             no_picture: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
+            spoken: settings.language.unwrap_or_default(),
             settings,
             notice: None,
             browse: body_browser::BodyBrowser::default(),
@@ -230,7 +233,7 @@ impl Interface {
 
     /// One frame: advances time, receives pictures, shows panels, requests the next picture.
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
-        language::set(self.language);
+        self.speak(worker);
         let now_s = ui.input(|i| i.time);
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
@@ -305,6 +308,16 @@ impl Interface {
         }
         self.request_image(ui.ctx(), worker, now_s);
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
+    }
+
+    /// Takes the window's language for this frame; after a change of it, texts that were made before are made anew.
+    fn speak(&mut self, worker: &dyn RenderWorker) {
+        language::set(self.language);
+        if std::mem::replace(&mut self.spoken, self.language) != self.language {
+            self.timeline = timeline::Timeline::default();
+            self.now = now::NowShowing::default();
+            self.events.rename(worker.session().catalog());
+        }
     }
 
     /// The list of bodies, and the open panel. Their widths are remembered as the user set them.
