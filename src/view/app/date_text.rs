@@ -106,7 +106,7 @@ impl<'t> Parts<'t> {
 fn month(word: &str) -> Option<u32> {
     let word = word.trim_end_matches('.');
     let begins = |m: &&str| word.len() >= 3 && m.starts_with(word);
-    let at = MONTHS.iter().position(|m| begins(&m)).or_else(|| GERMAN_MONTHS.iter().position(|m| begins(&m)))?;
+    let at = MONTHS.iter().position(begins).or_else(|| GERMAN_MONTHS.iter().position(begins))?;
     Some(at as u32 + 1)
 }
 

@@ -2,7 +2,6 @@
 
 quality-draft = Entwurf
 quality-standard = Standard
-quality-high = hoch
 quality-reference = Referenz
 tone-filmic = Film
 tone-clipped = abgeschnitten
@@ -46,6 +45,7 @@ part-globe = Globus
 part-sky = Himmel
 part-clouds = Wolken
 part-ring = Ring
+part-ring-behind = Ring hinten
 stage-scene = Szene
 stage-shaders = Shader
 stage-maps = Karten

@@ -31,7 +31,6 @@ change-unpin-hint = Den zum Vergleich gemerkten Schlüssel vergessen
 change-nothing = Eine Dimension ändern, um zu sehen, was sich an Quelltext, Aufwand und Bild ändern würde.
 change-loading = Beide Module werden geladen
 change-operations = Operationen
-change-texture-reads = Texturzugriffe
 change-registers = Register
 change-summary = Von { $a } nach { $b }: { $lines }; { $costs }.
 change-lines = { $features } Merkmale verschieden, { $gone } Zeilen entfernt, { $new } hinzugefügt
@@ -168,9 +167,7 @@ values-bytes = Bytes
 values-type = Typ
 values-name = Name
 values-value = Wert
-values-more =
-    
-    und { $more } weitere Zeilen
+values-more = und { $more } weitere Zeilen
 values-binding = Bindung
 values-file = Datei
 values-size = Größe

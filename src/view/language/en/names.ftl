@@ -2,7 +2,6 @@
 
 quality-draft = draft
 quality-standard = standard
-quality-high = high
 quality-reference = reference
 tone-filmic = filmic
 tone-clipped = clipped
@@ -46,6 +45,7 @@ part-globe = globe
 part-sky = sky
 part-clouds = clouds
 part-ring = ring
+part-ring-behind = ring-behind
 stage-scene = scene
 stage-shaders = shaders
 stage-maps = maps

@@ -19,5 +19,4 @@ search = Search
 search-nothing = Nothing is called “{ $typed }”{ $hint }
 search-did-you-mean = Did you mean { $name }?
 search-city-chosen = { $city }, { $country }: events, rise and set are told for this place from now on
-outside-ephemeris = { $name }: outside the range of the ephemeris
 search-star-outside = HIP { $hip }: outside the range of the ephemeris of { $body }

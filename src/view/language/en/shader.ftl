@@ -31,7 +31,6 @@ change-unpin-hint = Forget the key that was kept for comparison
 change-nothing = Change a dimension to see what would change in source, cost and picture.
 change-loading = Loading both modules
 change-operations = operations
-change-texture-reads = texture reads
 change-registers = registers
 change-summary = From { $a } to { $b }: { $lines }; { $costs }.
 change-lines = { $features } features differ, { $gone } lines removed, { $new } added
@@ -165,9 +164,7 @@ values-bytes = bytes
 values-type = type
 values-name = name
 values-value = value
-values-more =
-    
-    and { $more } more rows
+values-more = and { $more } more rows
 values-binding = binding
 values-file = file
 values-size = size

@@ -231,7 +231,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
             draw.features = *swap.key.features();
         }
     }
-    let plan = plan::plan(&scene, session, sampling).map_err(|e| text!("swap-no-uniforms", e = e))?;
+    let plan = plan::plan(&scene, session, sampling).map_err(|e| text!("swap-no-uniforms", e = e.to_string()))?;
     let start = Moment::now();
     let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;

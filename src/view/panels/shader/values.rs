@@ -38,7 +38,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
     match &bytes {
         None => drop(ui.weak(text!("values-unused"))),
-        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = e))),
+        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = e.to_string()))),
         Some(Ok(_)) => {}
     }
     let bytes = bytes.and_then(Result::ok);
@@ -103,6 +103,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
             let more = rows.len().saturating_sub(ROWS);
             let mut text = rows[..rows.len().min(ROWS)].join("\n");
             if more > 0 {
+                text.push('\n');
                 text.push_str(&text!("values-more", more = more));
             }
             let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL)).wrap());
