@@ -191,7 +191,7 @@ impl ShaderPanel {
             }
             for draw in draws {
                 let part = InspectedModule::Part(draw.part.name());
-                let hover = text!("shader-part-hint", name = name, part = draw.part.name());
+                let hover = text!("shader-part-hint", name = name, part = named("part", draw.part.name()));
                 if ui.selectable_label(current == Some(part), named("part", draw.part.name())).on_hover_text(hover).clicked() {
                     self.wanted = Some(part);
                 }
