@@ -331,10 +331,14 @@ pub struct Body {
     pub bond_albedo: Option<f64>,
     /// Geometric albedo without clouds, if the map shows the ground without them.
     pub clear_sky_albedo: Option<f64>,
+    /// Mean colour of the ground without air and clouds, linear sRGB scaled to luminance 1, if the map shows it and it is not the disc's.
+    pub clear_sky_colour: Option<Vec3>,
     /// Mean colour of the disc, linear sRGB scaled to luminance 1.
     pub colour: Vec3,
     /// Whether its ground is saturated with craters, so that procedural ones may be added near it.
     pub cratered: bool,
+    /// Whether its ground is uneven at all sizes without being cratered, so that procedural hills may be added near it.
+    pub hilly: bool,
     /// Which custom surface colours its ground: 0 for none, else 1..=4.
     pub custom_surface: u8,
     /// Its photometric model.
@@ -381,13 +385,13 @@ impl Body {
     }
 
     /// The mean linear RGB that the albedo map times its gain has over the sphere: the body's colour times its geometric albedo (the Sun: 1).
-    /// The Earth's map shows its ground without cloud and air, so its target is that of a clear sky: a luminance of 0.11, not 0.434.
+    /// The Earth's map shows its ground without cloud and air, so its target is the ground's own albedo and colour, not those of the disc.
     pub fn target_mean_colour(&self) -> [f64; 3] {
         let level = match self.kind {
             BodyKind::Star => 1.0,
             _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),
         };
-        self.colour.to_array().map(|c| f64::from(c) * level)
+        self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * level)
     }
 
     /// Factor on z that turns a point of the unit-sphere frame into the direction whose latitude the body's maps count.

@@ -272,7 +272,6 @@ fn assemble(
                 wrong("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
             }
         }
-        let luminance = crate::units::luminance([c[0], c[1], c[2]]);
         bodies.push(Body {
             id: NaifId(id),
             name,
@@ -285,8 +284,10 @@ fn assemble(
             bond_albedo: d.bond_albedo,
             clear_sky_albedo: d.clear_sky_albedo,
             cratered: d.cratered.unwrap_or(false),
+            hilly: d.hilly.unwrap_or(false),
             custom_surface: 0,
-            colour: Vec3::from_array(c.map(|x| (x / luminance) as f32)),
+            clear_sky_colour: d.clear_sky_colour.map(of_luminance_1),
+            colour: of_luminance_1(c),
             photometry,
             maps: d.maps,
             overlays: Vec::new(),
@@ -319,4 +320,8 @@ fn assemble(
         }
     }
     bodies
+}
+
+fn of_luminance_1(rgb: [f64; 3]) -> Vec3 {
+    Vec3::from_array(rgb.map(|x| (x / crate::units::luminance(rgb)) as f32))
 }

@@ -7,6 +7,12 @@ use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
 use std::collections::BTreeMap;
 
+const COLOUR_RANGE: &str = "three numbers from 0 to 100, not all 0";
+
+fn is_colour(rgb: &[f64; 3]) -> bool {
+    each(|x| (0.0..=100.0).contains(&x))(rgb) && rgb.iter().sum::<f64>() > 0.0
+}
+
 /// The fields of one body as read so far.
 pub(super) struct BodyDraft {
     pub place: SourceLine,
@@ -19,7 +25,9 @@ pub(super) struct BodyDraft {
     pub geometric_albedo: Option<f64>,
     pub bond_albedo: Option<f64>,
     pub clear_sky_albedo: Option<f64>,
+    pub clear_sky_colour: Option<[f64; 3]>,
     pub cratered: Option<bool>,
+    pub hilly: Option<bool>,
     pub colour: Option<[f64; 3]>,
     pub photometry: Option<Photometry>,
     pub maps: Maps,
@@ -201,12 +209,10 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
         cratered: s.take::<bool>("cratered", "true or false", |_| true).map(|l| l.value),
+        hilly: s.take::<bool>("hilly", "true or false", |_| true).map(|l| l.value),
         clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        colour: s
-            .take("colour_linear_srgb", "three numbers from 0 to 100, not all 0", |v: &[f64; 3]| {
-                each(|x| (0.0..=100.0).contains(&x))(v) && v.iter().sum::<f64>() > 0.0
-            })
-            .map(|l| l.value),
+        clear_sky_colour: s.take("clear_sky_colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
+        colour: s.take("colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
         photometry: s.section("photometry").and_then(photometry),
         maps: Maps::default(),
         clouds: s.section("clouds").and_then(clouds),
@@ -237,7 +243,9 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
         fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
         fresh.cratered = fresh.cratered.or(older.cratered);
+        fresh.hilly = fresh.hilly.or(older.hilly);
         fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
+        fresh.clear_sky_colour = fresh.clear_sky_colour.or(older.clear_sky_colour);
         fresh.colour = fresh.colour.or(older.colour);
         fresh.photometry = fresh.photometry.or(older.photometry);
         fresh.maps = older.maps;

@@ -4,7 +4,7 @@
 //! mean of the one above in linear light, so an odd side takes three texels with partial weights. Means stay floats
 //! from level to level and are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). The left and right edges are cell borders, so no mean crosses the seam.
 
-use super::poles::PoleRowFilter;
+use super::poles::{PoleRowFilter, PrefixSums};
 use super::{Level, PoleFilter, TexelFormat};
 use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
@@ -35,24 +35,76 @@ fn taps(i: usize, n: usize, from: usize) -> (usize, [f32; 3]) {
     (first, [weight(0), weight(1), weight(2)])
 }
 
-/// The next mip level: the area mean of `linear` (RGBA floats).
-fn halve(width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 4] + Sync) -> (usize, usize, Vec<[f32; 4]>) {
+/// The rows of a level, as linear RGBA floats.
+#[derive(Clone, Copy)]
+enum Rows<'a> {
+    /// Bytes, and the linear values of colours and of alpha.
+    Encoded {
+        rgba: &'a [u8],
+        colour: &'static [f32; 256],
+    },
+    Linear(&'a [[f32; 4]]),
+}
+
+impl<'a> Rows<'a> {
+    /// Row `y` of a level of this width; one that has to be decoded is written to `buffer`.
+    fn row<'b>(self, y: usize, width: usize, buffer: &'b mut Vec<[f32; 4]>) -> &'b [[f32; 4]]
+    where
+        'a: 'b,
+    {
+        match self {
+            Self::Encoded { rgba, colour } => {
+                decode_row(&rgba[y * width * 4..][..width * 4], colour, buffer);
+                buffer.as_slice()
+            }
+            Self::Linear(texels) => &texels[y * width..][..width],
+        }
+    }
+}
+
+/// Linear texels of a row of bytes.
+fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
+    let alpha = &*UNORM;
+    out.clear();
+    out.extend(
+        rgba.as_chunks::<4>()
+            .0
+            .iter()
+            .map(|t| [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], alpha[usize::from(t[3])]]),
+    );
+}
+
+/// Adds a row of the finer level, which has the weight `wy`, to a row of the next one: for each texel its cells from left to right.
+#[inline(always)]
+fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
+    if row.len() == 2 * sums.len() {
+        // Two whole cells each.
+        let weight = 0.5 * wy;
+        for (sum, [a, b]) in sums.iter_mut().zip(row.as_chunks::<2>().0) {
+            for c in 0..4 {
+                sum[c] = sum[c] + weight * a[c] + weight * b[c];
+            }
+        }
+        return;
+    }
+    for (sum, (first, weights)) in sums.iter_mut().zip(columns) {
+        for (t, &wx) in row[*first..].iter().zip(weights).filter(|(_, wx)| **wx > 0.0) {
+            for c in 0..4 {
+                sum[c] += wx * wy * t[c];
+            }
+        }
+    }
+}
+
+/// The next mip level: the area mean of a level's texels.
+fn halve(width: usize, height: usize, rows: Rows<'_>) -> (usize, usize, Vec<[f32; 4]>) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let columns: Vec<_> = (0..w).map(|x| taps(x, w, width)).collect();
     let mut out = vec![[0.0; 4]; w * h];
-    out.par_chunks_mut(w).enumerate().for_each(|(y, row)| {
+    out.par_chunks_mut(w).enumerate().for_each_init(Vec::new, |buffer, (y, sums)| {
         let (y0, wy) = taps(y, h, height);
-        for (out, (x0, wx)) in row.iter_mut().zip(&columns) {
-            let mut sum = [0.0_f32; 4];
-            for (j, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-                for (i, &wx) in wx.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-                    let t = texel(x0 + i, y0 + j);
-                    for c in 0..4 {
-                        sum[c] += wx * wy * t[c];
-                    }
-                }
-            }
-            *out = sum;
+        for (j, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+            add_row(sums, rows.row(y0 + j, width, buffer), &columns, wy);
         }
     });
     (w, h, out)
@@ -73,12 +125,11 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter) {
     let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
     let circles = PoleRowFilter::of(poles, width, height, false);
-    rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| circles.changes(*y)).for_each(|(y, bytes)| {
-        let linear =
-            |t: &[u8; 4]| [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], UNORM[usize::from(t[3])]];
-        let mut row: Vec<[f32; 4]> = bytes.as_chunks::<4>().0.iter().map(linear).collect();
-        circles.smooth(y, &mut row);
-        for (out, t) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(&row) {
+    let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| circles.changes(*y));
+    rows.for_each_init(<(Vec<_>, PrefixSums)>::default, |(row, sums), (y, bytes)| {
+        decode_row(bytes, colour, row);
+        circles.smooth(y, row, sums);
+        for (out, t) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(&*row) {
             *out = [encode(t[0], srgb), encode(t[1], srgb), encode(t[2], srgb), encode(t[3], false)];
         }
     });
@@ -87,13 +138,13 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelForm
 /// Applies the pole filter to a coarser level, in floats.
 fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter) {
     let circles = PoleRowFilter::of(poles, width, height, true);
-    linear.par_chunks_mut(width).enumerate().for_each(|(y, row)| circles.smooth(y, row));
+    linear.par_chunks_mut(width).enumerate().for_each_init(PrefixSums::new, |sums, (y, row)| circles.smooth(y, row, sums));
 }
 
 /// All levels of an 8-bit image.
 pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter) -> Vec<Level> {
     let srgb = format == TexelFormat::Rgba8Srgb;
-    let (colour, alpha) = (decode_table(format), &*UNORM);
+    let colour = decode_table(format);
     let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
         let mut bytes = vec![0; w * h * 4];
         bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).for_each(|(row, texels)| {
@@ -107,17 +158,12 @@ pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFor
     smooth_finest(w, h, &mut rgba, format, poles);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
-        let top_width = w;
-        let (nw, nh, mut linear) = halve(w, h, |x, y| {
-            let t = &rgba[(y * top_width + x) * 4..][..4];
-            [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], alpha[usize::from(t[3])]]
-        });
+        let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour });
         (w, h) = (nw, nh);
         smooth_level(w, h, &mut linear, poles);
         levels.push(pack(w, h, &linear));
         while w > 1 || h > 1 {
-            let row = w;
-            let (nw, nh, next) = halve(w, h, |x, y| linear[y * row + x]);
+            let (nw, nh, next) = halve(w, h, Rows::Linear(&linear));
             (w, h, linear) = (nw, nh, next);
             smooth_level(w, h, &mut linear, poles);
             levels.push(pack(w, h, &linear));
@@ -168,6 +214,26 @@ mod tests {
         for c in 0..4 {
             let mean = rgba.iter().skip(c).step_by(4).map(|&b| f64::from(b)).sum::<f64>() / f64::from(w * h);
             assert!((f64::from(levels[2].bytes[c]) - mean).abs() <= 0.51, "channel {c}");
+        }
+    }
+
+    /// The area mean by its definition, cell by cell.
+    #[test]
+    fn rows_together_give_each_texel_its_mean() {
+        for (width, height) in [(8, 6), (7, 5), (9, 8), (2, 1), (1, 3), (1638, 3)] {
+            let texels: Vec<[f32; 4]> = (0..width * height).map(|i| [0, 1, 2, 3].map(|c| ((i * 29 + c * 7) % 101) as f32 / 97.0)).collect();
+            let (w, h, level) = halve(width, height, Rows::Linear(&texels));
+            for (at, found) in level.iter().enumerate() {
+                let ((x0, wx), (y0, wy)) = (taps(at % w, w, width), taps(at / w, h, height));
+                let mut sum = [0.0_f32; 4];
+                for (j, wy) in wy.into_iter().enumerate().filter(|(_, w)| *w > 0.0) {
+                    for (i, wx) in wx.into_iter().enumerate().filter(|(_, w)| *w > 0.0) {
+                        let t = texels[(y0 + j) * width + x0 + i];
+                        (0..4).for_each(|c| sum[c] += wx * wy * t[c]);
+                    }
+                }
+                assert_eq!(found.map(f32::to_bits), sum.map(f32::to_bits), "{width}x{height}, texel {at}");
+            }
         }
     }
 }

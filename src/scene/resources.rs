@@ -78,6 +78,13 @@ pub struct Caches {
     pub(crate) minor_planets: OnceLock<Arc<MinorPlanetColumns>>,
 }
 
+impl Caches {
+    /// Caches whose tables of ring-shine are kept on disk too.
+    pub(crate) fn with_ring_shines(ring_shines: RingShines) -> Self {
+        Self { ring_shines, ..Self::default() }
+    }
+}
+
 /// Inputs that every part of a scene reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Context<'a> {

@@ -20,6 +20,7 @@ mod pictures;
 mod provenance;
 mod renderers;
 mod requirements;
+mod ring_shine_files;
 mod sample;
 mod shaders;
 mod sky_map;
@@ -27,6 +28,7 @@ mod software;
 mod sources;
 mod stages;
 mod standard_scenes;
+mod stored_tables;
 mod tables;
 mod tape_cost;
 mod window_surface;
@@ -43,6 +45,7 @@ pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
 pub use provenance::{ExistingPicture, Provenance};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
+use ring_shine_files::RingShineFiles;
 pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan, sample_plan_of};
 pub use shaders::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use sources::Sources;
@@ -66,6 +69,7 @@ use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::marks;
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
+use crate::scene::rings::ring_shine::{RingShineStore, RingShines};
 use crate::scene::sky::map::SkyMap;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
@@ -180,7 +184,9 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
         return Err(CacheFolderError::None);
     };
     let own = folder.join("orrery");
-    for (part, is_above) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
+    for (part, is_above) in
+        [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false), (&own.join("rings"), false)]
+    {
         if let Some(why) = foreign_write_access(part, is_above) {
             return Err(CacheFolderError::Shared { folder: echo(&part.display().to_string()), why });
         }
@@ -224,6 +230,7 @@ impl Session {
         data_layers::keep_images(&catalog, &maps)?;
         let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
         let library = open_library(cache.as_deref(), software::lowering(), notify.clone());
+        let ring_shines = cache.as_deref().map(|folder| Box::new(RingShineFiles::new(folder)) as Box<dyn RingShineStore>);
         let air_tables = air_tables::AirTables::open(cache);
         let edited = match &sources.shaders {
             Some(folder) => fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps))?,
@@ -242,7 +249,7 @@ impl Session {
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
             night_lights: Memo::with_capacity(NIGHT_LIGHTS_KEPT),
             glyphs: Memo::with_capacity(1),
-            scene_caches: Caches::default(),
+            scene_caches: Caches::with_ring_shines(RingShines::stored(ring_shines)),
             devices,
             unreadable_files: Mutex::default(),
             notify,

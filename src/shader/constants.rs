@@ -183,7 +183,7 @@ fn draw() -> String {
         }
     }
     let _ = writeln!(text, "// Vectors that describe one image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
-    let _ = writeln!(text, "// Lattices of invented craters.\n@if(detail) const DETAIL_ROWS: i32 = {};", shared::DETAIL_ROWS);
+    let _ = writeln!(text, "// Lattices of procedural relief.\n@if(has_detail) const DETAIL_ROWS: i32 = {};", shared::DETAIL_ROWS);
     let table = [
         ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points of the Moon's own limb in a row of its table."),
         ("LIMB_ROWS", shared::LIMB_ROWS, "Those rows."),

@@ -100,6 +100,7 @@ fragments![
     "lib/ring/body_shadow.wesl",
     "lib/ring/photometry.wesl",
     "lib/ring/profile.wesl",
+    "lib/ring/ring_patch.wesl",
     "lib/ring/shadow.wesl",
     "lib/ring/shine.wesl",
     "lib/ring/stretches.wesl",

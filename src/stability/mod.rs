@@ -175,8 +175,8 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "distance",
-        (4.0, "255ths"),
-        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, probably because f32 knows a place on the ground to half a pixel there",
+        (HALF_LEVEL, "255ths"),
+        "half a level, from a metre above the ground to 100 au, from 1 arcsec to 170 degrees",
         views::distance,
     ),
     sweep(
@@ -187,20 +187,20 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "grazing",
-        (2.0, "255ths"),
-        "two levels where rings are seen edge on, rays along the horizon, fields of view from 0.3 degrees",
+        (3.0, "255ths"),
+        "2.6 levels on Saturn's rings seen edge on, rays along the horizon, fields of view from 0.3 degrees",
         views::grazing,
     ),
     sweep(
         "grazing-telescope",
-        (8.0, "255ths"),
-        "the same at 10 arcsec: differences of rays between pixels keep two digits in f32, 6.6 levels on the Moon's dark limb",
+        (10.0, "255ths"),
+        "the same at 10 arcsec: differences of rays between pixels keep two digits in f32, 9.1 levels on Saturn's rings, 6.6 on the Moon's dark limb",
         views::grazing_telescope,
     ),
     sweep(
         "places",
-        (3.0, "255ths"),
-        "poles, date line, sub-solar and antisolar points, Sun on the horizon; half a level but for craters under a camera at a pole, whose cause is not found",
+        (HALF_LEVEL, "255ths"),
+        "half a level at poles, date line, sub-solar and antisolar points, Sun on the horizon",
         views::places,
     ),
     sweep("ring-plane", (HALF_LEVEL, "255ths"), "half a level, camera or Sun in the plane of the rings", views::ring_plane),
@@ -227,11 +227,11 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "needs-display",
-        (8.0, "% of views"),
-        "some pixel differs by more than a level from the frame with every feature; goal 0, left are rings: docs/trade.md",
+        (0.25, "% of views"),
+        "some pixel differs by more than a level from the frame with every feature; goal 0, seven of 3000 views are left: docs/trade.md",
         needs::display,
     ),
-    sweep("needs-linear", (2.0, "% of views"), "some pixel differs by more than 2e-3 of itself; goal 0, see docs/trade.md", needs::linear),
+    sweep("needs-linear", (0.0, "% of views"), "some pixel differs by more than 2e-3 of itself in none of 3000 views", needs::linear),
 ];
 
 /// Runs one sweep.

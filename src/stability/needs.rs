@@ -1,11 +1,14 @@
 //! Omitted features: frames with the chosen features against frames with every feature.
 //!
-//! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the worst view, and two distributions: of the differences, and of the
-//! ratio of operations of the chosen frame to those of the frame with every feature. Always: both frames have one exposure; "every feature" means each effect switched on
-//! by hand, in the model that the scene would take.
+//! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the views above it, and two distributions: of the differences, and of the
+//! ratio of operations of the chosen frame to those of the frame with every feature. For each of the worst views it names the effect that is lacking, the pixel, and which of the two frames is
+//! off there: both are compared with the frame with every feature in f64 at [`TRUTH_SCALE`] times the pixels on a side. Always: both frames have one exposure; "every feature" means
+//! each effect switched on by hand, in the model that the scene would take.
 
+use super::difference::worst_of;
 use super::{PLAIN, SweepBench, SweepResult};
-use crate::measure::{PlannedView, quantile};
+use crate::image::levels::display_level;
+use crate::measure::{LightPicture, PlannedView, quantile};
 use crate::random::Random;
 use crate::render::plan;
 use crate::render::software::Precision;
@@ -96,8 +99,41 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     Ok(Frames { chosen, all: PlannedView { scene, plan } })
 }
 
+/// Pixels of the frame that decides which of two frames is off, per pixel of those, on each side.
+const TRUTH_SCALE: u32 = 8;
+
+/// The worst pixel of two frames: the difference, and the pixel's index.
+#[derive(Clone, Copy)]
+struct WorstPixel {
+    apart: f64,
+    index: usize,
+}
+
+impl WorstPixel {
+    fn of(differences: impl Iterator<Item = f64>) -> Self {
+        let (index, apart) = worst_of(&differences.collect::<Vec<_>>());
+        Self { apart, index }
+    }
+}
+
 /// A measure of the difference of two frames.
-type DifferenceMeasure<'a> = &'a dyn Fn(&Frames) -> Result<f64, SessionError>;
+type DifferenceMeasure<'a> = &'a dyn Fn(&Frames) -> Result<WorstPixel, SessionError>;
+
+/// What a pixel of both frames and of the true one holds: the radiance of each channel.
+fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
+    let both = frames(bench, request, purpose, &Effect::ALL)?;
+    let at = |picture: &LightPicture| picture.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
+    let levels = |picture: &LightPicture| at(picture).map(|p| p.map(|v| display_level(v, picture.exposure_factor)));
+    let exposed = bench.dual.exposed(ViewRequest { purpose, ..request.clone() })?;
+    let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
+    let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.reduced(TRUTH_SCALE);
+    let [chosen, all] = [bench.light(&both.chosen, Precision::F32)?, bench.light(&both.all, Precision::F32)?];
+    Ok(json!({
+        "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],
+        "levels": { "chosen": levels(&chosen), "all": levels(&all), "true": levels(&truth) },
+        "radiance": { "chosen": at(&chosen), "all": at(&all), "true": at(&truth) },
+    }))
+}
 
 /// The effect that changes the chosen frame most if it alone is switched on, with its difference.
 fn worst_omission(
@@ -108,7 +144,7 @@ fn worst_omission(
 ) -> Result<(f64, &'static str), SessionError> {
     let mut worst = (0.0, "several together");
     for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
-        let alone = difference(&frames(bench, request, purpose, &[effect])?)?;
+        let alone = difference(&frames(bench, request, purpose, &[effect])?)?.apart;
         if alone > worst.0 {
             worst = (alone, effect.name());
         }
@@ -130,22 +166,31 @@ fn sweep_views(
     for RandomView { location, request } in views(bench, bench.views.unwrap_or(bench.pick(160, 3000))) {
         let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
         let worst = difference(&frames)?;
-        found.add(worst, || (location, String::new()));
-        figures.push((worst, request));
+        found.add(worst.apart, || (location.clone(), String::new()));
+        figures.push((worst, request, location));
         let [chosen, all] = [operations(bench, &frames.chosen), operations(bench, &frames.all)];
         costs.extend((all > 0.0).then_some(chosen / all));
     }
-    figures.sort_by(|a, b| b.0.total_cmp(&a.0));
+    figures.sort_by(|a, b| b.0.apart.total_cmp(&a.0.apart));
     // By effect: in how many of the worst views it was omitted, and the greatest difference.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
-    for (_, request) in figures.iter().take_while(|f| f.0 > bound).take(MAX_EXPLAINED) {
+    let mut explained = Vec::new();
+    for (worst, request, location) in figures.iter().take_while(|f| f.0.apart > bound).take(MAX_EXPLAINED) {
         let (alone, effect) = worst_omission(bench, request, purpose, difference)?;
+        let mut location = location.clone();
+        location["apart"] = json!(worst.apart);
+        location["lacks"] = json!(effect);
+        location["values"] = values_at(bench, request, purpose, worst.index)?;
+        explained.push(location);
         let seen = omitted.entry(effect).or_default();
         *seen = (seen.0 + 1, seen.1.max(alone));
     }
+    if !explained.is_empty() {
+        found.location = Value::Array(explained);
+    }
     let named = omitted.iter().map(|(effect, (views, most))| format!("{effect} in {views} (up to {most:.2e})")).collect::<Vec<_>>();
-    let over = figures.iter().filter(|f| f.0 > bound).count();
-    let mut sorted: Vec<f64> = figures.iter().map(|f| f.0).collect();
+    let over = figures.iter().filter(|f| f.0.apart > bound).count();
+    let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.apart).collect();
     sorted.sort_by(f64::total_cmp);
     costs.sort_by(f64::total_cmp);
     let at = |of: &[f64], part: f64| quantile(of, part).unwrap_or(0.0);
@@ -184,7 +229,8 @@ pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
             bench.dual.renderer(Precision::F32).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
         };
         let (chosen, all) = (bytes(&frames.chosen)?, bytes(&frames.all)?);
-        Ok(chosen.iter().zip(&all).flat_map(|(a, b)| (0..3).map(move |c| f64::from(a[c].abs_diff(b[c])))).fold(0.0, f64::max))
+        let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+        Ok(WorstPixel::of(chosen.iter().zip(&all).map(apart)))
     })
 }
 
@@ -198,6 +244,6 @@ pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
             if whole > 1e-6 * brightest { f64::from(apart / whole) } else { 0.0 }
         };
-        Ok(chosen.light.iter().zip(&all.light).map(|(a, b)| part(a, b)).fold(0.0, f64::max))
+        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| part(a, b))))
     })
 }

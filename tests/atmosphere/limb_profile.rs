@@ -87,9 +87,9 @@ fn faults_of(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> (f64, 
     faults(&profile(id, phase_deg, diameter_px, effects), &bare)
 }
 
-/// Without a map, and with it but for what throws shadows.
-const EVEN: &str = "-albedo,-normal,-clouds,-cloud-shadow,-specular,-night,-rings,-eclipse";
-const MAPPED: &str = "-clouds,-cloud-shadow,-rings,-eclipse";
+/// Without a map, and with it but for what throws shadows; no procedural relief.
+const EVEN: &str = "-albedo,-normal,-detail,-clouds,-cloud-shadow,-specular,-night,-rings,-eclipse";
+const MAPPED: &str = "-detail,-clouds,-cloud-shadow,-rings,-eclipse";
 
 /// Venus, Jupiter, Saturn, Uranus and Neptune fade out at their limbs: no dip before a brighter rim, and no rim brighter than the limb. Before, dips
 /// of 0.11 to 0.40 of the disc's brightest at 1600 pixels.

@@ -58,14 +58,15 @@ fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
             assert_eq!(store.origin(&m.file), MapOrigin::Embedded, "{}: {}", b.name, m.file);
         }
     }
-    // The widths in the catalog are those of the files; they decide where procedural detail begins on airless bodies.
+    // The widths in the catalog are those of the files; they decide where procedural detail begins.
     let mut stated = 0;
     for b in Catalog::embedded().bodies() {
-        for m in [&b.maps.albedo, &b.maps.normal].into_iter().flatten() {
+        let cloud_map = b.clouds.as_ref().map(|c| &c.map);
+        for m in [&b.maps.albedo, &b.maps.normal].into_iter().flatten().chain(cloud_map) {
             let columns = store.get(&m.file, TexelFormat::Rgba8Srgb).expect("embedded").levels[0].width;
             stated += u32::from(m.columns.is_some());
             assert!(m.columns.is_none_or(|told| told == columns), "{}: {:?} columns, the file has {columns}", m.file, m.columns);
-            let has_detail = b.cratered;
+            let has_detail = b.cratered || b.hilly || Some(m) == cloud_map;
             assert!(m.columns.is_some() || columns == 512 || !has_detail, "{}: state its {columns} columns in the catalog", m.file);
         }
     }

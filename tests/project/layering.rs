@@ -53,6 +53,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
             "scene",
             "shader",
             "render",
+            "image",
             "session",
             "probe",
             "measure",

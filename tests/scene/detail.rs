@@ -1,4 +1,5 @@
-//! Invented craters near the ground: gone from afar, fixed to the ground in any view, without a jump as the camera comes nearer, and told as invented.
+//! Procedural craters, hills and billows near the ground: gone from afar, fixed to the ground in any view, without a jump as the camera comes nearer, and
+//! told as invented.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -12,14 +13,24 @@ use orrery::time::Instant;
 const SIDE: u32 = 200;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 const MOON_KM: f64 = 1737.4;
+const MARS: NaifId = NaifId(499);
+const EARTH: NaifId = NaifId(399);
+/// Equatorial radii: heights count from there.
+const MARS_KM: f64 = 3396.19;
+const EARTH_KM: f64 = 6378.14;
 
 /// Straight down on the Moon at first quarter, the Sun 35 degrees up, from a height.
 fn down(height_km: f64, aside: DVec2, effects: &str) -> ViewRequest {
     let below = DVec3::new(35_f64.to_radians().cos(), 35_f64.to_radians().sin(), 0.1).normalize();
+    down_on(NaifId::MOON, MOON_KM, below, height_km, aside, effects)
+}
+
+/// Straight down on a body from a height over a direction from its centre (body axes); `aside`: km to the east and to the north of it.
+fn down_on(body: NaifId, radius_km: f64, below: DVec3, height_km: f64, aside: DVec2, effects: &str) -> ViewRequest {
     let (east, north) = (DVec3::Z.cross(below).normalize(), below.cross(DVec3::Z.cross(below).normalize()));
-    let over = (below + (east * aside.x + north * aside.y) / MOON_KM).normalize();
+    let over = (below + (east * aside.x + north * aside.y) / radius_km).normalize();
     ViewRequest {
-        position: Position::Offset { body: NaifId::MOON, offset_km: over * (MOON_KM + height_km), axes: Axes::BodyFixed },
+        position: Position::Offset { body, offset_km: over * (radius_km + height_km), axes: Axes::BodyFixed },
         look: Look::Along { direction: -below, axes: Axes::BodyFixed },
         exposure: ExposureRequest::Stops(2.0),
         fov_deg: Some(40.0),
@@ -27,8 +38,16 @@ fn down(height_km: f64, aside: DVec2, effects: &str) -> ViewRequest {
         height: SIDE,
         layers: Layers::NONE,
         effects: EffectOverrides::parse(effects).expect("effects"),
-        ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
+        ..ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
     }
+}
+
+/// A place where the Sun stands 40 degrees up, and lower so many degrees farther east.
+fn slantingly_lit(body: NaifId, east_deg: f64) -> DVec3 {
+    let scene = SESSION.scene(&ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))).expect("a scene");
+    let noon = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
+    let (latitude, longitude) = (noon.latitude_deg.to_radians(), (noon.longitude_deg + 50.0 + east_deg).to_radians());
+    DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
 }
 
 fn draw(request: &ViewRequest) -> DrawnFrame {
@@ -77,41 +96,48 @@ fn detail_shows_where_texels_are_large_and_keeps_the_light() {
     }
 }
 
+/// Correlation of values at the same points of the ground in two views, and of values at points beside them.
+fn same_and_beside(body: NaifId, first: &DrawnFrame, here: &[f64], second: &DrawnFrame, there: &[f64]) -> (f64, f64) {
+    let places = [first, second].map(|drawn| drawn.scene.body(body).expect("drawn").placement);
+    let at = |values: &[f64], px: DVec2| {
+        // Bilinear: the ground's points lie between pixels.
+        let corner = (px - 0.5).floor();
+        let part = px - 0.5 - corner;
+        let of = |x: f64, y: f64| values[y as usize * SIDE as usize + x as usize];
+        let row = |y: f64| of(corner.x, y) * (1.0 - part.x) + of(corner.x + 1.0, y) * part.x;
+        row(corner.y) * (1.0 - part.y) + row(corner.y + 1.0) * part.y
+    };
+    let (mut same, mut beside) = (Vec::new(), Vec::new());
+    for y in 40..160 {
+        for x in 40..160 {
+            let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let Some(unit) = first.scene.camera.surface_under_pixel(&places[0], px) else { continue };
+            let Some(other) = second.scene.camera.pixel_of_surface(&places[1], unit) else { continue };
+            if other.cmplt(DVec2::splat(12.0)).any() || other.cmpgt(DVec2::splat(f64::from(SIDE) - 12.0)).any() {
+                continue;
+            }
+            let value = here[y as usize * SIDE as usize + x as usize];
+            same.push((value, at(there, other)));
+            beside.push((value, at(there, other + DVec2::new(7.0, 5.0))));
+        }
+    }
+    (correlation(&same), correlation(&beside))
+}
+
+/// A frame, and what detail does to the light of each pixel: its ratio to the light without.
+fn ratio_to_plain(request: impl Fn(&str) -> ViewRequest) -> (DrawnFrame, Vec<f64>) {
+    let [with, without] = ["+detail", "-detail"].map(|effects| draw(&request(effects)));
+    let ratio = light(&with).iter().zip(light(&without)).map(|(a, b)| a / b.max(1e-9)).collect();
+    (with, ratio)
+}
+
 /// The same craters from another place: what detail does to the light at points of the ground agrees between two views, and not with points beside them.
 #[test]
 fn craters_stay_on_the_ground() {
     for height_km in [0.1, 3.0, 30.0] {
         let aside = DVec2::new(0.11, 0.07) * height_km;
-        let ratio_of = |aside: DVec2| {
-            let [with, without] = ["+detail", "-detail"].map(|effects| draw(&down(height_km, aside, effects)));
-            let ratio: Vec<f64> = light(&with).iter().zip(light(&without)).map(|(a, b)| a / b.max(1e-9)).collect();
-            (with, ratio)
-        };
-        let ((first, here), (second, there)) = (ratio_of(DVec2::ZERO), ratio_of(aside));
-        let places = [&first, &second].map(|drawn| drawn.scene.body(NaifId::MOON).expect("drawn").placement);
-        let at = |ratio: &[f64], px: DVec2| {
-            // Bilinear: the ground's points lie between pixels.
-            let corner = (px - 0.5).floor();
-            let part = px - 0.5 - corner;
-            let of = |x: f64, y: f64| ratio[y as usize * SIDE as usize + x as usize];
-            let row = |y: f64| of(corner.x, y) * (1.0 - part.x) + of(corner.x + 1.0, y) * part.x;
-            row(corner.y) * (1.0 - part.y) + row(corner.y + 1.0) * part.y
-        };
-        let (mut same, mut beside) = (Vec::new(), Vec::new());
-        for y in 40..160 {
-            for x in 40..160 {
-                let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let Some(unit) = first.scene.camera.surface_under_pixel(&places[0], px) else { continue };
-                let Some(other) = second.scene.camera.pixel_of_surface(&places[1], unit) else { continue };
-                if other.cmplt(DVec2::splat(12.0)).any() || other.cmpgt(DVec2::splat(f64::from(SIDE) - 12.0)).any() {
-                    continue;
-                }
-                let value = here[y as usize * SIDE as usize + x as usize];
-                same.push((value, at(&there, other)));
-                beside.push((value, at(&there, other + DVec2::new(7.0, 5.0))));
-            }
-        }
-        let (same, beside) = (correlation(&same), correlation(&beside));
+        let [(first, here), (second, there)] = [DVec2::ZERO, aside].map(|aside| ratio_to_plain(|e| down(height_km, aside, e)));
+        let (same, beside) = same_and_beside(NaifId::MOON, &first, &here, &second, &there);
         println!("{height_km} km: {same:.3}, beside {beside:.3}");
         assert!(same > 0.8 && beside < 0.4, "{height_km} km: {same} {beside}");
     }
@@ -152,5 +178,49 @@ fn detail_is_for_airless_ground_and_can_be_switched_off() {
     assert_eq!(decision(&whole, NaifId::MOON).map(|d| d.0), Some(false));
     for gas in [NaifId(599), NaifId::SUN] {
         assert_eq!(decision(&ViewRequest { target: Some(gas), ..whole.clone() }, gas), None, "{gas:?}");
+    }
+}
+
+/// Mars' ground and the Earth's clouds: nothing from afar, something near, and the mean light stays. Open sea stays as it is.
+#[test]
+fn hills_and_billows_show_near_the_ground_and_keep_the_light() {
+    for (body, radius_km, heights_km) in [(MARS, MARS_KM, [3.0, 20.0, 60.0]), (EARTH, EARTH_KM, [40.0, 80.0, 200.0])] {
+        let pair = |below: DVec3, height_km: f64| {
+            ["", "-detail"].map(|effects| light(&draw(&down_on(body, radius_km, below, height_km, DVec2::ZERO, effects))))
+        };
+        let [with, without] = pair(slantingly_lit(body, 0.0), 20_000.0);
+        assert_eq!(with, without, "{body:?} from afar");
+        // A frame holds few of the largest clouds: the mean is that of nine frames.
+        let (mut most_change, mut shifts) = (0.0_f64, Vec::new());
+        for (height_km, east_deg) in heights_km.into_iter().flat_map(|h| [-15.0, 0.0, 11.0].map(|e| (h, e))) {
+            let [with, without] = pair(slantingly_lit(body, east_deg), height_km);
+            let level = mean(&without);
+            let (change, shift) = (mean_difference(&with, &without) / level, mean(&with) / level - 1.0);
+            println!("{body:?} from {height_km} km: mean {shift:+.3}, change {change:.3}");
+            assert!(with.iter().all(|v| v.is_finite() && *v >= 0.0));
+            most_change = most_change.max(change);
+            shifts.push(shift);
+        }
+        let shift = mean(&shifts);
+        assert!(most_change > 0.02 && shift.abs() < 0.1, "{body:?}: change {most_change}, mean shift {shift}");
+    }
+    // The Pacific at 10 north, 140 west: its water is water in every texel around.
+    let sea = DVec3::new(-0.7544, -0.6330, 0.1736);
+    let [with, without] =
+        ["-clouds,+detail", "-clouds,-detail"].map(|e| light(&draw(&down_on(EARTH, EARTH_KM, sea, 40.0, DVec2::ZERO, e))));
+    assert!(mean_difference(&with, &without) <= 1e-3 * mean(&without), "hills on the sea");
+}
+
+/// The same hills from another place, and the same billows: from 300 km these move across the frame as the ground below does, within half a pixel.
+#[test]
+fn hills_and_billows_stay_where_they_are() {
+    for (body, radius_km, height_km) in [(MARS, MARS_KM, 5.0), (MARS, MARS_KM, 40.0), (EARTH, EARTH_KM, 300.0)] {
+        let below = slantingly_lit(body, 0.0);
+        let aside = DVec2::new(0.05, 0.03) * height_km;
+        let view = |aside: DVec2| ratio_to_plain(|effects| down_on(body, radius_km, below, height_km, aside, effects));
+        let [(first, here), (second, there)] = [DVec2::ZERO, aside].map(view);
+        let (same, beside) = same_and_beside(body, &first, &here, &second, &there);
+        println!("{body:?} from {height_km} km: {same:.3}, beside {beside:.3}");
+        assert!(same > 0.95 && beside < same - 0.2, "{body:?} from {height_km} km: {same} {beside}");
     }
 }

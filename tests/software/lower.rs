@@ -263,7 +263,8 @@ impl<R: Real> TextureUnit<R> for Echo {
         answer(out, |i| [u[i], v[i], level[i], R::ONE]);
     }
     fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        answer(out, |i| [x[i].int(), y[i].int(), level[i].int(), (active >> i & 1) as u32].map(R::from_u32));
+        let of_lane = |values: &[R], lane: usize| values[if values.len() == 1 { 0 } else { lane }].int();
+        answer(out, |i| [of_lane(x, i), of_lane(y, i), of_lane(level, i), (active >> i & 1) as u32].map(R::from_u32));
     }
     fn dimensions(&self, _: usize, level: u32) -> [u32; 2] {
         [64 >> level, 32 >> level]

@@ -12,7 +12,10 @@ pub(crate) enum InputSource {
     PixelY,
     Depth,
     InverseW,
-    Varying { index: usize, flat: bool },
+    /// The interpolated scalar of this number.
+    Interpolated(usize),
+    /// The flat scalar of this number.
+    Flat(usize),
     FrontFacing,
     Zero,
 }
@@ -32,7 +35,7 @@ pub(crate) struct FragmentPlan {
 impl FragmentPlan {
     /// `has_depth`: the pass has a depth target.
     pub(crate) fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
-        let mut varyings = 0;
+        let (mut interpolated, mut constants) = (0, 0);
         let input_sources = inputs
             .iter()
             .map(|input| match *input {
@@ -40,9 +43,13 @@ impl FragmentPlan {
                 LaneInput::FragCoord { component: 1 } => InputSource::PixelY,
                 LaneInput::FragCoord { component: 2 } => InputSource::Depth,
                 LaneInput::FragCoord { .. } => InputSource::InverseW,
-                LaneInput::Location { flat, .. } => {
-                    varyings += 1;
-                    InputSource::Varying { index: varyings - 1, flat }
+                LaneInput::Location { flat: true, .. } => {
+                    constants += 1;
+                    InputSource::Flat(constants - 1)
+                }
+                LaneInput::Location { .. } => {
+                    interpolated += 1;
+                    InputSource::Interpolated(interpolated - 1)
                 }
                 LaneInput::FrontFacing => InputSource::FrontFacing,
                 // Each pixel is shaded once, as sample 0.

@@ -3,13 +3,15 @@
 //! module IR → [`lower`] → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills
-//! batches of lanes, [`tiles`] holds a tile's colour and depth; `pass_fusion` lets the tone map read a tile before it is stored.
+//! batches of lanes (`lane_inputs`), [`tiles`] holds a tile's colour and depth; `pass_fusion` lets the tone map read a tile before it is stored.
 
 pub mod blend;
+mod draw_job;
 pub mod error;
 pub mod exec;
 pub mod fragment_plan;
 pub mod kernels;
+mod lane_inputs;
 pub mod lower;
 pub mod math;
 mod named;

@@ -7,11 +7,12 @@
 //! a tile goes through both passes before the next tile is started, and the first pass's image is never stored.
 
 use super::RenderError;
+use super::draw_job::DrawJob;
 use super::fragment_plan::FragmentPlan;
 use super::math::Real;
 use super::pass_fusion::TileTexture;
 use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
-use super::shade::{Batch, DrawJob, TileShader};
+use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{TileTarget, unorm8};
 use super::timings::PassTimings;

@@ -55,12 +55,12 @@ impl TileTexture<'_> {
 
     /// The block whose pixels these are, in lane order.
     fn block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
-        let (x, y, level): (&[R; LANES], &[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?, level.try_into().ok()?);
+        let (x, y): (&[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?);
         let [dx, dy] = &*BLOCK_OFFSETS;
         let [x0, y0] = [x[0].int(), y[0].int()];
-        let mut same = true;
+        let mut same = level.iter().all(|l| l.int() == 0);
         for i in 0..LANES {
-            same &= (x[i].int().wrapping_sub(x0) == dx[i]) & (y[i].int().wrapping_sub(y0) == dy[i]) & (level[i].int() == 0);
+            same &= (x[i].int().wrapping_sub(x0) == dx[i]) & (y[i].int().wrapping_sub(y0) == dy[i]);
         }
         block_at([x0.wrapping_sub(self.tile[0]), y0.wrapping_sub(self.tile[1])]).filter(|_| same)
     }

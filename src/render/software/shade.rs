@@ -4,34 +4,16 @@
 //! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. A program that neither discards nor writes
 //! depth is depth-tested before shading, so hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
+use super::draw_job::{DrawJob, QUADS, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
-use super::fragment_plan::{FragmentPlan, InputSource};
+use super::fragment_plan::FragmentPlan;
+use super::lane_inputs;
 use super::math::Real;
-use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, quad_position, sample_positions, walk_tile};
-use super::raster::setup::{Geometry, Plane, SUBPIXEL, SourceTriangle};
-use super::stage::{LANES, LaneProgram, LaneRun};
+use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, sample_positions, walk_tile};
+use super::raster::setup::{SUBPIXEL, SourceTriangle};
+use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
-use crate::render::plan::{Blend, DepthState};
-
-const QUADS: usize = LANES / 4;
-
-#[derive(Clone, Copy, Debug)]
-struct Quad {
-    /// Index inside the tile.
-    index: u16,
-    coverage: u16,
-    source_triangle: u32,
-}
-
-/// A draw whose triangles are set up, ready to be shaded tile by tile.
-pub(crate) struct DrawJob<'a, R: Real> {
-    pub geometry: Geometry,
-    pub fragment: &'a dyn LaneProgram<R>,
-    pub fragment_plan: FragmentPlan,
-    pub blend: Blend,
-    /// Set in the pixel view of shading cost: instruction counts are stored in place of colour, and a texture read counts as this many.
-    pub instructions_per_read: Option<f64>,
-}
+use crate::render::plan::DepthState;
 
 /// Shades one tile on one thread.
 pub(crate) struct TileShader<'a> {
@@ -102,16 +84,18 @@ impl<R: Real> LaneRun<R> for RunWithTexture<'_, R> {
     }
 }
 
-/// Evaluates a plane at the offsets `x` and `y` (pixels) from the point where its value is `at_origin`.
+/// Takes the coverage of quads that are zero in all components of all pixels: blended over or added, they change nothing.
 #[inline(always)]
-fn evaluate<R: Real>(lanes: &mut [R], [x, y]: [&[R]; 2], at_origin: R, plane: &Plane) {
-    if plane.dx == 0.0 && plane.dy == 0.0 {
-        lanes.fill(at_origin);
-        return;
-    }
-    let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
-    for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
-        *lane = at_origin + dx * *x + dy * *y;
+fn drop_black_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
+    let [r, g, b, a] = colour.map(|lanes| lanes.as_chunks::<4>().0);
+    for ((((quad, r), g), b), a) in quads.iter_mut().zip(r).zip(g).zip(b).zip(a) {
+        let mut bits = [0; 4];
+        for i in 0..4 {
+            bits[i] = r[i].to_bits() | g[i].to_bits() | b[i].to_bits() | a[i].to_bits();
+        }
+        if bits[0] | bits[1] | bits[2] | bits[3] == 0 {
+            quad.coverage = 0;
+        }
     }
 }
 
@@ -119,7 +103,8 @@ impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
     pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         let plan = &job.fragment_plan;
-        for &t in triangles {
+        for (k, &t) in triangles.iter().enumerate() {
+            job.geometry.prefetch(&triangles[k..]);
             let triangle = &job.geometry.triangles[t as usize];
             let source_triangle = &job.geometry.source_triangles[triangle.source_triangle as usize];
             let samples = self.samples;
@@ -239,7 +224,7 @@ impl TileShader<'_> {
         let quads = &batch.quads;
         // Uncovered pixels of a quad run as helper lanes, for the derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        self.fill_inputs(job, run, quads, block.is_some());
+        lane_inputs::fill(job, run, quads, self.pixels, self.tile);
         let alive = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour.map(|output| output.map(|o| run.output(o)));
@@ -247,6 +232,14 @@ impl TileShader<'_> {
             if let Some(f64_values) = values.filter(|v| R::as_f32(&v[..]).is_none()) {
                 narrowed.iter_mut().zip(f64_values).for_each(|(to, from)| *to = from.f64() as f32);
             }
+        }
+        let colour = [0, 1, 2, 3].map(|k| match outputs[k] {
+            Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
+            None => DEFAULT_COMPONENTS[usize::from(k == 3)].as_slice(),
+        });
+        // What adds nothing need not be tested either: most of a sprite's quads lie beside its light.
+        if block.is_none() && job.drops_black() {
+            drop_black_quads(&mut batch.quads[..count], colour);
         }
         let mut whole_block = block.filter(|_| plan.early_depth_test);
         if !plan.early_depth_test {
@@ -259,10 +252,6 @@ impl TileShader<'_> {
                 self.late_depth_test(job, written_depth, alive, &mut batch.quads[..count]);
             }
         }
-        let colour = [0, 1, 2, 3].map(|k| match outputs[k] {
-            Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
-            None => DEFAULT_COMPONENTS[usize::from(k == 3)].as_slice(),
-        });
         if let Some(per_read) = job.instructions_per_read {
             let counts = run.counts();
             let reads = f64::from(counts.texture_reads) * per_read;
@@ -276,102 +265,6 @@ impl TileShader<'_> {
             return;
         }
         self.store(job, &batch.quads[..count], colour);
-    }
-
-    /// Fills the lane inputs. `is_block`: the quads are those of one block and of one source triangle.
-    #[inline(always)]
-    fn fill_inputs<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], is_block: bool) {
-        // Consecutive quads of one source triangle: first, end, triangle.
-        let mut spans = [(0_usize, 0_usize, 0_u32); QUADS];
-        let mut span_count = 0;
-        if is_block {
-            (spans[0], span_count) = ((0, QUADS, quads[0].source_triangle), 1);
-        }
-        for (q, quad) in quads.iter().enumerate().skip(if is_block { QUADS } else { 0 }) {
-            if span_count > 0 && spans[span_count - 1].2 == quad.source_triangle {
-                spans[span_count - 1].1 = q + 1;
-            } else {
-                spans[span_count] = (q, q + 1, quad.source_triangle);
-                span_count += 1;
-            }
-        }
-        let spans = &spans[..span_count];
-        // Pixel centres relative to the first quad of their span: with small offsets the plane equations round least.
-        let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
-        for (from, to, _) in spans {
-            let [x0, y0] = quad_position(quads[*from].index.into()).map(|v| v as f32);
-            let at = usize::from(quads[*from].index) * 4;
-            if is_block || quads[*from..*to].windows(2).all(|w| w[1].index == w[0].index + 1) {
-                let (lanes, pixels) = (from * 4..to * 4, at..at + (to - from) * 4);
-                for (lane, p) in x[lanes.clone()].iter_mut().zip(&self.pixels.x[pixels.clone()]) {
-                    *lane = R::from_f32_bits((p - x0).to_bits());
-                }
-                for (lane, p) in y[lanes].iter_mut().zip(&self.pixels.y[pixels]) {
-                    *lane = R::from_f32_bits((p - y0).to_bits());
-                }
-                continue;
-            }
-            for (q, quad) in quads.iter().enumerate().take(*to).skip(*from) {
-                let at = usize::from(quad.index) * 4;
-                for corner in 0..4 {
-                    x[q * 4 + corner] = R::from_f64((self.pixels.x[at + corner] - x0).into());
-                    y[q * 4 + corner] = R::from_f64((self.pixels.y[at + corner] - y0).into());
-                }
-            }
-        }
-        let span_origin = |from: usize| {
-            let [qx, qy] = quad_position(quads[from].index.into());
-            [f64::from(self.tile[0] + qx), f64::from(self.tile[1] + qy)]
-        };
-        let source_triangles = &job.geometry.source_triangles;
-        let evaluate = |lanes: &mut [R; LANES], from: usize, to: usize, plane: &Plane, source_triangle: &SourceTriangle| {
-            let [origin_x, origin_y] = span_origin(from);
-            let at_origin = R::from_f64(plane.at(origin_x - source_triangle.origin[0], origin_y - source_triangle.origin[1]));
-            if is_block {
-                return evaluate(lanes, [&x, &y], at_origin, plane);
-            }
-            evaluate(&mut lanes[from * 4..to * 4], [&x[from * 4..to * 4], &y[from * 4..to * 4]], at_origin, plane);
-        };
-        let sources = &job.fragment_plan.input_sources;
-        let perspective = sources.iter().any(|s| matches!(s, InputSource::Varying { flat: false, .. }))
-            && !spans.iter().all(|s| source_triangles[s.2 as usize].affine);
-        let mut w = [R::ONE; LANES];
-        if perspective {
-            for (from, to, s) in spans {
-                let source_triangle = &source_triangles[*s as usize];
-                if !source_triangle.affine {
-                    evaluate(&mut w, *from, *to, &source_triangle.inverse_w, source_triangle);
-                    w[from * 4..to * 4].iter_mut().for_each(|v| *v = R::ONE / *v);
-                }
-            }
-        }
-        for (k, source) in sources.iter().enumerate() {
-            let lanes = run.input(k);
-            for (from, to, s) in spans {
-                let source_triangle = &source_triangles[*s as usize];
-                match source {
-                    InputSource::PixelX | InputSource::PixelY => {
-                        let (axis, local) = if *source == InputSource::PixelX { (0, &x) } else { (1, &y) };
-                        let origin = R::from_f64(span_origin(*from)[axis]);
-                        for (lane, v) in lanes[from * 4..to * 4].iter_mut().zip(&local[from * 4..to * 4]) {
-                            *lane = origin + *v;
-                        }
-                    }
-                    InputSource::Depth => evaluate(lanes, *from, *to, &source_triangle.depth, source_triangle),
-                    InputSource::InverseW => evaluate(lanes, *from, *to, &source_triangle.inverse_w, source_triangle),
-                    InputSource::Varying { index, flat } => {
-                        evaluate(lanes, *from, *to, &job.geometry.planes[source_triangle.first_plane + index], source_triangle);
-                        if !flat && !source_triangle.affine {
-                            for (lane, w) in lanes[from * 4..to * 4].iter_mut().zip(&w[from * 4..to * 4]) {
-                                *lane = *lane * *w;
-                            }
-                        }
-                    }
-                    InputSource::FrontFacing => lanes[from * 4..to * 4].fill(R::from_mask(source_triangle.front)),
-                    InputSource::Zero => lanes[from * 4..to * 4].fill(R::ZERO),
-                }
-            }
-        }
     }
 
     /// Depth test of a whole block with the depth that the program wrote. If every sample passes, the depth is stored and the result is true.
@@ -434,6 +327,10 @@ impl TileShader<'_> {
         let full = full_coverage(self.samples);
         let mut q = 0;
         while q < quads.len() {
+            if quads[q].coverage == 0 {
+                q += 1;
+                continue;
+            }
             // Consecutive fully covered quads are stored together.
             let together = quads[q..]
                 .iter()

@@ -132,6 +132,10 @@ impl TileTarget {
     /// Blends `source` into the samples of `covered`.
     #[inline(always)]
     pub(crate) fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
+        // Blending zeros changes nothing, and must not split a pixel. Common at the edge of a sprite.
+        if blend != Blend::Replace && source.iter().all(|v| v.to_bits() == 0) {
+            return;
+        }
         let all = if self.samples == 4 { 0xf } else { 1 };
         self.touch(pixel / BLOCK_PIXELS);
         if self.split[pixel] == UNSPLIT {
@@ -285,6 +289,9 @@ mod tests {
         once.merge_samples();
         assert_eq!(pixel(&once, 7), [0.5, 1.0, 2.0, 1.0]);
         t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
+        t.store(8, 0b0001, Blend::Add, [0.0; 4]);
+        t.store(9, 0b0001, Blend::PremultipliedOver, [0.0; 4]);
+        assert!((t.split[8], t.split[9]) == (UNSPLIT, UNSPLIT), "nothing was blended");
         t.merge_samples();
         assert_eq!(pixel(&t, 7), [1.5, 1.0, 2.0, 1.0]);
         assert!(t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]));

@@ -8,13 +8,13 @@ use super::exec::LaneMask;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
 use super::raster::setup::{Bounds, Geometry, Interpolation, set_up};
-use super::stage::{LANES, LaneProgram};
+use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Triangles that one thread sets up at a time.
-const SETUP_CHUNK: usize = 4096;
+/// Triangles that one thread does at a time: their vertices stay in its cache.
+const PART: usize = 1024;
 
 /// The triangles of one draw, and the time that they took.
 #[derive(Clone, Debug)]
@@ -85,9 +85,9 @@ fn element_count(attribute: &Attribute) -> usize {
 
 /// Outputs of the vertex program for every vertex of every instance.
 pub(crate) struct ShadedVertices {
-    /// For each vertex its clip position, then the varyings.
+    /// Rows of [`VertexStage::run`].
     values: Vec<f64>,
-    varyings: usize,
+    row_length: usize,
     /// Vertices of one instance.
     count: usize,
 }
@@ -95,8 +95,7 @@ pub(crate) struct ShadedVertices {
 impl ShadedVertices {
     /// Clip position and varyings of a vertex.
     fn row(&self, instance: usize, vertex: usize) -> &[f64] {
-        let stride = 4 + self.varyings;
-        &self.values[(instance * self.count + vertex) * stride..][..stride]
+        &self.values[(instance * self.count + vertex) * self.row_length..][..self.row_length]
     }
 
     /// Clip position of a vertex of the first instance; `None` where there is no such vertex.
@@ -113,70 +112,111 @@ impl ShadedVertices {
 /// # Errors
 /// As [`assemble`].
 pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>) -> Result<ShadedVertices, RenderError> {
-    shade(draw, vertex, &[])
+    VertexStage::new(draw, vertex, &[])?.run_all()
 }
 
-/// Runs the vertex program on every vertex of every instance.
-fn shade<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>, varyings: &[Varying]) -> Result<ShadedVertices, RenderError> {
-    let position =
-        [0, 1, 2, 3].map(|k| vertex.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
-    let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
-        return Err(RenderError::NoPosition { draw: draw.label.clone() });
-    };
-    let (vertex_attributes, vertex_count) = match &draw.vertices {
-        Vertices::Count(n) => (&[][..], *n as usize),
-        Vertices::Mesh { attributes, indices } => {
-            let count = attributes.iter().map(element_count).min().unwrap_or(0);
-            if let Some(index) = indices.iter().find(|i| **i as usize >= count) {
-                return Err(RenderError::Index { draw: draw.label.clone(), index: *index, vertices: count });
+/// The vertex program of a draw with its sources, checked.
+struct VertexStage<'a, R: Real> {
+    program: &'a dyn LaneProgram<R>,
+    sources: Vec<Source<'a>>,
+    /// The program's outputs that make up a vertex's row: clip position, then the varyings.
+    outputs: Vec<usize>,
+    /// Vertices of one instance, and of all.
+    count: usize,
+    total: usize,
+}
+
+impl<'a, R: Real> VertexStage<'a, R> {
+    fn new(draw: &'a PlanDraw, program: &'a dyn LaneProgram<R>, varyings: &[Varying]) -> Result<Self, RenderError> {
+        let position =
+            [0, 1, 2, 3].map(|k| program.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
+        let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
+            return Err(RenderError::NoPosition { draw: draw.label.clone() });
+        };
+        let (vertex_attributes, count) = match &draw.vertices {
+            Vertices::Count(n) => (&[][..], *n as usize),
+            Vertices::Mesh { attributes, indices } => {
+                let count = attributes.iter().map(element_count).min().unwrap_or(0);
+                if let Some(index) = indices.iter().find(|i| **i as usize >= count) {
+                    return Err(RenderError::Index { draw: draw.label.clone(), index: *index, vertices: count });
+                }
+                (attributes.as_slice(), count)
             }
-            (attributes.as_slice(), count)
+        };
+        let instances = draw.instances.count as usize;
+        if let Some(k) = draw.instances.attributes.iter().position(|a| element_count(a) < instances) {
+            let location = (vertex_attributes.len() + k) as u32;
+            return Err(RenderError::Instances { draw: draw.label.clone(), location, count: draw.instances.count });
         }
-    };
-    let instances = draw.instances.count as usize;
-    if let Some(k) = draw.instances.attributes.iter().position(|a| element_count(a) < instances) {
-        let location = (vertex_attributes.len() + k) as u32;
-        return Err(RenderError::Instances { draw: draw.label.clone(), location, count: draw.instances.count });
+        let sources = program.inputs().iter().map(|i| source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
+        let outputs = [px, py, pz, pw].into_iter().chain(varyings.iter().map(|v| v.vertex_output)).collect();
+        Ok(Self { program, sources, outputs, count, total: count.saturating_mul(instances) })
     }
-    let sources = vertex.inputs().iter().map(|i| source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
 
-    let total = vertex_count.saturating_mul(instances);
-    let scalars = 4 + varyings.len();
-    // Per vertex: clip position, then the varyings.
-    let mut shaded = super::try_vec(total.saturating_mul(scalars), 0.0_f64, "the vertices")?;
-    shaded.par_chunks_mut(LANES * scalars).enumerate().for_each_init(
-        || vertex.start(),
-        |run, (batch, out)| {
-            let first = batch * LANES;
-            let count = out.len() / scalars;
-            for (k, source) in sources.iter().enumerate() {
-                let lanes = run.input(k);
-                for (lane, value) in lanes.iter_mut().enumerate() {
-                    // Lanes past the end repeat the last vertex.
-                    let at = first + lane.min(count - 1);
-                    let (instance, vertex) = (at / vertex_count, at % vertex_count);
-                    *value = match source {
-                        Source::VertexIndex => R::from_int(vertex as u32),
-                        Source::InstanceIndex => R::from_int(instance as u32),
-                        Source::Attribute { values, stride, component, per_instance } => {
-                            let row = if *per_instance { instance } else { vertex };
-                            R::from_f64(values[row * stride + component].into())
-                        }
-                        Source::Constant(value) => R::from_f64(*value),
-                    };
+    /// Runs the program on one batch of vertices, from number `first` on; of each one row is written to `rows`.
+    fn run(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
+        let row_length = self.outputs.len();
+        let count = rows.len() / row_length;
+        for (k, source) in self.sources.iter().enumerate() {
+            let lanes = run.input(k);
+            // Lanes past the end repeat the last vertex.
+            let (mut instance, mut vertex) = (first / self.count, first % self.count);
+            for (lane, value) in lanes.iter_mut().enumerate() {
+                *value = match source {
+                    Source::VertexIndex => R::from_int(vertex as u32),
+                    Source::InstanceIndex => R::from_int(instance as u32),
+                    Source::Attribute { values, stride, component, per_instance } => {
+                        let row = if *per_instance { instance } else { vertex };
+                        R::from_f64(values[row * stride + component].into())
+                    }
+                    Source::Constant(value) => R::from_f64(*value),
+                };
+                if lane + 1 < count {
+                    vertex += 1;
+                    if vertex == self.count {
+                        (instance, vertex) = (instance + 1, 0);
+                    }
                 }
             }
-            run.run(LaneMask::MAX);
-            for (k, output) in [px, py, pz, pw].into_iter().chain(varyings.iter().map(|v| v.vertex_output)).enumerate() {
-                let values = run.output(output);
-                for lane in 0..count {
-                    out[lane * scalars + k] = values[lane].f64();
-                }
+        }
+        run.run(LaneMask::MAX);
+        for (k, output) in self.outputs.iter().enumerate() {
+            for (row, value) in rows.chunks_exact_mut(row_length).zip(run.output(*output)) {
+                row[k] = value.f64();
             }
-        },
-    );
-    Ok(ShadedVertices { values: shaded, varyings: varyings.len(), count: vertex_count })
+        }
+    }
+
+    /// Runs the program on every vertex of every instance.
+    fn run_all(&self) -> Result<ShadedVertices, RenderError> {
+        let row_length = self.outputs.len();
+        let mut values = super::try_vec(self.total.saturating_mul(row_length), 0.0_f64, "the vertices")?;
+        values
+            .par_chunks_mut(LANES * row_length)
+            .enumerate()
+            .for_each_init(|| self.program.start(), |run, (batch, rows)| self.run(run.as_mut(), batch * LANES, rows));
+        Ok(ShadedVertices { values, row_length, count: self.count })
+    }
 }
+
+/// Sets up triangles of a draw from the rows of their vertices.
+struct TriangleSetup<'a> {
+    bounds: Bounds,
+    varyings: &'a [Varying],
+}
+
+impl TriangleSetup<'_> {
+    fn add(&self, rows: [&[f64]; 3], geometry: &mut Geometry) -> Result<(), RenderError> {
+        let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
+        let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
+        geometry.reserve(self.varyings.len())?;
+        set_up(positions, interpolated, &self.bounds, geometry);
+        Ok(())
+    }
+}
+
+/// Geometry of a part of a draw, and the seconds that its vertices and its triangles took.
+type Part = (Geometry, [f64; 2]);
 
 /// Runs the vertex program and sets up the draw's triangles for a target of the given size.
 ///
@@ -189,45 +229,84 @@ pub(crate) fn assemble<R: Real>(
     width: u32,
     height: u32,
 ) -> Result<Assembled, RenderError> {
+    let start = Instant::now();
     let varyings = link(&draw.label, vertex.outputs(), fragment_inputs)?;
-    let start = Instant::now();
-    let shaded = shade(draw, vertex, &varyings)?;
-    let vertex_seconds = start.elapsed().as_secs_f64();
-
-    let indices = match &draw.vertices {
-        Vertices::Count(_) => None,
-        Vertices::Mesh { indices, .. } => Some(indices.as_slice()),
-    };
-    let instances = draw.instances.count as usize;
-    let start = Instant::now();
+    let stage = VertexStage::new(draw, vertex, &varyings)?;
     let [x0, y0, x1, y1] = draw.scissor;
     let bounds = Bounds { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
-    let corners = indices.map_or(shaded.count, <[u32]>::len);
-    let per_instance = corners / 3;
-    let set_up_range = |range: std::ops::Range<usize>| {
-        let mut geometry = Geometry::default();
-        for triangle in range {
-            let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
-            let rows = [first, first + 1, first + 2].map(|c| shaded.row(instance, indices.map_or(c, |i| i[c] as usize)));
-            let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
-            let interpolated = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
-            geometry.reserve(varyings.len())?;
-            set_up(positions, interpolated, &bounds, &mut geometry);
+    let setup = TriangleSetup { bounds, varyings: &varyings };
+    let instances = draw.instances.count as usize;
+    let (given, mut parts) = match &draw.vertices {
+        Vertices::Mesh { indices, .. } => {
+            let shaded = stage.run_all()?;
+            let per_instance = indices.len() / 3;
+            let given = per_instance.saturating_mul(instances);
+            let shading = start.elapsed().as_secs_f64();
+            let part = |range: std::ops::Range<usize>| -> Result<Part, RenderError> {
+                let (start, mut geometry) = (Instant::now(), Geometry::default());
+                for triangle in range {
+                    let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
+                    let row = |corner: usize| shaded.row(instance, indices[first + corner] as usize);
+                    setup.add([row(0), row(1), row(2)], &mut geometry)?;
+                }
+                Ok((geometry, [0.0, start.elapsed().as_secs_f64()]))
+            };
+            let mut parts = in_parts(given, || (), |(), range| part(range))?;
+            if let Some((_, [of_vertices, _])) = parts.first_mut() {
+                *of_vertices = shading;
+            }
+            (given, parts)
         }
-        Ok(geometry)
-    };
-    let count = per_instance.saturating_mul(instances);
-    let geometry = if count <= SETUP_CHUNK {
-        set_up_range(0..count)?
-    } else {
-        // Chunks are set up in any order on any thread, and appended in drawing order.
-        let part = |k: usize| k * SETUP_CHUNK..((k + 1) * SETUP_CHUNK).min(count);
-        let parts = (0..count.div_ceil(SETUP_CHUNK)).into_par_iter().map(|k| set_up_range(part(k))).collect::<Result<Vec<_>, _>>()?;
-        let mut all = Geometry::default();
-        for part in &parts {
-            all.append(part)?;
+        // No vertex is shared: a part's vertices are set up while they are in the cache.
+        Vertices::Count(_) => {
+            let per_instance = stage.count / 3;
+            let given = per_instance.saturating_mul(instances);
+            let row_length = stage.outputs.len();
+            let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
+                let (start, mut geometry) = (Instant::now(), Geometry::default());
+                // Vertices that make no whole triangle are skipped.
+                let first_vertex = |triangle: usize| triangle / per_instance * stage.count + triangle % per_instance * 3;
+                let Some(last) = range.clone().last() else { return Ok((geometry, [0.0; 2])) };
+                let vertices = first_vertex(range.start)..first_vertex(last) + 3;
+                rows.clear();
+                super::try_grow(rows, vertices.len() * row_length, "the vertices")?;
+                rows.resize(vertices.len() * row_length, 0.0);
+                for (batch, rows) in rows.chunks_mut(LANES * row_length).enumerate() {
+                    stage.run(run.as_mut(), vertices.start + batch * LANES, rows);
+                }
+                let shading = start.elapsed().as_secs_f64();
+                for triangle in range {
+                    let from = (first_vertex(triangle) - vertices.start) * row_length;
+                    let (a, rest) = rows[from..from + 3 * row_length].split_at(row_length);
+                    let (b, c) = rest.split_at(row_length);
+                    setup.add([a, b, c], &mut geometry)?;
+                }
+                Ok((geometry, [shading, start.elapsed().as_secs_f64() - shading]))
+            };
+            (given, in_parts(given, || (vertex.start(), Vec::new()), part)?)
         }
-        all
     };
-    Ok(Assembled { given: count, geometry, vertex_seconds, setup_seconds: start.elapsed().as_secs_f64() })
+    let of_vertices: f64 = parts.iter().map(|(_, [of_vertices, _])| of_vertices).sum();
+    let of_all: f64 = parts.iter().map(|(_, seconds)| seconds[0] + seconds[1]).sum();
+    let geometry = match &mut parts[..] {
+        [(whole, _)] => std::mem::take(whole),
+        parts => Geometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
+    };
+    let wall = start.elapsed().as_secs_f64();
+    // The threads' times tell how the wall time is divided.
+    let vertex_seconds = if of_all > 0.0 { wall * of_vertices / of_all } else { 0.0 };
+    Ok(Assembled { geometry, given, vertex_seconds, setup_seconds: wall - vertex_seconds })
+}
+
+/// Does a draw's triangles in parts, on any thread; the parts come back in drawing order. `buffers`: a thread's own.
+fn in_parts<B>(
+    triangles: usize,
+    buffers: impl Fn() -> B + Sync + Send,
+    part: impl Fn(&mut B, std::ops::Range<usize>) -> Result<Part, RenderError> + Sync + Send,
+) -> Result<Vec<Part>, RenderError> {
+    let range = |k: usize| k * PART..((k + 1) * PART).min(triangles);
+    if triangles <= PART {
+        return Ok(vec![part(&mut buffers(), 0..triangles)?]);
+    }
+    (0..triangles.div_ceil(PART)).into_par_iter().map_init(buffers, |buffers, k| part(buffers, range(k))).collect()
 }

@@ -8,6 +8,7 @@ use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, s
 use crate::scene::atmosphere::species::{gas, haze, layer, vertical_depth};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
+use crate::scene::light::exposure::CANDELAS_PER_RADIANCE;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_CHANGE;
@@ -16,8 +17,6 @@ use std::collections::BTreeSet;
 
 /// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half each way.
 const DOWNWARD_FRACTION: f64 = 0.5;
-/// Luminance of a white plane that faces the Sun at 1 au: 133 000 lux over pi.
-const UNIT_CD_M2: f64 = 133_000.0 / std::f64::consts::PI;
 /// Mean luminance of the night sky without airglow: zodiacal light and starlight, 75 stars of tenth magnitude per square degree (60 and 15 of the 220 that
 /// make the darkest sky of the Earth, 21.9 magnitudes per square second, with the airglow's 145), 8.3e-7 cd/m2 each. It varies by a factor of two over the
 /// sky and between the planets, whose zodiacal light is fainter farther out.
@@ -28,7 +27,7 @@ fn night_radiance(air: &Atmosphere) -> f64 {
     if vertical_depth(air).max_element() <= 0.0 {
         return 0.0;
     }
-    (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / UNIT_CD_M2
+    (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / CANDELAS_PER_RADIANCE
 }
 
 /// Integration steps of the transmittance towards a body beyond the air; within 1e-4 of 1000 steps.

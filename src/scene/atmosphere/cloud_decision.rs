@@ -3,12 +3,13 @@
 use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera;
 use crate::scene::camera::silhouette::Outline;
-use crate::scene::draw::features::MapSet;
+use crate::scene::draw::features::{Detail, MapSet};
 use crate::scene::draw::{Draw, MapFiles, Part};
 use crate::scene::features::case::{Case, Decisions};
 use crate::scene::features::globe;
 use crate::scene::light::{lights, photometry};
 use crate::scene::request::effects::Effect;
+use crate::scene::surface::detail;
 use glam::DVec3;
 
 /// Decides on the shell of clouds.
@@ -20,7 +21,6 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
 fn shell(case: &Case<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw> {
     let (body, p) = (case.body(), case.placed);
     let clouds = body.clouds.as_ref()?;
-    let features = so_far.chosen.cloud_features(body, case.pixel_view())?;
     let scale = clouds::shell_scale(body, clouds);
     let shell = clouds::shell(&p.placement, scale);
     if shell.camera_is_inside() {
@@ -33,6 +33,12 @@ fn shell(case: &Case<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw> {
     if !so_far.log.map(Effect::Clouds, Some(&clouds.map), check) {
         return None;
     }
+    let (span, most) = detail::ground_deg_per_px(case.frame.camera, &shell, Some(&clouds.map));
+    let has_billows = span < most && !so_far.log.is_switched_off(Effect::Detail) && so_far.chosen.eclipse.occluders == 0;
+    let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest clouds against {most:.4}", detail::law(Detail::Billows));
+    so_far.log.note("cloud-detail", has_billows, reason);
+    so_far.chosen.cloud_detail = has_billows;
+    let features = so_far.chosen.cloud_features(body, case.pixel_view())?;
     let rect = Outline::of(case.frame.camera, &shell).rect(case.frame.camera)?;
     let mut uniforms = globe::uniforms(case, &shell, rect, MapSet::default(), &so_far.shine);
     let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);

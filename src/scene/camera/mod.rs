@@ -58,8 +58,13 @@ impl Placement {
 
     /// Unit-sphere point of the body in an ICRF direction from the camera; `None` beside the body.
     pub(crate) fn surface_along(&self, direction: DVec3) -> Option<DVec3> {
+        self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
+    }
+
+    /// The same along a direction of the unit-sphere frame.
+    pub(crate) fn surface_along_unit_sphere(&self, direction: DVec3) -> Option<DVec3> {
         let origin = self.camera_in_unit_sphere();
-        let w = self.direction_in_unit_sphere(direction).normalize();
+        let w = direction.normalize();
         let b = origin.dot(w);
         // |origin x w| is the distance of the ray from the centre, computed without cancellation.
         let disc = 1.0 - origin.cross(w).length_squared();

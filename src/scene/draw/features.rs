@@ -225,6 +225,23 @@ impl PixelView {
     }
 }
 
+/// Procedural relief and albedo finer than a body's maps: what shaders/lib/detail.wesl draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum Detail {
+    #[default]
+    None,
+    /// Craters, on old ground without air.
+    Craters,
+    /// Hills and hollows, on ground under air.
+    Hills,
+    /// Billows of a cloud deck.
+    Billows,
+}
+
+impl Detail {
+    pub const ALL: [Self; 4] = [Self::None, Self::Craters, Self::Hills, Self::Billows];
+}
+
 /// Maximum number of custom surfaces in one run.
 pub const MAX_CUSTOM_SURFACES: u8 = 4;
 
@@ -234,7 +251,7 @@ pub struct DrawFeatures {
     pub surface: Surface,
     pub maps: MapSet,
     /// Relief and albedo finer than the maps.
-    pub detail: bool,
+    pub detail: Detail,
     /// Which custom surface colours the ground: 0 for none, else 1..=[`MAX_CUSTOM_SURFACES`].
     pub custom_surface: u8,
     /// Image layers laid over the albedo by their alpha: 0..=2.
@@ -259,7 +276,7 @@ impl DrawFeatures {
     pub const MINIMAL: Self = Self {
         surface: Surface::Lambert,
         maps: MapSet { albedo: false, normal: false, specular: false, night: false, cloud_shadow: false },
-        detail: false,
+        detail: Detail::None,
         custom_surface: 0,
         overlays: 0,
         lights: 0,

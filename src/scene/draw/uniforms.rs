@@ -236,12 +236,16 @@ uniforms! {
     /// Uniforms of shaders/lib/detail.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct DetailUniforms {
-        /// Place of the point from which places count, in cells (xyz), and the side of a cell in radii (w).
+        /// Place in its cell of the point from which places count (xyz), and the side of a cell in radii (w).
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
+        /// That cell (xyz), modulo the lattices' period.
+        pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
         /// Size of cells, in radii, at which lattices fade out because there are too many.
         pub largest: f32 = "detail_largest",
         /// The camera from where places count (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
+        /// In narrow fields the point of the ground from which places count and its view depth (0: none), the ray to it with its place u in the rectangle, and v.
+        pub reference: [Vec4; 3] = "detail_reference",
     }
 }
 
@@ -282,6 +286,8 @@ uniforms! {
         pub table: Option<Arc<RingTable>>,
         /// Innermost and outermost radius, equatorial radii.
         pub reach: Vec2 = "ring_radius_range",
+        /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
+        pub extent: f32 = "ring_extent",
         /// Half a pixel at the body, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
         /// Factor and exponent of the large particles' phase function.

@@ -254,20 +254,23 @@ pub(crate) fn limbs(
             note(false, why_not);
             continue;
         }
-        let wanted = effects.override_of(Effect::RefractedLimb);
-        let is_possible = wanted == Some(true) || bending.is_some_and(|bending| sky.may_show_sun(p, bending));
-        let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
+        // Beside the air the Sun is seen unbent, so nothing is to be drawn even if it is asked for: what takes the unbent Sun away would take it in a whole pixel that the limb crosses.
+        let layers = bending
+            .filter(|bending| sky.may_show_sun(p, *bending))
+            .and_then(|_| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction));
+        let tint = tint(p.placement.centre_km);
+        let centre: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
+        let shown = layers.map(|layers| {
+            let most = sky.max_radiance(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
+            (layers, most)
+        });
+        let Some((layers, most)) = shown.filter(|(_, most)| *most > 0.0) else {
             note(false, "no layer of its air shows the Sun".into());
             continue;
         };
-        let tint = tint(p.placement.centre_km);
-        let centre: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
-        let part = sky.max_radiance(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
-        let reason =
-            if part > 0.0 { format!("at most {}", threshold.description(part)) } else { "no layer of its air shows the Sun".into() };
-        let on = match wanted {
+        let on = match effects.override_of(Effect::RefractedLimb) {
             Some(on) => note(on, "set by you".into()),
-            None => note(threshold.is_exceeded_by(part), reason),
+            None => note(threshold.is_exceeded_by(most), format!("at most {}", threshold.description(most))),
         };
         if on {
             all.extend(limb(camera, p, sun, &layers, tint));

@@ -5,7 +5,7 @@
 use crate::catalog::{Body, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
 use crate::scene::draw::features::{
-    AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
+    AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
 };
 use crate::scene::thresholds::MAX_LIGHTS;
 
@@ -16,8 +16,8 @@ pub struct Capabilities {
     pub maps: MapSet,
     pub emissive: bool,
     pub rings: bool,
-    /// Its ground shows procedural craters: solid and without an atmosphere.
-    pub detail: bool,
+    /// The procedural relief of its ground.
+    pub detail: Detail,
     /// Which custom surface colours its ground, 0 for none.
     pub custom_surface: u8,
     /// Whether the lunar limb profile applies: the Moon, and the Sun behind it.
@@ -34,7 +34,12 @@ impl Capabilities {
             night: body.maps.night.is_some() && !emissive,
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
-        let detail = body.cratered && !emissive && body.atmosphere.is_none() && body.clouds.is_none();
+        let detail = match () {
+            () if emissive => Detail::None,
+            () if body.hilly => Detail::Hills,
+            () if body.cratered && body.atmosphere.is_none() && body.clouds.is_none() => Detail::Craters,
+            () => Detail::None,
+        };
         let limb_heights = [NaifId::MOON, NaifId::SUN].contains(&body.id);
         Self {
             detail,
@@ -62,6 +67,8 @@ pub struct FeatureSelection {
     pub maps: MapSet,
     /// Relief and albedo finer than the maps.
     pub detail: bool,
+    /// Billows finer than the map of the cloud deck.
+    pub cloud_detail: bool,
     /// The custom surface that the body has.
     pub custom_surface: bool,
     /// Images over the ground.
@@ -87,6 +94,11 @@ impl FeatureSelection {
     fn lit_by_rings(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         self.ring_shine && available.rings && !available.emissive
+    }
+
+    /// Whether a draw shows procedural relief at all.
+    fn shows_detail(self, view: PixelView) -> bool {
+        self.eclipse.occluders == 0 && matches!(view, PixelView::Final | PixelView::Cost)
     }
 
     /// The features of the globe's draw, without those that the body does not have.
@@ -117,11 +129,7 @@ impl FeatureSelection {
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
             // Detail is left out in an eclipse, which halves those keys.
-            detail: self.detail
-                && available.detail
-                && mesh.is_none()
-                && self.eclipse.occluders == 0
-                && matches!(view, PixelView::Final | PixelView::Cost),
+            detail: if self.detail && mesh.is_none() && self.shows_detail(view) { available.detail } else { Detail::None },
             custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
             lights: match (available.emissive, self.lit_by_rings(body), self.shine) {
@@ -161,7 +169,7 @@ impl FeatureSelection {
         shown.then_some(DrawFeatures {
             surface: Surface::Cloud,
             maps: MapSet::default(),
-            detail: false,
+            detail: if self.cloud_detail && self.shows_detail(view) { Detail::Billows } else { Detail::None },
             custom_surface: 0,
             overlays: 0,
             ring_shine: false,
@@ -191,7 +199,7 @@ impl FeatureSelection {
         let sky = DrawFeatures {
             surface: Surface::Sky,
             maps: MapSet::default(),
-            detail: false,
+            detail: Detail::None,
             custom_surface: 0,
             overlays: 0,
             ring_shine: false,

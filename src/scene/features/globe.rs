@@ -7,6 +7,7 @@ use crate::scene::draw::features::MapSet;
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::features::case::Case;
+use crate::scene::features::choice::Capabilities;
 use crate::scene::light::lights::{self, LightOn};
 use crate::scene::light::photometry;
 use crate::scene::surface::detail;
@@ -80,7 +81,7 @@ pub(crate) fn uniforms_of_share(
         air: air::uniforms(body, 1.0),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
-        detail: detail::uniforms(camera, placement, rays.anchor_is_camera),
+        detail: detail::uniforms(Capabilities::of(body).detail, camera, placement, &rays),
         ..DrawUniforms::of_rays(&rays)
     };
     air::set_ends(&mut uniforms, false);

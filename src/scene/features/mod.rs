@@ -17,6 +17,7 @@ use crate::scene::draw::features::{AtmosphereModel, DrawFeatures, PixelView, Rin
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
 use crate::scene::draw::{Draw, MapFiles, Part, Point};
 use crate::scene::in_view::Appearance;
+use crate::scene::light::lights;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
@@ -56,7 +57,7 @@ const AIR_ONLY_FEATURES: [Feature; 2] = [eclipse::decision::decide, atmosphere::
 const MAP_FEATURES: [Feature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
 
 /// Leaves out rare combinations of features that would multiply the number of shader keys.
-fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut so_far.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
         // Combining ring shadow, atmosphere tier, number of occluders and eclipse model would triple these keys.
@@ -68,8 +69,18 @@ fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
         chosen.detail = false;
     }
     if chosen.ring_shine && !so_far.shine.is_empty() {
-        so_far.log.note(Effect::PlanetShine.name(), false, "negligible beside ring-shine".into());
-        so_far.shine.clear();
+        // The weaker of the two, as irradiance of the ground.
+        let of_rings =
+            so_far.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(case.placed.sun_from_body_km).irradiance.x;
+        let of_bodies = so_far.shine.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
+        if of_bodies > of_rings {
+            so_far.log.note(Effect::RingShine.name(), false, "negligible beside planet-shine".into());
+            chosen.ring_shine = false;
+            so_far.ring.shine = None;
+        } else {
+            so_far.log.note(Effect::PlanetShine.name(), false, "negligible beside ring-shine".into());
+            so_far.shine.clear();
+        }
     }
     so_far
 }

@@ -63,6 +63,11 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
+/// The features of the cloud deck for one selection, without and with billows.
+fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
+    [false, true].into_iter().filter_map(move |cloud_detail| FeatureSelection { cloud_detail, ..chosen }.cloud_features(body, view))
+}
+
 /// Every set of draw features that a frame can ask for, for any body of the catalog under any effects and pixel view: sorted, without duplicates.
 pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
     let both = [false, true];
@@ -91,7 +96,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     ..FeatureSelection::default()
                                 };
                                 all.extend(ground_features(chosen, body, view));
-                                all.extend(chosen.cloud_features(body, view));
+                                all.extend(possible_clouds(chosen, body, view));
                                 all.extend(chosen.ring_features(body, view));
                             }
                             for air in air::possible_tiers(body) {
@@ -106,7 +111,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                         ..FeatureSelection::default()
                                     };
                                     all.extend(ground_features(chosen, body, view));
-                                    all.extend(chosen.cloud_features(body, view));
+                                    all.extend(possible_clouds(chosen, body, view));
                                     all.extend(chosen.sky_features(body, view));
                                 }
                             }

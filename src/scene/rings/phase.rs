@@ -37,11 +37,6 @@ pub fn forward(alpha: f64) -> f64 {
     DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
 }
 
-/// Phase function of a mixture of large particles and dust, without the opposition surge.
-pub(crate) fn phase_function(alpha: f64, dust: f64) -> f64 {
-    bodies(alpha) * (1.0 - dust) + forward(alpha) * dust
-}
-
 /// Phase function of large particles with the opposition surge, by the cosine of the phase angle, as in the ring's fragments.
 pub fn particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
@@ -52,6 +47,11 @@ pub fn particle_phase(cos_alpha: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of a mixture of large particles and dust, without the opposition surge.
+    fn phase_function(alpha: f64, dust: f64) -> f64 {
+        bodies(alpha) * (1.0 - dust) + forward(alpha) * dust
+    }
 
     /// The mean over all directions by a rule that knows the narrowest lobe: even steps of the logarithm of the angle from the Sun's direction.
     fn mean(of: impl Fn(f64) -> f64) -> f64 {

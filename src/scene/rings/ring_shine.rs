@@ -153,16 +153,59 @@ fn round_to_digits(v: f64, digits: u32) -> f64 {
 /// Number of cached tables.
 const KEPT: usize = 16;
 
+/// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program they use only the
+/// numbers of a table's key and the narrowing to f32.
+pub(crate) const SOURCES: [&str; 6] = [
+    include_str!("ring_shine.rs"),
+    include_str!("phase.rs"),
+    include_str!("ring_table.rs"),
+    include_str!("single_scatter.rs"),
+    include_str!("../constants.rs"),
+    include_str!("../numeric.rs"),
+];
+
+/// Where tables are kept from run to run, for whoever has a disk: summing one takes longer than drawing a frame.
+pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
+    /// The table that was stored under a key, if it is whole.
+    fn read(&self, key: &[f64]) -> Option<RingShine>;
+    fn write(&self, key: &[f64], table: &RingShine);
+}
+
 /// Tables of ring-shine, cached from frame to frame.
 #[derive(Debug)]
 pub struct RingShines {
     shines: Memo<Numbers, Option<Arc<RingShine>>>,
     milestones: Memo<Numbers, Option<Arc<RingShine>>>,
+    /// `None`: in memory only.
+    store: Option<Box<dyn RingShineStore>>,
 }
 
 impl Default for RingShines {
     fn default() -> Self {
-        Self { shines: Memo::with_capacity(KEPT), milestones: Memo::with_capacity(KEPT) }
+        Self { shines: Memo::with_capacity(KEPT), milestones: Memo::with_capacity(KEPT), store: None }
+    }
+}
+
+impl RingShines {
+    /// Tables that are kept on disk too.
+    pub(crate) fn stored(store: Option<Box<dyn RingShineStore>>) -> Self {
+        Self { store, ..Self::default() }
+    }
+
+    /// The table of a milestone: from memory, from disk, or computed.
+    fn milestone(&self, geometry: &RingShineGeometry<'_>) -> Option<Arc<RingShine>> {
+        let key: Vec<f64> = geometry.cache_key().collect();
+        self.milestones.get(key.iter().copied().collect(), || {
+            let stored = self.store.as_ref().and_then(|store| store.read(&key));
+            let table = stored.or_else(|| {
+                let computed = geometry.table();
+                if let (Some(store), Some(computed)) = (&self.store, &computed) {
+                    store.write(&key, computed);
+                }
+                computed
+            });
+            table.map(Arc::new)
+        })
     }
 }
 
@@ -247,7 +290,7 @@ impl RingShineGeometry<'_> {
         let milestone_table = |sine: f64| {
             // A Sun clear of the plane is treated as a point.
             let geometry = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
-            kept.milestones.get(geometry.cache_key().collect(), || geometry.table().map(Arc::new))
+            kept.milestone(&geometry)
         };
         let spare = 52 - MILESTONE_DIGITS;
         let below = f64::from_bits(self.sine.to_bits() >> spare << spare);

@@ -13,11 +13,12 @@ use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
-use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, phase_factor, phase_function};
+use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, forward, particle_phase, phase_factor};
 use crate::scene::rings::ring_shine::{RingShineGeometry, halves};
 use crate::scene::rings::ring_table::{RingSeen, slopes_of_sunlight};
 use crate::scene::tiers::{self, MAX_EDGE_ERROR_PX};
 use glam::{DVec2, DVec3, Vec2, Vec4};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Thickness relative to radius of the spheroid that represents the ring when its outline is computed.
@@ -40,6 +41,23 @@ pub(crate) struct View<'a> {
     pub caches: &'a Caches,
 }
 
+/// How a ring may be seen: limits over all pixels that may show it.
+struct SeenRing {
+    /// Optical depth along the flattest ray.
+    most_slant_depth: f64,
+    /// The smallest and the largest phase angle.
+    phase_angles: [f64; 2],
+    /// The largest fraction of a pixel that it fills.
+    most_filled: f64,
+}
+
+/// Upper limits of what a ring does to a pixel that it fills, and of the part of a pixel that it fills.
+struct RingChange {
+    hidden: f64,
+    added: f64,
+    filled: f64,
+}
+
 /// The result of comparing a value with its threshold.
 pub(crate) struct ThresholdCheck {
     pub on: bool,
@@ -53,45 +71,89 @@ pub(crate) struct VisibleRings<'a> {
 }
 
 impl<'a> View<'a> {
+    /// Outermost radius of all rings that the body has.
+    fn outermost_km(&self) -> f64 {
+        self.body.rings.iter().map(|r| r.outer_km).fold(0.0, f64::max)
+    }
+
     /// Pixels per equatorial radius at the body.
     fn pixels_per_radius(&self) -> f64 {
         self.body.radii_km.x / (self.placement.centre_km.length() * self.camera.pixel_tangent())
     }
 
-    fn cos_emission(&self) -> f64 {
-        let towards = self.placement.body_from_icrf * -self.placement.centre_km;
-        (towards.z / towards.length()).abs().max(MIN_COSINE)
+    /// The rays of the frame's corners in body axes, with view depth 1.
+    fn corner_rays(&self) -> [DVec3; 4] {
+        let clips = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]].map(DVec2::from_array);
+        clips.map(|clip| self.placement.body_from_icrf * self.camera.ray(clip))
     }
 
-    /// Upper limits of a ring's change of a pixel: the fraction that it hides and the radiance that it adds, each times the fraction of the pixel that
-    /// it fills.
-    fn change(&self, ring: &Ring) -> [f64; 2] {
-        let slant_depth = ring.tau_normal / self.cos_emission();
-        let hidden = -(-slant_depth).exp_m1();
+    /// The camera's height over the plane and its distance from the axis, equatorial radii.
+    fn viewer_radii(&self) -> (f64, f64) {
+        let viewer = self.placement.body_from_icrf * -self.placement.centre_km / self.body.radii_km.x;
+        (viewer.z.abs().max(1e-9), viewer.truncate().length())
+    }
+
+    /// Limits over all pixels that may show a ring.
+    fn seen_ring(&self, ring: &Ring) -> SeenRing {
+        let (height, aside) = self.viewer_radii();
+        let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
+        let corners = self.corner_rays();
+        let longest = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
+        // A ray of the frame is a mean of those of its corners: if these pass the plane to one side, none is flatter than the flattest of them.
+        let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
+        let in_frame = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest } else { 0.0 };
+        let least_cosine = in_frame.max(height / height.hypot(aside + outer)).max(MIN_COSINE);
+        // Rays differ from that to the centre by less than the ring's radius, and by less than the frame's corners.
+        let centre = -(self.placement.body_from_icrf * -self.placement.centre_km);
+        let to_corner = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
+        let to_edge = if outer < height.hypot(aside) { (outer / height.hypot(aside)).asin() } else { PI };
+        let spread = to_corner.min(to_edge);
+        let gap = (inner - aside).max(aside - outer).max(0.0);
+        // Off the picture's middle a pixel spans less.
+        let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest * longest);
+        SeenRing {
+            most_slant_depth: ring.tau_normal / least_cosine,
+            phase_angles: [(self.alpha - spread).max(0.0), (self.alpha + spread).min(PI)],
+            most_filled: ((outer - inner) / nearest_pixel).min(1.0),
+        }
+    }
+
+    /// Upper limits of a ring's change of a pixel that shows nothing else: the fraction that it hides and the radiance that it adds; and of the fraction of a pixel that it fills.
+    fn change(&self, ring: &Ring) -> RingChange {
+        let seen = self.seen_ring(ring);
         let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
+        // Bodies scatter back the more the smaller the phase angle; dust has its least between its ends.
+        let [smallest, largest] = seen.phase_angles;
+        let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + forward(smallest).max(forward(largest)) * ring.dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
-        let added = albedo * 0.25 * phase_function(self.alpha, ring.dust) * slant_depth.min(1.0) * self.irradiance;
-        let width_px = (ring.outer_km - ring.inner_km) / self.body.radii_km.x * self.pixels_per_radius();
-        [hidden, added].map(|most| most * width_px.min(1.0))
+        RingChange {
+            hidden: -(-seen.most_slant_depth).exp_m1(),
+            added: albedo * 0.25 * phase * seen.most_slant_depth.min(1.0) * self.irradiance,
+            filled: seen.most_filled,
+        }
     }
 
-    /// The change of a pixel as a part of white, and whether it is visible.
-    fn visible_change(&self, ring: &Ring) -> (f64, bool) {
-        let [hidden, added] = self.change(ring);
-        (
-            hidden.max(self.threshold.relative_to_white(added)),
-            self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by(added),
-        )
-    }
-
-    /// The visible rings; with `include_all` also those below the threshold.
+    /// The visible rings; with `include_all` also those below the threshold. Left out are the outermost rings that together change no pixel visibly: less than the sum of all, and less than
+    /// the one that changes it most would if it filled the pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
-        let rings: Vec<&Ring> = self.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
-        let strongest = rings.iter().map(|r| (self.visible_change(r).0, r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
-        let outer = rings.iter().filter(|r| self.visible_change(r).1 || include_all).map(|r| r.outer_km).fold(0.0, f64::max);
+        let mut rings: Vec<(&Ring, RingChange)> =
+            self.body.rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| (r, self.change(r))).collect();
+        rings.sort_by(|a, b| b.0.outer_km.total_cmp(&a.0.outer_km));
+        let part = |c: &RingChange| c.hidden.max(self.threshold.relative_to_white(c.added)) * c.filled;
+        let strongest = rings.iter().map(|(r, c)| (part(c), r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut sum, mut greatest) = ([0.0; 2], [0.0_f64; 2]);
+        let first_visible = rings.iter().find(|(_, c)| {
+            for (k, change) in [c.hidden, c.added].into_iter().enumerate() {
+                sum[k] += change * c.filled;
+                greatest[k] = greatest[k].max(change);
+            }
+            let [hidden, added] = [0, 1].map(|k| greatest[k].min(sum[k]));
+            include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by(added)
+        });
+        let outer = first_visible.map_or(0.0, |(r, _)| r.outer_km);
         // Gaps are included: they are rings of zero optical depth over wider ones.
         let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
-        let area_px = std::f64::consts::PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
+        let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
             None => "it has no rings".into(),
             Some((part, name)) if seen.is_empty() => {
@@ -106,7 +168,7 @@ impl<'a> View<'a> {
 
     /// Whether any of the rings can be in the picture.
     pub(crate) fn meets_frame(&self) -> bool {
-        self.rect(self.body.rings.iter().map(|r| r.outer_km).fold(0.0, f64::max)).is_some()
+        self.rect(self.outermost_km()).is_some()
     }
 
     fn sun_tangent(&self, sun_radius_km: f64) -> f64 {
@@ -135,16 +197,19 @@ impl<'a> View<'a> {
     pub(crate) fn body_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, BodyShadow) {
         let inner_km = rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min);
         let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
-        // Distance of the shadow's axis from the nearest point of the innermost ring, equatorial radii.
-        let aside = inner_km * self.sun.z.abs() / self.body.radii_km.x;
+        // Distance of the shadow's axis from the nearest point of the innermost ring, equatorial radii. An oblate globe, and its penumbra, lie within those of a sphere about it; farther
+        // rings are farther from the axis by more than the penumbra widens. shaders/lib/ring/body_shadow.wesl asks the same of each pixel.
+        let inner = inner_km / self.body.radii_km.x;
+        let (aside, reached) = (inner * self.sun.z.abs(), 1.0 + inner * self.sun_tangent(sun_radius_km));
         let outer = outer_km / self.body.radii_km.x;
         let flat = tiers::sphere_shadow_offset(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
         let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let aside_px = flat.max(soft) * self.pixels_per_radius();
         let model = if aside_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
-        let reason =
-            format!("the shadow's axis passes {aside:.3} radii from the innermost ring; oblateness and penumbra make {aside_px:.1} px");
-        (ThresholdCheck { on: aside < 1.0, reason }, model)
+        let reason = format!(
+            "the shadow's axis passes {aside:.3} radii from the innermost ring against {reached:.3}; oblateness and penumbra make {aside_px:.1} px"
+        );
+        (ThresholdCheck { on: aside <= reached, reason }, model)
     }
 
     /// The rectangle around the outline of the outermost visible ring.
@@ -192,12 +257,12 @@ impl<'a> View<'a> {
     }
 
     /// The light on the rings and the range of view rays that cross them.
-    fn seen(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingSeen {
+    fn seen(&self, sun: Option<&Body>, shows: PixelView) -> RingSeen {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
         let [same, other] = halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
         let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
-        // Slopes from the point of the plane nearest to the viewer to the farthest one.
-        let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
+        // Slopes from the point of the plane nearest to the viewer to the farthest one that has a ring, drawn or not: a pixel's middle may lie past the rings that are drawn.
+        let outer_km = self.outermost_km();
         let (height, aside) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
         let slope = |along: f64| height.hypot(along) / height;
         RingSeen::new((shows != PixelView::Albedo).then_some(sunlight), slope((aside - outer_km).max(0.0)), slope(aside + outer_km))
@@ -205,7 +270,7 @@ impl<'a> View<'a> {
 
     /// The uniforms of both draws, except `half`.
     pub(crate) fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingUniforms {
-        let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.seen(rings, sun, shows));
+        let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.seen(sun, shows));
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
@@ -227,6 +292,7 @@ impl<'a> View<'a> {
         RingUniforms {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
             table: Some(table),
+            extent: narrow(self.outermost_km() / self.body.radii_km.x),
             blur: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),

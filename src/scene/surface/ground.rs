@@ -3,7 +3,7 @@
 //! Relief, sun glint and cloud shadows are visible at every size of a disc: averaged over a pixel they still change its light by several levels. They are
 //! left out if no sunlit ground is in view.
 
-use crate::scene::draw::features::MapSet;
+use crate::scene::draw::features::{Detail, MapSet};
 use crate::scene::features::case::{Case, Decisions};
 use crate::scene::features::choice::{Capabilities, flattening};
 use crate::scene::light::{lights, night_lights};
@@ -46,11 +46,11 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
         let visibility = || if no_clouds { (false, "the clouds are switched off".into()) } else { lit.clone() };
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), visibility);
     }
-    if available.detail {
+    if available.detail != Detail::None {
         // The fragment measures its texels on the first of these that the draw has.
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
         let (span, most) = detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, map);
-        let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest ground against {most:.4}", detail::LAW);
+        let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest ground against {most:.4}", detail::law(available.detail));
         so_far.chosen.detail = so_far.log.effect(Effect::Detail, span < most, reason);
     }
     so_far.chosen.maps = maps;

@@ -11,7 +11,7 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::decision::Decision;
-use crate::scene::draw::{Draw, LimbTable, LimbUniforms, Part, Shape, Surface};
+use crate::scene::draw::{Detail, Draw, LimbTable, LimbUniforms, Part, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
@@ -127,7 +127,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
     let Some(draw) = draw.filter(|_| on) else { return };
     // The dark side in front of the Sun shows no procedural craters.
-    draw.features.detail = false;
+    draw.features.detail = Detail::None;
     draw.features.limb_heights = true;
     let radius_km = moon.body.radii_km.x;
     let height = |k: usize| (profile.sphere_km() + profile.heights_km()[k % LIMB_POINTS]) / radius_km - 1.0;

@@ -1,7 +1,7 @@
 //! The canonical form of a draw's features: rules that remove features which do not affect the image.
 
 use super::dimension::{DIMENSIONS, Dimension};
-use crate::scene::draw::{AtmosphereModel, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
+use crate::scene::draw::{AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
 /// If `applies` holds, `dimension` can be set to `value` without changing the image.
@@ -130,8 +130,14 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "detail",
         value: "",
-        applies: |n| !lit(n) || no_ground(n) || n.shape == Shape::Mesh,
-        because: "finer relief than the map shows only on lit ground of a smooth body",
+        applies: |n| !lit(n) || n.shape == Shape::Mesh || matches!(n.surface, Surface::Sky | Surface::Ring),
+        because: "finer relief than the map shows only on lit ground or clouds of a smooth body",
+    },
+    CanonicalRule {
+        dimension: "detail",
+        value: "",
+        applies: |n| (n.surface == Surface::Cloud) != (n.detail == Detail::Billows),
+        because: "billows are of clouds, craters and hills of the ground",
     },
     CanonicalRule {
         dimension: "custom-surface",

@@ -1,7 +1,8 @@
 //! The table of dimensions: the only place that names a dimension's values, in key texts and in fragment conditions.
 
 use crate::scene::draw::{
-    AtmosphereModel, BodyShadow, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape, Surface,
+    AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape,
+    Surface,
 };
 
 /// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the table's order.
@@ -101,7 +102,15 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("specular", Part::Maps, "maps.specular", maps.specular),
     switch!("night", Part::Maps, "maps.night", maps.night),
     switch!("cloudshadow", Part::Maps, "maps.cloud-shadow", maps.cloud_shadow),
-    switch!("detail", Part::Maps, "detail", detail),
+    Dimension {
+        name: "detail",
+        part: Part::Maps,
+        texts: &["", "detail", "hills", "billows"],
+        features: &["", "detail.craters", "detail.hills", "detail.billows"],
+        cumulative: false,
+        get: |n| index_of(&Detail::ALL, &n.detail),
+        set: |n, v| n.detail = Detail::ALL[v],
+    },
     Dimension {
         name: "custom-surface",
         part: Part::Maps,

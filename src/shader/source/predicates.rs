@@ -50,6 +50,7 @@ pub static PREDICATES: &[Predicate] = &[
         "the law of reflection has a parameter of its own",
     ),
     predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the deck or for its shadow"),
+    predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
     predicate("has_opacity", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),
     predicate(
         "has_map",

@@ -29,6 +29,14 @@ pub(crate) enum Mask {
     Register(usize),
 }
 
+/// An operand of a texture read.
+#[derive(Clone, Copy)]
+pub(crate) enum TextureArg {
+    Slot(u32),
+    /// One value for all lanes.
+    Register(usize),
+}
+
 /// One step of a bound program.
 pub(crate) enum BoundStep<R> {
     /// The kernels `from..to`, one after the other, which count as so many instructions.
@@ -59,7 +67,7 @@ pub(crate) enum BoundStep<R> {
         dst: [u32; 4],
         /// Which of the four are read later.
         outputs_used: [bool; 4],
-        args: [u32; 7],
+        args: [TextureArg; 7],
         mask: Mask,
     },
     TextureSize {
@@ -280,16 +288,20 @@ impl<R: Real> Binder<R> {
                 self.step(BoundStep::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
             }
             Instr::Texture { what, texture, dst, args, mask } => {
-                let mut slots = [0u32; 7];
-                for (s, o) in slots.iter_mut().zip(args) {
-                    *s = self.slot_of(o, &mut used)?;
+                let mut texture_args = [TextureArg::Slot(0); 7];
+                for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
+                    *to = match o {
+                        // Single texels take one row and one level for all lanes.
+                        Operand::Reg(r) if *what == TextureOp::Load && k > 0 => TextureArg::Register(usize::from(*r)),
+                        _ => TextureArg::Slot(self.slot_of(o, &mut used)?),
+                    };
                 }
                 let mask = match mask {
                     Operand::Slot(s) => Mask::Slot(u32::from(*s)),
                     Operand::Reg(r) => Mask::Register(usize::from(*r)),
                 };
                 let (outputs_used, dst) = (dst.map(is_read), dst.map(u32::from));
-                self.step(BoundStep::Texture { what: *what, texture: usize::from(*texture), dst, outputs_used, args: slots, mask });
+                self.step(BoundStep::Texture { what: *what, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask });
             }
             Instr::TextureSize { dst, texture, axis, level } => {
                 self.step(BoundStep::TextureSize {

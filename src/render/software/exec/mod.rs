@@ -12,7 +12,7 @@ use super::kernels::{self, KernelClass};
 use super::math::Real;
 use super::program::{Constant, LaneInput, Program};
 use super::tape::{Instr, Operand, TextureOp, WordKind};
-use bind::{BoundProgram, BoundStep, KernelStep, Mask, SCRATCH, bind};
+use bind::{BoundProgram, BoundStep, KernelStep, Mask, SCRATCH, TextureArg, bind};
 pub use textures::{Gradients, NoTextures, TextureUnit};
 
 /// Backward jumps after which a batch is stopped: a loop that never ends must not hang a frame.
@@ -28,7 +28,7 @@ pub type LaneMask = u128;
 const _: () = assert!(LANES == LaneMask::BITS as usize && LANES.is_multiple_of(kernels::CHUNK));
 
 /// The 32 single bits. Loops that expand or collect masks with this table are vectorised; loops that shift by the lane number are not.
-const BITS: [u32; 32] = {
+pub(crate) const LANE_BITS: [u32; 32] = {
     let mut bits = [0; 32];
     let mut k = 0;
     while k < 32 {
@@ -194,7 +194,7 @@ impl<R: Real> Executor<R> {
         }
         for (k, lanes) in mask.chunks_exact_mut(32).enumerate().filter(|_| active != LaneMask::MAX) {
             let part = (active >> (32 * k)) as u32;
-            for (lane, bit) in lanes.iter_mut().zip(&BITS) {
+            for (lane, bit) in lanes.iter_mut().zip(&LANE_BITS) {
                 *lane = R::from_mask(part & bit != 0);
             }
         }
@@ -222,7 +222,7 @@ impl<R: Real> Executor<R> {
         let mut bits = 0u128;
         for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;
-            for (lane, bit) in lanes.iter().zip(&BITS) {
+            for (lane, bit) in lanes.iter().zip(&LANE_BITS) {
                 part |= if lane.mask() { *bit } else { 0 };
             }
             bits |= u128::from(part) << (32 * k);
@@ -330,7 +330,7 @@ impl<R: Real> Executor<R> {
         what: TextureOp,
         texture: usize,
         (dst, outputs_used): ([u32; 4], [bool; 4]),
-        args: [u32; 7],
+        args: [TextureArg; 7],
         mask: Mask,
         textures: &dyn TextureUnit<R>,
     ) {
@@ -344,9 +344,14 @@ impl<R: Real> Executor<R> {
         // operand's; scratch slots come after the program's.
         let lanes = |slot: u32| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() };
         let mut out = [0, 1, 2, 3].map(|k| if outputs_used[k] { &mut lanes(dst[k])[..] } else { &mut [] });
-        // SAFETY: as above; this instruction does not write its operands.
-        let arg = |k: usize| unsafe { &*base.add(args[k] as usize).cast::<[R; LANES]>() };
-        if active != LaneMask::MAX {
+        let (first_register, registers) = (self.first_register, base.cast::<R>());
+        let arg = |k: usize| match args[k] {
+            // SAFETY: as above; this instruction does not write its operands.
+            TextureArg::Slot(slot) => unsafe { std::slice::from_raw_parts(base.add(slot as usize).cast::<R>(), LANES) },
+            // SAFETY: as above; registers come after the slots, packed.
+            TextureArg::Register(r) => unsafe { std::slice::from_ref(&*registers.add(first_register * LANES + r)) },
+        };
+        if active != LaneMask::MAX && what != TextureOp::Load {
             // Lanes that are not sampled are zero, so that the result does not depend on what the thread ran before.
             out.iter_mut().for_each(|o| o.fill(R::ZERO));
         }

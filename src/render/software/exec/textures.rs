@@ -16,7 +16,8 @@ pub trait TextureUnit<R: Real> {
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// One texel; x, y and level are bit-cast integers ([`Real::int`]); zeros outside the level.
+    /// One texel; x, y and level are bit-cast integers ([`Real::int`]); zeros outside the level. y and level hold one value per lane, or one for all
+    /// lanes. Every lane is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
     /// Width and height in texels of a level (clamped to the existing levels).
     fn dimensions(&self, texture: usize, level: u32) -> [u32; 2];

@@ -96,6 +96,7 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
         return;
     }
     let (x1, y1) = (x1 - tile_x, y1 - tile_y);
+    let mut block_coverage = BlockCoverage { triangle, samples, one: None, four: None };
     for block_y in y0 / BLOCK_HEIGHT..y1.div_ceil(BLOCK_HEIGHT) {
         for block_x in x0 / BLOCK_WIDTH..x1.div_ceil(BLOCK_WIDTH) {
             let block = block_y * BLOCKS_ACROSS + block_x;
@@ -110,21 +111,10 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
                 emit(first, BLOCK_QUADS as usize, full_coverage(samples));
                 continue;
             }
-            for inner in 0..BLOCK_QUADS {
-                let (qx, qy) = (bx + inner % QUADS_ACROSS * 2, by + inner / QUADS_ACROSS * 2);
-                if qx + 2 <= x0 || qy + 2 <= y0 || qx >= x1 || qy >= y1 {
-                    continue;
-                }
-                let mut coverage = quad_coverage(triangle, tile_x + qx, tile_y + qy, samples);
-                for (corner, (dx, dy)) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().enumerate() {
-                    let (x, y) = (qx + dx, qy + dy);
-                    if x < x0 || y < y0 || x >= x1 || y >= y1 {
-                        coverage &= !(0xf << (4 * corner));
-                    }
-                }
-                if coverage != 0 {
-                    emit(first + inner as usize, 1, coverage);
-                }
+            let clip = [x0.max(bx) - bx, y0.max(by) - by, x1.min(bx + BLOCK_WIDTH) - bx, y1.min(by + BLOCK_HEIGHT) - by];
+            let found = block_coverage.quads(tile_x + bx, tile_y + by, clip);
+            for (inner, coverage) in found.inner.iter().zip(&found.coverage).take(found.count) {
+                emit(first + usize::from(*inner), 1, *coverage);
             }
         }
     }
@@ -145,25 +135,142 @@ fn extremes(triangle: &RasterTriangle, x: u32, y: u32, width: u32, height: u32) 
     (least, most)
 }
 
-fn quad_coverage(triangle: &RasterTriangle, x: u32, y: u32, samples: u8) -> u16 {
-    let (least, most) = extremes(triangle, x, y, 2, 2);
-    if most < 0 {
-        return 0;
+/// The quads of a block with a covered sample, in lane order.
+struct CoveredQuads {
+    count: usize,
+    /// Number of the quad in the block.
+    inner: [u8; BLOCK_QUADS as usize],
+    coverage: [u16; BLOCK_QUADS as usize],
+}
+
+/// A triangle's edge functions at the samples of a quad, relative to its top-left corner; `N` = 4 pixels times the samples of a pixel.
+struct QuadSamples<const N: usize> {
+    at: [[i64; N]; 3],
+    greatest: [i64; 3],
+    /// Steps to the next quad, across and down.
+    step: [[i64; 2]; 3],
+}
+
+impl<const N: usize> QuadSamples<N> {
+    fn new(triangle: &RasterTriangle) -> Self {
+        let positions = sample_positions((N / 4) as u8);
+        // Plain loops: for a small triangle this takes as long as what follows.
+        let mut samples = Self { at: [[0; N]; 3], greatest: [i64::MIN; 3], step: [[0; 2]; 3] };
+        for (k, e) in triangle.edges.iter().enumerate() {
+            for (at, value) in samples.at[k].iter_mut().enumerate() {
+                let (corner, [sx, sy]) = ((at / positions.len()) as i64, positions[at % positions.len()]);
+                *value = e.a * ((corner & 1) * SUBPIXEL + sx) + e.b * ((corner >> 1) * SUBPIXEL + sy);
+                samples.greatest[k] = samples.greatest[k].max(*value);
+            }
+            samples.step[k] = [e.a * 2 * SUBPIXEL, e.b * 2 * SUBPIXEL];
+        }
+        samples
     }
-    if least >= 0 {
-        return full_coverage(samples);
+
+    /// Coverage of a quad by the values of the edge functions at its corner.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "loops by index over several arrays of one length are what the compiler vectorises")]
+    fn coverage(&self, at_corner: [i64; 3]) -> u16 {
+        let [a, b, c] = &self.at;
+        const { assert!(N == 4 || N == 16) };
+        // Overflow checks would keep the loop from being vectorised in debug builds.
+        let mut coverage = 0;
+        for k in 0..N {
+            // The sign bit is set where the sample lies outside an edge.
+            let outside = at_corner[0].wrapping_add(a[k]) | at_corner[1].wrapping_add(b[k]) | at_corner[2].wrapping_add(c[k]);
+            coverage |= if outside >= 0 { SAMPLE_BITS[k * (16 / N)] } else { 0 };
+        }
+        coverage
     }
-    let mut coverage = 0;
-    for corner in 0..4_u32 {
-        let px = i64::from(x + (corner & 1)) * SUBPIXEL;
-        let py = i64::from(y + (corner >> 1)) * SUBPIXEL;
-        for (s, [sx, sy]) in sample_positions(samples).iter().enumerate() {
-            if triangle.edges.iter().all(|e| e.a * (px + sx) + e.b * (py + sy) + e.c >= 0) {
-                coverage |= 1 << (4 * corner as usize + s);
+
+    /// The covered quads of a block at `x`, `y` (pixels) of the target. `clip`: the part of the block that may be covered, as
+    /// [`RasterTriangle::pixels`], relative to the block.
+    #[inline(always)]
+    fn covered(&self, triangle: &RasterTriangle, x: u32, y: u32, [x0, y0, x1, y1]: [u32; 4]) -> CoveredQuads {
+        let mut found = CoveredQuads { count: 0, inner: [0; BLOCK_QUADS as usize], coverage: [0; BLOCK_QUADS as usize] };
+        let (x, y) = (i64::from(x) * SUBPIXEL, i64::from(y) * SUBPIXEL);
+        let at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
+        for row in y0 / 2..y1.div_ceil(2) {
+            let rows = unclipped(row * 2, y0, y1, LOWER_ROW);
+            for column in x0 / 2..x1.div_ceil(2) {
+                let (across, down) = (i64::from(column), i64::from(row));
+                let of_edge = |k: usize| at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
+                let at_corner = [of_edge(0), of_edge(1), of_edge(2)];
+                let [a, b, c] = self.greatest;
+                if (at_corner[0] + a) | (at_corner[1] + b) | (at_corner[2] + c) < 0 {
+                    continue;
+                }
+                let coverage = self.coverage(at_corner) & rows & unclipped(column * 2, x0, x1, RIGHT_COLUMN);
+                if let (true, Some(inner), Some(to)) =
+                    (coverage != 0, found.inner.get_mut(found.count), found.coverage.get_mut(found.count))
+                {
+                    (*inner, *to) = ((row * QUADS_ACROSS + column) as u8, coverage);
+                    found.count += 1;
+                }
             }
         }
+        found
     }
-    coverage
+
+    /// The same code compiled for AVX2.
+    /// # Safety
+    /// The machine has AVX2.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    unsafe fn covered_avx2(&self, triangle: &RasterTriangle, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
+        self.covered(triangle, x, y, clip)
+    }
+}
+
+/// The lower two pixels of a quad, and the right two.
+const LOWER_ROW: u16 = 0xff00;
+const RIGHT_COLUMN: u16 = 0xf0f0;
+
+/// The part of a quad's coverage from `from` to `to` along one axis; `first`: its first pixel there, `second_half`: the coverage of the other one.
+#[inline(always)]
+fn unclipped(first: u32, from: u32, to: u32, second_half: u16) -> u16 {
+    (if first < from { second_half } else { u16::MAX }) & (if first + 1 >= to { !second_half } else { u16::MAX })
+}
+
+/// The bits of a quad's coverage; loops that select from a table are vectorised, loops that shift are not.
+const SAMPLE_BITS: [u16; 16] = {
+    let mut bits = [0; 16];
+    let mut k = 0;
+    while k < 16 {
+        bits[k] = 1 << k;
+        k += 1;
+    }
+    bits
+};
+
+/// The blocks of one triangle. What a partly covered block needs is computed when there is the first one.
+struct BlockCoverage<'a> {
+    triangle: &'a RasterTriangle,
+    samples: u8,
+    one: Option<QuadSamples<4>>,
+    four: Option<QuadSamples<16>>,
+}
+
+impl BlockCoverage<'_> {
+    fn quads(&mut self, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
+        let triangle = self.triangle;
+        if self.samples == 4 {
+            let samples = self.four.get_or_insert_with(|| QuadSamples::new(triangle));
+            #[cfg(target_arch = "x86_64")]
+            if is_x86_feature_detected!("avx2") {
+                // SAFETY: AVX2 was detected.
+                return unsafe { samples.covered_avx2(triangle, x, y, clip) };
+            }
+            return samples.covered(triangle, x, y, clip);
+        }
+        let samples = self.one.get_or_insert_with(|| QuadSamples::new(triangle));
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: AVX2 was detected.
+            return unsafe { samples.covered_avx2(triangle, x, y, clip) };
+        }
+        samples.covered(triangle, x, y, clip)
+    }
 }
 
 #[cfg(test)]
@@ -185,5 +292,53 @@ mod tests {
             assert_eq!((pixels.x[block * BLOCK_PIXELS], pixels.y[block * BLOCK_PIXELS]), (x as f32 + 0.5, y as f32 + 0.5));
             assert_eq!((block_at([x, y]), block_at([x + 2, y]), block_at([x, y + TILE])), (Some(block), None, None));
         }
+    }
+
+    /// A number below `n` that looks random (Knuth's multiplicative congruence).
+    fn random(seed: &mut u64, n: u64) -> i64 {
+        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((*seed >> 33) % n) as i64
+    }
+
+    /// Each sample of each pixel against the edges themselves, for triangles of all sizes that reach over tiles and are cut by a scissor.
+    #[test]
+    fn quads_are_covered_where_their_samples_lie_inside() {
+        let (mut seed, mut partly) = (1, 0);
+        for round in 0..400_u32 {
+            let reach = [3, 12, 60, 200][round as usize % 4];
+            let corner = |seed: &mut u64| [100 * SUBPIXEL, 90 * SUBPIXEL].map(|c| c + random(seed, reach * 4096) - reach as i64 * 2048);
+            let p = [corner(&mut seed), corner(&mut seed), corner(&mut seed)];
+            let edge = |a: [i64; 2], b: [i64; 2]| {
+                let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+                super::super::setup::Edge { a: -dy, b: dx, c: dy * a[0] - dx * a[1] }
+            };
+            let pixels = if round % 3 == 0 { [97, 89, 131, 90] } else { [0, 0, 191, 200] };
+            let triangle = RasterTriangle { edges: [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])], pixels, source_triangle: 0 };
+            for samples in [1, 4] {
+                for (tile_x, tile_y) in [(64, 64), (128, 64), (0, 64)] {
+                    let mut found = vec![0_u16; TILE_QUADS];
+                    walk_tile(&triangle, tile_x, tile_y, samples, |first, count, coverage| found[first..first + count].fill(coverage));
+                    for (quad, found) in found.iter().enumerate() {
+                        let [x, y] = quad_position(quad);
+                        let mut expected = 0;
+                        for (corner, (dx, dy)) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().enumerate() {
+                            let (x, y) = (tile_x + x + dx, tile_y + y + dy);
+                            for (s, [sx, sy]) in sample_positions(samples).iter().enumerate() {
+                                let at = |e: &super::super::setup::Edge| {
+                                    e.a * (i64::from(x) * SUBPIXEL + sx) + e.b * (i64::from(y) * SUBPIXEL + sy) + e.c
+                                };
+                                let inside = (pixels[0]..pixels[2]).contains(&x) && (pixels[1]..pixels[3]).contains(&y);
+                                if inside && triangle.edges.iter().all(|e| at(e) >= 0) {
+                                    expected |= 1 << (4 * corner + s);
+                                }
+                            }
+                        }
+                        partly += u32::from(expected != 0 && expected != full_coverage(samples));
+                        assert_eq!(*found, expected, "round {round}, {samples} samples, tile {tile_x}, quad {quad}");
+                    }
+                }
+            }
+        }
+        assert!(partly > 1000, "{partly} quads were covered in part");
     }
 }

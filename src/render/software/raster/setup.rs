@@ -65,8 +65,10 @@ pub(crate) struct SourceTriangle {
     /// All three w are equal: varyings are linear in screen space.
     pub affine: bool,
     pub front: bool,
-    /// Index of its first plane in [`Geometry::planes`]: one per varying scalar, of value / w, or of the value itself when affine or flat.
+    /// Index of its first plane in [`Geometry::planes`]: one per interpolated scalar, of value / w, or of the value itself when affine.
     pub first_plane: usize,
+    /// Index of its first value in [`Geometry::constants`]: one per flat scalar.
+    pub first_constant: usize,
 }
 
 /// All triangles of one draw, in drawing order.
@@ -75,6 +77,8 @@ pub(crate) struct Geometry {
     pub triangles: Vec<RasterTriangle>,
     pub source_triangles: Vec<SourceTriangle>,
     pub planes: Vec<Plane>,
+    /// Flat varyings.
+    pub constants: Vec<f64>,
     /// Source triangles that were clipped and are still visible.
     pub clipped: usize,
 }
@@ -90,26 +94,74 @@ impl Geometry {
     pub(crate) fn reserve(&mut self, varyings: usize) -> Result<(), RenderError> {
         try_grow(&mut self.triangles, MAX_PARTS, "the triangles")?;
         try_grow(&mut self.source_triangles, 1, "the triangles' depth planes")?;
-        try_grow(&mut self.planes, varyings, "the triangles' varyings")
+        try_grow(&mut self.planes, varyings, "the triangles' varyings")?;
+        try_grow(&mut self.constants, varyings, "the triangles' varyings")
     }
 
-    /// Appends the triangles of `other` after those that are here.
+    /// The triangles of all parts, one part after the other.
     ///
     /// # Errors
     /// Too little memory.
-    pub(crate) fn append(&mut self, other: &Self) -> Result<(), RenderError> {
-        try_grow(&mut self.triangles, other.triangles.len(), "the triangles")?;
-        try_grow(&mut self.source_triangles, other.source_triangles.len(), "the triangles' depth planes")?;
-        try_grow(&mut self.planes, other.planes.len(), "the triangles' varyings")?;
-        let (source_triangles, planes) = (self.source_triangles.len(), self.planes.len());
-        self.triangles.extend(
-            other.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangles as u32, ..t.clone() }),
-        );
-        self.source_triangles
-            .extend(other.source_triangles.iter().map(|s| SourceTriangle { first_plane: s.first_plane + planes, ..s.clone() }));
-        self.planes.extend_from_slice(&other.planes);
-        self.clipped += other.clipped;
-        Ok(())
+    pub(crate) fn joined<'a>(parts: impl Iterator<Item = &'a Self> + Clone) -> Result<Self, RenderError> {
+        let mut all = Self::default();
+        let sum = |count: fn(&Self) -> usize| parts.clone().map(count).sum();
+        try_grow(&mut all.triangles, sum(|p| p.triangles.len()), "the triangles")?;
+        try_grow(&mut all.source_triangles, sum(|p| p.source_triangles.len()), "the triangles' depth planes")?;
+        try_grow(&mut all.planes, sum(|p| p.planes.len()), "the triangles' varyings")?;
+        try_grow(&mut all.constants, sum(|p| p.constants.len()), "the triangles' varyings")?;
+        for part in parts {
+            let (source_triangles, planes, constants) = (all.source_triangles.len() as u32, all.planes.len(), all.constants.len());
+            all.triangles.extend(
+                part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangles, ..t.clone() }),
+            );
+            all.source_triangles.extend(part.source_triangles.iter().map(|s| SourceTriangle {
+                first_plane: s.first_plane + planes,
+                first_constant: s.first_constant + constants,
+                ..s.clone()
+            }));
+            all.planes.extend_from_slice(&part.planes);
+            all.constants.extend_from_slice(&part.constants);
+            all.clipped += part.clipped;
+        }
+        Ok(all)
+    }
+}
+
+/// How many triangles ahead of its use each kind of data is fetched: a triangle's edges, then what they point to.
+#[cfg(target_arch = "x86_64")]
+const AHEAD: [usize; 3] = [12, 8, 4];
+
+impl Geometry {
+    /// Asks for the data of triangles that will be drawn soon: those of a tile lie scattered over memory. `coming`: triangles in drawing order.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, coming: &[u32]) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            fn fetch<T>(of: &[T], at: usize) {
+                use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+                let first = of.as_ptr().wrapping_add(at).cast::<i8>();
+                for line in (0..size_of::<T>()).step_by(64) {
+                    // SAFETY: a prefetch reads nothing; any address is allowed.
+                    unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line)) }
+                }
+            }
+            let coming_at = |k: usize| coming.get(AHEAD[k]).map(|t| *t as usize);
+            if let Some(triangle) = coming_at(0) {
+                fetch(&self.triangles, triangle);
+            }
+            if let Some(triangle) = coming_at(1).and_then(|t| self.triangles.get(t)) {
+                fetch(&self.source_triangles, triangle.source_triangle as usize);
+            }
+            if let Some(triangle) = coming_at(2).and_then(|t| self.triangles.get(t))
+                && let Some(source) = self.source_triangles.get(triangle.source_triangle as usize)
+            {
+                fetch(&self.planes, source.first_plane);
+                fetch(&self.planes, source.first_plane + 2);
+                fetch(&self.constants, source.first_constant);
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = coming;
     }
 }
 
@@ -191,7 +243,7 @@ pub(crate) fn set_up(
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
-    let Geometry { triangles, source_triangles, planes, clipped } = geometry;
+    let Geometry { triangles, source_triangles, planes, constants, clipped } = geometry;
     let source_triangle = source_triangles.len() as u32;
     let before = triangles.len();
     let points = polygon.corners();
@@ -205,17 +257,19 @@ pub(crate) fn set_up(
     *clipped += usize::from(polygon.cut);
     let affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
     let w = corners[0].w;
-    let first_plane = planes.len();
-    planes.extend(varyings.map(|(interpolation, v)| match interpolation {
-        Interpolation::Flat => Plane::constant(v[0]),
-        // A constant needs no division and stays exact.
-        Interpolation::Perspective if affine && v[0] == v[1] && v[1] == v[2] => Plane::constant(v[0]),
-        Interpolation::Perspective if affine => {
-            let p = plane_of(v);
-            Plane { at_origin: p.at_origin * w, dx: p.dx * w, dy: p.dy * w }
+    let (first_plane, first_constant) = (planes.len(), constants.len());
+    for (interpolation, v) in varyings {
+        match interpolation {
+            Interpolation::Flat => constants.push(v[0]),
+            // A constant needs no division and stays exact.
+            Interpolation::Perspective if affine && v[0] == v[1] && v[1] == v[2] => planes.push(Plane::constant(v[0])),
+            Interpolation::Perspective if affine => {
+                let p = plane_of(v);
+                planes.push(Plane { at_origin: p.at_origin * w, dx: p.dx * w, dy: p.dy * w });
+            }
+            Interpolation::Perspective => planes.push(plane_of(v)),
         }
-        Interpolation::Perspective => plane_of(v),
-    }));
+    }
     source_triangles.push(SourceTriangle {
         origin,
         depth: plane_of(corners.map(|c| c.z)),
@@ -223,6 +277,7 @@ pub(crate) fn set_up(
         affine,
         front,
         first_plane,
+        first_constant,
     });
 }
 
@@ -284,14 +339,13 @@ mod tests {
             g
         };
         let whole = set_up_all(0..4);
-        let mut parts = Geometry::default();
-        for range in [0..1, 1..1, 1..4] {
-            parts.append(&set_up_all(range)).expect("memory");
-        }
+        let parts = [0..1, 1..1, 1..4].map(set_up_all);
+        let parts = Geometry::joined(parts.iter()).expect("memory");
         assert!(whole.source_triangles.len() == 4 && whole.triangles.len() > 4, "some must be clipped into several");
         assert_eq!(parts.triangles, whole.triangles);
         assert_eq!(parts.source_triangles, whole.source_triangles);
         assert_eq!(parts.planes, whole.planes);
+        assert_eq!((&parts.constants, whole.constants.len()), (&whole.constants, 4));
         assert_eq!(parts.clipped, whole.clipped);
         assert!((1..4).contains(&whole.clipped), "the first is whole, the last reaches behind the viewer: {}", whole.clipped);
     }

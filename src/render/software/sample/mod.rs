@@ -1,6 +1,7 @@
 //! Texture sampling for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes, [`footprint`] chooses levels and taps, [`filter`] interpolates, [`Textures`] binds them to the texture
+//! [`texels`] borrows and decodes, [`footprint`] chooses levels and taps, [`filter`] interpolates, `single` reads
+//! single texels, [`Textures`] binds them to the texture
 //! uses of one program and runs them in a kernel class. Weights have the type of the lanes; texels are f32, exact to f32 rounding.
 //!
 //! Texels stay as the map stores them, 4 bytes each, and are decoded when read: a map of 8192x4096 then takes 179 MB with its mip levels, where
@@ -9,6 +10,7 @@
 
 pub mod filter;
 pub mod footprint;
+mod single;
 pub mod texels;
 
 use super::exec::{Gradients, LaneMask, TextureUnit};
@@ -17,6 +19,7 @@ use super::math::Real;
 use crate::image::TexelFormat;
 use crate::render::plan::{AddressMode, SamplerState};
 use filter::{BATCH, Channels, FilterRequest, sample};
+use single::{TexelCoordinates, load};
 use std::sync::Arc;
 use texels::{Decode, Float, Srgb, TexelLevel, Texels, Unorm};
 
@@ -175,74 +178,6 @@ impl<'a> Textures<'a> {
             let count = count.min(out.len());
             out[..count].copy_from_slice(&filtered[..count]);
         }
-    }
-}
-
-/// Writes the channels of one lane.
-#[inline(always)]
-fn write_lane<R: Real, D: Decode>(decode: D, texel: D::Texel, lane: usize, out: [&mut [R]; 4]) {
-    for (to, channel) in out.into_iter().zip(decode.channels(texel)) {
-        if let Some(to) = to.get_mut(lane) {
-            *to = R::from_f32_bits(channel.to_bits());
-        }
-    }
-}
-
-/// Integer coordinates x and y, and the level, of single texels.
-type TexelCoordinates<'a, R> = [&'a [R]; 3];
-
-/// Single texels by integer coordinates.
-#[inline(always)]
-fn load<R: Real, D: Decode>(
-    decode: D,
-    levels: &[TexelLevel<'_>],
-    coordinates: TexelCoordinates<'_, R>,
-    active: LaneMask,
-    out: [&mut [R]; 4],
-) {
-    let [x, y, level] = coordinates;
-    let count = x.len().min(BATCH);
-    let [r, g, b, a] = out;
-    let (x, y, level) = (&x[..count], &y[..count], &level[..count]);
-    // Fast path: every lane lies inside level 0. Negative integers are large as u32.
-    let (width, height) = (levels[0].width, levels[0].height);
-    let mut inside = true;
-    for i in 0..count {
-        inside &= (x[i].int() < width) & (y[i].int() < height) & (level[i].int() == 0);
-    }
-    if inside {
-        // Branch-free, so that many reads are in flight at once: memory latency dominates.
-        let whole_eights = count / 8 * 8;
-        for lanes in (0..whole_eights).step_by(8).map(|k| k..k + 8) {
-            let mut index = [0; 8];
-            for ((index, x), y) in index.iter_mut().zip(&x[lanes.clone()]).zip(&y[lanes.clone()]) {
-                *index = y.int().wrapping_mul(width).wrapping_add(x.int());
-            }
-            // SAFETY: tested above.
-            let texels = unsafe { decode.channels_of_eight(&levels[0], &index) };
-            for (to, texels) in [&mut *r, &mut *g, &mut *b, &mut *a].into_iter().zip(&texels) {
-                let Some(to) = to.get_mut(lanes.clone()).and_then(|to| to.first_chunk_mut::<8>()) else { continue };
-                for (to, texel) in to.iter_mut().zip(texels) {
-                    *to = R::from_f32_bits(texel.to_bits());
-                }
-            }
-        }
-        for lane in whole_eights..count {
-            // SAFETY: tested above.
-            let texel = unsafe { decode.texel(&levels[0], y[lane].int().wrapping_mul(width).wrapping_add(x[lane].int())) };
-            write_lane(decode, texel, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
-        }
-        return;
-    }
-    for lane in 0..count {
-        let (x, y) = (x[lane].int(), y[lane].int());
-        let texel = match levels.get(level[lane].int() as usize) {
-            // SAFETY: both coordinates lie inside the level.
-            Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.texel(at, y * at.width + x) },
-            // Texels outside read as zero, and zero bytes are zero in every format.
-            _ => D::Texel::default(),
-        };
-        write_lane(decode, texel, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
     }
 }
 

@@ -100,6 +100,18 @@ pub(crate) trait Decode: Copy {
         out
     }
 
+    /// Up to so many channels of single texels are read one by one, more of them together.
+    const CHANNELS_READ_ALONE: usize = 1;
+
+    /// Channel `K` of eight lanes' texels.
+    /// # Safety
+    /// As [`Decode::texel`], for every lane.
+    #[inline(always)]
+    unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
+        // SAFETY: passed on to the caller.
+        self.channel_of_each::<K, 8>(&unsafe { self.fetch(level, index) })
+    }
+
     /// The four channels of eight lanes' texels.
     /// # Safety
     /// As [`Decode::texel`], for every lane.
@@ -134,6 +146,11 @@ impl Default for Srgb {
         Self::new()
     }
 }
+
+/// Four bytes at any alignment. Debug builds check reads through pointers; reading a packed value is not checked.
+#[derive(Clone, Copy)]
+#[repr(C, packed)]
+struct UnalignedWord(u32);
 
 /// # Safety
 /// As [`Decode::texel`]; texels have four bytes.
@@ -208,6 +225,14 @@ impl Decode for Float {
     #[inline(always)]
     fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
         texel[K & 3]
+    }
+    // One load and one store for each channel of a lane: nothing is gained by reading whole texels.
+    const CHANNELS_READ_ALONE: usize = 4;
+    #[inline(always)]
+    unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
+        let words = level.bytes.as_ptr().cast::<UnalignedWord>();
+        // SAFETY: as in `texel`.
+        index.map(|i| f32::from_bits(u32::from_le(unsafe { (*words.wrapping_add(i as usize * 4 + (K & 3))).0 })))
     }
 }
 
@@ -336,6 +361,18 @@ mod gather {
         #[inline(always)]
         fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
             self.0.channel::<K>(texel)
+        }
+        // Two gathers are fewer instructions than eight loads that are transposed; three are slower.
+        const CHANNELS_READ_ALONE: usize = 2;
+        #[inline(always)]
+        unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
+            // A level has at most 2^30 texels: twice an index, in steps of eight bytes, fits.
+            let twice = index.map(|i| i.wrapping_mul(2));
+            // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; a `Transposing` exists only with AVX2.
+            unsafe {
+                let first = level.bytes.as_ptr().wrapping_add(4 * (K & 3)).cast::<i32>();
+                transmute::<__m256i, [f32; 8]>(_mm256_i32gather_epi32::<8>(first, transmute::<[u32; 8], __m256i>(twice)))
+            }
         }
         #[inline(always)]
         unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {

@@ -36,7 +36,12 @@ pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
         "specular" => &[text!("meaning-no-specular-reflection"), text!("meaning-specular-reflection-of-the-sun-on-water-from")],
         "night" => &[text!("meaning-no-night-lights"), text!("meaning-city-lights-on-the-night-side-from-a-map")],
         "cloudshadow" => &[text!("meaning-no-cloud-shadows"), text!("meaning-clouds-cast-shadows-on-the-surface")],
-        "detail" => &[text!("meaning-no-relief-finer-than-the-map"), text!("meaning-invented-craters-finer-than-the-map")],
+        "detail" => &[
+            text!("meaning-no-relief-finer-than-the-map"),
+            text!("meaning-procedural-craters-finer-than-the-map"),
+            text!("meaning-procedural-hills-finer-than-the-map"),
+            text!("meaning-procedural-billows-finer-than-the-cloud-map"),
+        ],
         "custom-surface" => &[
             text!("meaning-no-custom-surface"),
             text!("meaning-the-first-custom-surface"),

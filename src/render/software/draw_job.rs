@@ -1,0 +1,38 @@
+//! What the shading of a tile works on: a draw that is set up, and the quads that its triangles cover.
+
+use super::fragment_plan::FragmentPlan;
+use super::math::Real;
+use super::raster::setup::Geometry;
+use super::stage::{LANES, LaneProgram};
+use crate::render::plan::Blend;
+
+/// Quads of a batch.
+pub(super) const QUADS: usize = LANES / 4;
+
+/// Two by two pixels that a triangle covers in part or whole.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Quad {
+    /// Index inside the tile.
+    pub index: u16,
+    pub coverage: u16,
+    pub source_triangle: u32,
+}
+
+/// A draw whose triangles are set up, ready to be shaded tile by tile.
+pub(crate) struct DrawJob<'a, R: Real> {
+    pub geometry: Geometry,
+    pub fragment: &'a dyn LaneProgram<R>,
+    pub fragment_plan: FragmentPlan,
+    pub blend: Blend,
+    /// Set in the pixel view of shading cost: instruction counts are stored in place of colour, and a texture read counts as this many.
+    pub instructions_per_read: Option<f64>,
+}
+
+impl<R: Real> DrawJob<'_, R> {
+    /// Whether a pixel that is zero in all components changes nothing: neither colour nor depth.
+    pub(super) fn drops_black(&self) -> bool {
+        let plan = &self.fragment_plan;
+        let writes_late_depth = plan.depth.write && !plan.early_depth_test;
+        self.blend != Blend::Replace && self.instructions_per_read.is_none() && !writes_late_depth
+    }
+}

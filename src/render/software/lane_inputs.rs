@@ -1,0 +1,136 @@
+//! The lane inputs of a batch of quads: pixel positions, depth, varyings.
+//!
+//! In: the quads of a batch, those of one source triangle next to each other, and the draw's geometry. Out: the inputs of the fragment stage, filled for
+//! all lanes. Always: planes are evaluated in offsets from the first quad of their triangle, where they round least, and a lane's value does not
+//! depend on which other triangles share the batch. Not here: which quads are covered.
+
+// Loops by index over several arrays of one fixed length are what the compiler vectorises.
+#![allow(clippy::needless_range_loop)]
+
+use super::draw_job::{DrawJob, QUADS, Quad};
+use super::fragment_plan::InputSource;
+use super::math::Real;
+use super::raster::coverage::{TilePixels, quad_position};
+use super::raster::setup::{Plane, SourceTriangle};
+use super::stage::{LANES, LaneRun};
+use smallvec::SmallVec;
+
+/// Lanes of a quad.
+const QUAD: usize = 4;
+
+/// Consecutive quads of one source triangle.
+struct Span<'a> {
+    from: usize,
+    to: usize,
+    triangle: &'a SourceTriangle,
+    /// Top-left pixel of the first quad, in the target and from the origin of the triangle's planes.
+    origin: [f64; 2],
+    from_plane_origin: [f64; 2],
+}
+
+impl Span<'_> {
+    /// Its lanes, quad by quad.
+    #[inline(always)]
+    fn lanes<'l, R>(&self, lanes: &'l mut [R; LANES]) -> &'l mut [[R; QUAD]] {
+        &mut lanes.as_chunks_mut::<QUAD>().0[self.from..self.to]
+    }
+
+    /// Evaluates a plane at pixels given relative to the first quad.
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, lanes: &mut [R; LANES], [x, y]: [&[R; LANES]; 2], plane: &Plane) {
+        let at_origin = R::from_f64(plane.at(self.from_plane_origin[0], self.from_plane_origin[1]));
+        if plane.dx == 0.0 && plane.dy == 0.0 {
+            return self.fill(lanes, at_origin);
+        }
+        let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
+        if self.to - self.from == QUADS {
+            // All lanes at once, which is vectorised in full.
+            for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
+                *lane = at_origin + dx * *x + dy * *y;
+            }
+            return;
+        }
+        let (x, y) = (&x.as_chunks::<QUAD>().0[self.from..self.to], &y.as_chunks::<QUAD>().0[self.from..self.to]);
+        for ((lanes, x), y) in self.lanes(lanes).iter_mut().zip(x).zip(y) {
+            for i in 0..QUAD {
+                lanes[i] = at_origin + dx * x[i] + dy * y[i];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn fill<R: Real>(&self, lanes: &mut [R; LANES], value: R) {
+        self.lanes(lanes).fill([value; QUAD]);
+    }
+
+    /// lane = combine(lane, other), for its lanes.
+    #[inline(always)]
+    fn combine<R: Real>(&self, lanes: &mut [R; LANES], other: &[R; LANES], combine: impl Fn(R, R) -> R) {
+        let other = &other.as_chunks::<QUAD>().0[self.from..self.to];
+        for (lanes, other) in self.lanes(lanes).iter_mut().zip(other) {
+            for i in 0..QUAD {
+                lanes[i] = combine(lanes[i], other[i]);
+            }
+        }
+    }
+}
+
+/// Fills the lane inputs. `tile`: its top-left pixel.
+#[inline(always)]
+pub(super) fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], pixels: &TilePixels, tile: [u32; 2]) {
+    let (pixels_x, pixels_y) = (pixels.x.as_chunks::<QUAD>().0, pixels.y.as_chunks::<QUAD>().0);
+    // Pixel centres relative to the first quad of their span: with small offsets the plane equations round least.
+    let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
+    let mut spans = SmallVec::<[Span<'_>; QUADS]>::new();
+    let mut from = 0;
+    while let Some(first) = quads.get(from) {
+        let to = from + quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
+        let corner = quad_position(first.index.into());
+        let [x0, y0] = corner.map(|v| v as f32);
+        let lanes = x.as_chunks_mut::<QUAD>().0[from..to].iter_mut().zip(&mut y.as_chunks_mut::<QUAD>().0[from..to]);
+        for ((x, y), quad) in lanes.zip(&quads[from..to]) {
+            let (quad_x, quad_y) = (&pixels_x[usize::from(quad.index)], &pixels_y[usize::from(quad.index)]);
+            for i in 0..QUAD {
+                x[i] = R::from_f32_bits((quad_x[i] - x0).to_bits());
+                y[i] = R::from_f32_bits((quad_y[i] - y0).to_bits());
+            }
+        }
+        let triangle = &job.geometry.source_triangles[first.source_triangle as usize];
+        let origin = [0, 1].map(|axis: usize| f64::from(tile[axis] + corner[axis]));
+        let from_plane_origin = [origin[0] - triangle.origin[0], origin[1] - triangle.origin[1]];
+        spans.push(Span { from, to, triangle, origin, from_plane_origin });
+        from = to;
+    }
+    let sources = &job.fragment_plan.input_sources;
+    let mut w = [R::ONE; LANES];
+    if sources.iter().any(|s| matches!(s, InputSource::Interpolated(_))) {
+        for span in spans.iter().filter(|s| !s.triangle.affine) {
+            span.evaluate(&mut w, [&x, &y], &span.triangle.inverse_w);
+            span.lanes(&mut w).iter_mut().for_each(|w| *w = w.map(|w| R::ONE / w));
+        }
+    }
+    for (k, source) in sources.iter().enumerate() {
+        let lanes = run.input(k);
+        for span in &spans {
+            let triangle = span.triangle;
+            match *source {
+                InputSource::PixelX | InputSource::PixelY => {
+                    let (axis, local) = if *source == InputSource::PixelX { (0, &x) } else { (1, &y) };
+                    let origin = R::from_f64(span.origin[axis]);
+                    span.combine(lanes, local, |_, local| origin + local);
+                }
+                InputSource::Depth => span.evaluate(lanes, [&x, &y], &triangle.depth),
+                InputSource::InverseW => span.evaluate(lanes, [&x, &y], &triangle.inverse_w),
+                InputSource::Interpolated(index) => {
+                    span.evaluate(lanes, [&x, &y], &job.geometry.planes[triangle.first_plane + index]);
+                    if !triangle.affine {
+                        span.combine(lanes, &w, |lane, w| lane * w);
+                    }
+                }
+                InputSource::Flat(index) => span.fill(lanes, R::from_f64(job.geometry.constants[triangle.first_constant + index])),
+                InputSource::FrontFacing => span.fill(lanes, R::from_mask(triangle.front)),
+                InputSource::Zero => span.fill(lanes, R::ZERO),
+            }
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Single texels by integer coordinates, a batch at a time.
+//!
+//! In: a column for each lane, and a row and a level for each lane or one of each for all lanes. Out: up to four channels a lane; zero where a lane is not
+//! active or its texel lies outside the level. Always: every kernel class gives the same bits. Lanes of one level are read without a branch, with gather
+//! instructions where the class has them; lanes of several levels one by one.
+
+// Loops by index over several arrays of one fixed length are what the compiler vectorises.
+#![allow(clippy::needless_range_loop)]
+
+use super::filter::{BATCH, Channels};
+use super::full_batch;
+use super::texels::{Decode, TexelLevel};
+use crate::render::software::exec::{LANE_BITS, LaneMask};
+use crate::render::software::math::Real;
+
+/// Columns, rows and levels as bit-cast integers. Rows and levels hold one value for each lane, or one for all.
+pub(super) type TexelCoordinates<'a, R> = [&'a [R]; 3];
+
+/// Lanes that are read together.
+const CHUNK: usize = 8;
+
+/// Reads the texels of a batch. `out`: red, green, blue, alpha, each empty or as long as the columns.
+#[inline(always)]
+pub(super) fn load<R: Real, D: Decode>(
+    decode: D,
+    levels: &[TexelLevel<'_>],
+    [x, y, level]: TexelCoordinates<'_, R>,
+    active: LaneMask,
+    mut out: [&mut [R]; 4],
+) {
+    let count = x.len().min(BATCH);
+    let (Some(row), Some(number)) = (y.first(), level.first().map(|l| l.int())) else { return };
+    if level.iter().fold(0, |different, l| different | (l.int() ^ number)) != 0 {
+        return lane_by_lane(decode, levels, [x, y, level], active, out);
+    }
+    let Some(level) = levels.get(number as usize) else { return out.iter_mut().for_each(|lanes| lanes.fill(R::ZERO)) };
+    let active = if count == BATCH { active } else { active & ((1 << count) - 1) };
+    let [mut columns, mut rows] = [const { None }; 2];
+    let x = full_batch(x, &mut columns);
+    let indices = if y.len() == 1 {
+        let row = row.int();
+        TexelIndices::new(level, x, |_| row, active)
+    } else {
+        let y = full_batch(y, &mut rows);
+        TexelIndices::new(level, x, |lane| y[lane].int(), active)
+    };
+    if count == BATCH {
+        return indices.read(decode, level, out.map(|lanes| lanes.first_chunk_mut()));
+    }
+    let mut read = [[R::ZERO; BATCH]; 4];
+    indices.read(decode, level, read.each_mut().map(Some));
+    for (out, read) in out.into_iter().zip(&read) {
+        let count = count.min(out.len());
+        out[..count].copy_from_slice(&read[..count]);
+    }
+}
+
+/// Where the texels of a batch lie in one level.
+struct TexelIndices {
+    /// Index of a lane's texel; 0 where it has none.
+    index: [u32; BATCH],
+    /// All bits set where a lane has a texel.
+    mask: [u32; BATCH],
+    /// Every lane has a texel.
+    complete: bool,
+}
+
+impl TexelIndices {
+    #[inline(always)]
+    fn new<R: Real>(level: &TexelLevel<'_>, x: &[R; BATCH], row: impl Fn(usize) -> u32, active: LaneMask) -> Self {
+        let (width, height) = (level.width, level.height);
+        let mut indices = Self { index: [0; BATCH], mask: [u32::MAX; BATCH], complete: false };
+        if active != LaneMask::MAX {
+            for (k, masks) in indices.mask.as_chunks_mut::<{ LANE_BITS.len() }>().0.iter_mut().enumerate() {
+                let active = (active >> (k * LANE_BITS.len())) as u32;
+                for (mask, bit) in masks.iter_mut().zip(&LANE_BITS) {
+                    *mask = if active & bit != 0 { u32::MAX } else { 0 };
+                }
+            }
+        }
+        // Loops of a fixed length over arrays, without checks, are vectorised.
+        let mut complete = u32::MAX;
+        for lane in 0..BATCH {
+            let (column, row) = (x[lane].int(), row(lane));
+            // Negative integers are large as u32.
+            let inside = if (column < width) & (row < height) { u32::MAX } else { 0 };
+            let mask = indices.mask[lane] & inside;
+            indices.index[lane] = row.wrapping_mul(width).wrapping_add(column) & mask;
+            indices.mask[lane] = mask;
+            complete &= mask;
+        }
+        indices.complete = complete == u32::MAX;
+        indices
+    }
+
+    #[inline(always)]
+    fn read<R: Real, D: Decode>(&self, decode: D, level: &TexelLevel<'_>, out: Channels<'_, R>) {
+        if self.complete {
+            self.read_masked::<R, D, false>(decode, level, out);
+        } else {
+            self.read_masked::<R, D, true>(decode, level, out);
+        }
+    }
+
+    /// `MASKED`: some lane has no texel and becomes zero. Zero bits are zero in every format.
+    #[inline(always)]
+    fn read_masked<R: Real, D: Decode, const MASKED: bool>(&self, decode: D, level: &TexelLevel<'_>, out: Channels<'_, R>) {
+        let [r, g, b, a] = out;
+        if [&r, &g, &b, &a].into_iter().flatten().count() <= D::CHANNELS_READ_ALONE {
+            self.read_channel::<R, D, 0, MASKED>(decode, level, r);
+            self.read_channel::<R, D, 1, MASKED>(decode, level, g);
+            self.read_channel::<R, D, 2, MASKED>(decode, level, b);
+            self.read_channel::<R, D, 3, MASKED>(decode, level, a);
+            return;
+        }
+        let mut out = [r, g, b, a];
+        for (k, index) in self.index.as_chunks::<CHUNK>().0.iter().enumerate() {
+            // SAFETY: `new` keeps indices inside the level.
+            let [r, g, b, a] = unsafe { decode.channels_of_eight(level, index) };
+            let [to_r, to_g, to_b, to_a] = &mut out;
+            self.write::<R, MASKED>(to_r, k, &r);
+            self.write::<R, MASKED>(to_g, k, &g);
+            self.write::<R, MASKED>(to_b, k, &b);
+            self.write::<R, MASKED>(to_a, k, &a);
+        }
+    }
+
+    #[inline(always)]
+    fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
+        &self,
+        decode: D,
+        level: &TexelLevel<'_>,
+        out: Option<&mut [R; BATCH]>,
+    ) {
+        let mut out = out;
+        if out.is_none() {
+            return;
+        }
+        for (k, index) in self.index.as_chunks::<CHUNK>().0.iter().enumerate() {
+            // SAFETY: `new` keeps indices inside the level.
+            let values = unsafe { decode.channel_of_eight::<K>(level, index) };
+            self.write::<R, MASKED>(&mut out, k, &values);
+        }
+    }
+
+    /// Writes one channel of chunk `k`, if it is needed.
+    #[inline(always)]
+    fn write<R: Real, const MASKED: bool>(&self, out: &mut Option<&mut [R; BATCH]>, k: usize, values: &[f32; CHUNK]) {
+        let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<CHUNK>().0.get_mut(k)) else { return };
+        let Some(mask) = self.mask.as_chunks::<CHUNK>().0.get(k) else { return };
+        for i in 0..CHUNK {
+            let bits = values[i].to_bits();
+            to[i] = R::from_f32_bits(if MASKED { bits & mask[i] } else { bits });
+        }
+    }
+}
+
+/// Texels of several levels.
+#[inline(always)]
+fn lane_by_lane<R: Real, D: Decode>(
+    decode: D,
+    levels: &[TexelLevel<'_>],
+    [x, y, level]: TexelCoordinates<'_, R>,
+    active: LaneMask,
+    out: [&mut [R]; 4],
+) {
+    let [r, g, b, a] = out;
+    for (lane, (x, level)) in x.iter().zip(level).enumerate().take(BATCH) {
+        let (x, y) = (x.int(), y[if y.len() == 1 { 0 } else { lane }].int());
+        let texel = match levels.get(level.int() as usize) {
+            // SAFETY: both coordinates lie inside the level.
+            Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.texel(at, y * at.width + x) },
+            _ => D::Texel::default(),
+        };
+        for (to, channel) in [&mut *r, &mut *g, &mut *b, &mut *a].into_iter().zip(decode.channels(texel)) {
+            if let Some(to) = to.get_mut(lane) {
+                *to = R::from_f32_bits(channel.to_bits());
+            }
+        }
+    }
+}

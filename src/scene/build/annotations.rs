@@ -1,0 +1,101 @@
+//! Lines and texts over the picture: grids, figures, lines on the ground, shadow cones, instruments, names.
+//!
+//! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: none but labels in pixel views other than the final image; no
+//! text covers another; a body hides texts on the sky behind it.
+
+use super::SceneBuilder;
+use crate::catalog::NaifId;
+use crate::ephemeris::topocentric::ground_point_km;
+use crate::scene::annotation::line_texts::{self, SkyText, TextLayer};
+use crate::scene::annotation::sky_lines::{self, SkyLines, horizon_axes};
+use crate::scene::annotation::strokes::LineSegment;
+use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
+use crate::scene::decision::Decision;
+use crate::scene::draw::StarSprite;
+use crate::scene::draw::features::PixelView;
+use crate::scene::features::case::Frame;
+use crate::scene::in_view::BodyInView;
+use crate::scene::placed::PlacedBody;
+use crate::scene::request::view_request::Position;
+use glam::{DMat3, DVec2, DVec3};
+
+/// What is written and drawn over a picture, with the decisions about it.
+pub(super) struct Annotations {
+    pub sky_lines: Vec<LineSegment>,
+    pub ground_lines: Option<(NaifId, Vec<LineSegment>)>,
+    pub lines_in_space: Vec<LineSegment>,
+    pub labels: Option<labels::LabelLayer>,
+    pub texts: Option<TextLayer>,
+    pub decisions: Vec<Decision>,
+}
+
+impl Annotations {
+    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &Frame<'_>, reports: &[BodyInView], stars: &[StarSprite]) -> Self {
+        let (request, camera) = (builder.request, frame.camera);
+        let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports, true);
+        if request.pixel_view != PixelView::Final {
+            let (sky_lines, ground_lines, lines_in_space) = Default::default();
+            return Self { sky_lines, ground_lines, lines_in_space, labels, texts: None, decisions: Vec::new() };
+        }
+        let size_px = labels::glyph_size_px(camera.height);
+        let body = builder.body_with_lines();
+        let cones = body.filter(|_| request.layers.eclipse_cones).map(|p| eclipse_lines::in_space(frame.context, camera, p));
+        let (cone_lines, cone_decision) = cones.unzip();
+        let sky = sky_lines::sky_lines(request, &builder.viewer, builder.local_horizon());
+        let ground = ground_lines::ground_lines(frame.context, camera, body, &builder.catalog.data_layers());
+        let instruments = builder.instrument_frames(size_px);
+        let names = request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), size_px));
+        let (star_texts, star_decision) = names.unzip();
+        let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, size_px));
+        let wanted: Vec<_> = sky_texts.chain(ground.texts).chain(instruments.texts).collect();
+        let texts = (!wanted.is_empty()).then(|| line_texts::place_texts(wanted, labels.as_ref(), size_px, camera.half_size() * 2.0));
+        let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
+        Self {
+            sky_lines: sky.segments,
+            ground_lines: body.map(|p| (p.body.id, ground.segments)).filter(|(_, segments)| !segments.is_empty()),
+            lines_in_space: cone_lines.into_iter().flatten().chain(instruments.segments).collect(),
+            labels,
+            texts,
+            decisions: decisions.chain(star_decision).collect(),
+        }
+    }
+}
+
+impl<'a> SceneBuilder<'a> {
+    /// The body on which ground lines are drawn: the target, or the body that the viewer stands on.
+    fn body_with_lines(&self) -> Option<&PlacedBody<'a>> {
+        let id = self.request.target.or(self.viewer.stands_on.map(|(id, _)| id))?;
+        self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
+    }
+
+    /// Whether a body, including the ground, hides a text on the sky. A text on the horizon is drawn above it; coordinate ticks stay at the picture's
+    /// edge, even those of azimuths below the horizon.
+    fn is_behind_body(&self, text: &SkyText, size_px: f64) -> bool {
+        let hides = |p: &PlacedBody<'_>| {
+            let is_ground = self.viewer.stands_on.is_some_and(|(id, _)| id == p.body.id);
+            let lift_px = if is_ground { DVec2::new(0.0, size_px) } else { DVec2::ZERO };
+            !self.is_inside(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.at_px - lift_px).is_some()
+        };
+        !text.is_tick && self.placed.iter().any(hides)
+    }
+
+    /// Fields of view of instruments around the target.
+    fn instrument_frames(&self, size_px: f64) -> SkyLines {
+        if !self.request.layers.instruments {
+            return SkyLines::default();
+        }
+        let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.is_inside(p.body));
+        instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), size_px)
+    }
+
+    /// The [`horizon_axes`] of a viewer who stands on a body.
+    fn local_horizon(&self) -> Option<DMat3> {
+        let (Position::Ground { latitude_deg, longitude_deg, .. }, Some((id, _))) = (self.request.position, self.viewer.stands_on) else {
+            return None;
+        };
+        let body_from_icrf = self.ephemeris.body_from_icrf(id, self.request.time).ok()?;
+        let radii_km = self.catalog.body(id).map_or(DVec3::ONE, |b| b.radii_km);
+        let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+        Some(horizon_axes(body_from_icrf.transpose() * normal, body_from_icrf.row(2)))
+    }
+}

@@ -1,0 +1,64 @@
+//! The sky beyond all bodies of the catalog: stars, diffuse light, images, minor planets and comets.
+
+use super::SceneBuilder;
+use crate::catalog::NaifId;
+use crate::scene::annotation::orbits::OrbitArc;
+use crate::scene::decision::Decision;
+use crate::scene::draw::StarSprite;
+use crate::scene::draw::features::PixelView;
+use crate::scene::features::case::Frame;
+use crate::scene::sky::background::{self, SkyBackground};
+use crate::scene::sky::comets::{self, Comets};
+use crate::scene::sky::images::{self, SkyImageDraw};
+use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
+use crate::scene::sky::minor_planets::{self, MinorPlanets};
+use crate::scene::sky::stars;
+use std::sync::Arc;
+
+/// What the sky adds to a scene, with the decisions about it.
+pub(super) struct Sky {
+    pub background: Option<SkyBackground>,
+    pub images: Vec<SkyImageDraw>,
+    pub stars: Vec<StarSprite>,
+    pub minor_planets: Option<MinorPlanets>,
+    /// Without their orbits.
+    pub comets: Comets,
+    pub comet_orbits: Vec<OrbitArc>,
+    pub decisions: Vec<Decision>,
+}
+
+impl Sky {
+    /// `has_corona`: the corona is drawn, so that the zodiacal light need not continue to the Sun.
+    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &Frame<'_>, has_corona: bool) -> Self {
+        let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure.white());
+        let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None);
+        let sun_km = sun.ok().map(|s| s.state.pos_km);
+        let (stars, star_decision) = stars::stars(request, builder.catalog, viewer, frame.threshold, white, frame.air);
+        let (background, background_decisions) = builder.background(frame, has_corona);
+        let (images, image_decisions) = match request.layers.data && request.pixel_view == PixelView::Final {
+            true => images::images(&builder.catalog.data_layers(), &viewer.camera, viewer.body_velocity_km_s),
+            false => Default::default(),
+        };
+        let columns = || {
+            let of_catalog = || Arc::new(MinorPlanetColumns::of(&builder.catalog.small_bodies().minor_planets));
+            Arc::clone(builder.caches.minor_planets.get_or_init(of_catalog))
+        };
+        let (minor_planets, minor_planet_decision) = minor_planets::minor_planets(request, columns, viewer, sun_km, white);
+        let all_comets = || builder.catalog.small_bodies().comets.clone();
+        let (mut comets, comet_decision) = comets::comets(request, all_comets, viewer, sun_km, white);
+        let comet_orbits = std::mem::take(&mut comets.orbits);
+        let decisions = star_decision.into_iter().chain(background_decisions).chain(image_decisions);
+        let decisions = decisions.chain(minor_planet_decision).chain(comet_decision).collect();
+        Self { background, images, stars, minor_planets, comets, comet_orbits, decisions }
+    }
+}
+
+impl SceneBuilder<'_> {
+    /// Diffuse light of the sky, and the decisions about it.
+    pub(super) fn background(&self, frame: &Frame<'_>, has_corona: bool) -> (Option<SkyBackground>, Vec<Decision>) {
+        let resources = frame.context.resources;
+        let map = resources.sky_map();
+        let is_unreadable = resources.is_unreadable(&map.file);
+        background::background(self.request, &self.viewer.camera, &self.placed, frame.threshold, &map, is_unreadable, has_corona)
+    }
+}

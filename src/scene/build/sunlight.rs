@@ -1,0 +1,50 @@
+//! Light around the Sun: refracted limbs of bodies in front of it, its corona and its glare.
+
+use crate::catalog::NaifId;
+use crate::scene::decision::Decision;
+use crate::scene::draw::PixelView;
+use crate::scene::eclipse::refracted_limb::{self, RefractedLimb};
+use crate::scene::features::case::Frame;
+use crate::scene::in_view::BodyInView;
+use crate::scene::light::corona::{self, Corona};
+use crate::scene::light::glow::{self, Glow};
+use crate::scene::placed::PlacedBody;
+use crate::scene::request::effects::Effect;
+use crate::scene::request::view_request::ViewRequest;
+use glam::DVec3;
+
+/// What is drawn of the light around the Sun.
+pub(super) struct LightAroundSun {
+    pub limbs: Vec<RefractedLimb>,
+    /// Its place among the draws is not set yet.
+    pub corona: Option<Corona>,
+    pub glow: Option<Glow>,
+}
+
+impl LightAroundSun {
+    /// Decides on all three, and records the decisions in the reports of their bodies.
+    pub(super) fn decide(frame: &Frame<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
+        let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
+        let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
+        let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
+        Self {
+            limbs: refracted_limb::limbs(request, camera, placed, threshold, tint, reports),
+            glow: decide(request, Effect::Glow, glow::glow(camera, placed, threshold, transmittance), reports),
+            corona: decide(request, Effect::Corona, corona::corona(request, camera, placed, threshold, tint), reports),
+        }
+    }
+}
+
+/// Keeps an effect of the Sun if the request asks for it or its bound does, and records the decision. `found`: the effect, whether its bound asks for it,
+/// and the reason.
+fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, String)>, reports: &mut [BodyInView]) -> Option<T> {
+    let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Final)?;
+    let (on, reason) = match request.effects.override_of(effect) {
+        Some(on) => (on, "set by you".into()),
+        None => (by_bound, reason),
+    };
+    if let Some(sun) = reports.iter_mut().find(|b| b.id == NaifId::SUN) {
+        sun.decisions.push(Decision { feature: effect.name(), on, reason, tier: None });
+    }
+    on.then_some(light)
+}

@@ -1,0 +1,114 @@
+//! Tables of ring-shine on disk, each computed once.
+//!
+//! In: the numbers that determine a table. Out: the table, from `<cache>/orrery/rings/<digest>.table`. Always: the name covers the code and all inputs; a
+//! damaged file reads as none and is replaced; a folder that cannot be written is ignored.
+
+use super::stored_tables::{self, Magic, code_digest};
+use crate::scene::rings::ring_shine::{COLUMNS, ROWS, RingShine, RingShineStore, SOURCES};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+const MAGIC: &Magic = b"ORRSHN01";
+/// Four floats for each column of the rows of both sides.
+const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
+/// Before them the reach and the brightest irradiance, f64.
+const NUMBERS: usize = 16;
+
+#[derive(Debug)]
+pub(super) struct RingShineFiles {
+    folder: PathBuf,
+}
+
+fn to_bytes(table: &RingShine) -> Vec<u8> {
+    let texels = table.texels.iter().flat_map(|v| v.to_le_bytes());
+    [table.reach, table.brightest].into_iter().flat_map(f64::to_le_bytes).chain(texels).collect()
+}
+
+fn from_bytes(bytes: &[u8]) -> Option<RingShine> {
+    let (numbers, texels) = bytes.split_at_checked(NUMBERS)?;
+    let [reach, brightest] = numbers.as_chunks::<8>().0 else { return None };
+    Some(RingShine {
+        texels: stored_tables::floats(texels).collect(),
+        reach: f64::from_le_bytes(*reach),
+        brightest: f64::from_le_bytes(*brightest),
+    })
+}
+
+impl RingShineFiles {
+    /// `cache`: the folder that contains `orrery/`.
+    pub(super) fn new(cache: &Path) -> Self {
+        Self { folder: cache.join("orrery").join("rings") }
+    }
+
+    fn path(&self, key: &[f64]) -> PathBuf {
+        static CODE: OnceLock<[u8; 32]> = OnceLock::new();
+        let name = stored_tables::name(CODE.get_or_init(|| code_digest(&SOURCES)), key.iter().copied());
+        self.folder.join(format!("{name}.table"))
+    }
+}
+
+impl RingShineStore for RingShineFiles {
+    fn read(&self, key: &[f64]) -> Option<RingShine> {
+        from_bytes(&stored_tables::read(&self.path(key), MAGIC, NUMBERS + TEXEL_BYTES)?)
+    }
+
+    fn write(&self, key: &[f64], table: &RingShine) {
+        stored_tables::write(&self.path(key), MAGIC, &to_bytes(table));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Ring;
+    use crate::scene::rings::ring_shine::{RingShineGeometry, RingShines};
+
+    #[test]
+    fn a_table_is_read_back_and_a_damaged_one_is_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let ring = Ring { name: "x".into(), inner_km: 1.3, outer_km: 2.2, tau_normal: 1.0, albedo: [0.8, 0.6, 0.4], dust: 0.0 };
+        let shine = |sine: f64, stored: bool| {
+            let geometry = RingShineGeometry { rings: &[&ring], radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 };
+            let store = stored.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);
+            geometry.shine(&RingShines::stored(store)).expect("light")
+        };
+        let files = || -> Vec<PathBuf> {
+            let read = std::fs::read_dir(folder.path().join("orrery/rings")).into_iter().flatten().flatten();
+            read.map(|e| e.path()).collect()
+        };
+        let computed = shine(0.3, false);
+        assert!(files().is_empty());
+        assert_eq!(shine(0.3, true), computed);
+        // The tables above and below the Sun's height.
+        let stored = files();
+        assert_eq!(stored.len(), 2);
+        let whole = std::fs::read(&stored[0]).expect("stored");
+        assert_eq!((shine(0.3, true), files().len()), (computed.clone(), 2));
+        let mut turned = whole.clone();
+        turned[100] ^= 1;
+        for damaged in [&whole[..20], &whole[..whole.len() - 4], &turned, &[whole.as_slice(), b"x"].concat()] {
+            std::fs::write(&stored[0], damaged).expect("written");
+            assert_eq!(shine(0.3, true), computed);
+            assert_eq!(std::fs::read(&stored[0]).expect("stored"), whole, "replaced");
+        }
+        // What a file says is what is shown: another table under the same name would be seen.
+        let mut table = stored_tables::decode(MAGIC, &whole).and_then(from_bytes).expect("whole");
+        table.texels.iter_mut().for_each(|v| *v *= 2.0);
+        stored_tables::write(&stored[0], MAGIC, &to_bytes(&table));
+        assert_ne!(shine(0.3, true), computed);
+        assert_ne!(shine(0.5, true), computed);
+        assert!(files().len() > 2, "another Sun has tables of its own");
+    }
+
+    /// If a source used other parts of scene than those in the digest, a table could change without a new name.
+    #[test]
+    fn the_code_that_computes_a_table_is_all_in_the_digest() {
+        let covered =
+            ["camera::narrow_scalar", "constants", "numeric", "draw::tables", "rings::phase", "rings::ring_table", "rings::single_scatter"];
+        for source in SOURCES {
+            for used in stored_tables::scene_modules_used(source) {
+                assert!(covered.iter().any(|c| used.starts_with(c)), "{used}");
+            }
+        }
+    }
+}
