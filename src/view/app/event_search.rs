@@ -9,10 +9,11 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::events::{self, LunarEclipse, LunarType, MoonEvent, MoonEventType, Place, SolarEclipse, SolarType, Transit};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
+use crate::view::app::place_text::place_text;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::settings::Home;
-use crate::view::app::time_text::{place_text, utc_minute};
 use crate::view::app::view_state::{CameraPose, ViewState};
+use crate::view::language::dates::minute_text;
 use crate::view::language::{body_name, decimal, text};
 
 /// The kinds of events.
@@ -241,7 +242,7 @@ impl SkyEvent {
 
     /// Date, magnitude and place, in one line.
     pub fn summary(&self) -> String {
-        let date = utc_minute(self.greatest());
+        let date = minute_text(self.greatest());
         match self {
             Self::Solar(e) => text!("event-solar-summary", date = date, magnitude = decimal(e.magnitude, 3), place = place_text(e.place)),
             Self::Lunar(e) => {

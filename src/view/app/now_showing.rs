@@ -6,14 +6,14 @@ use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
 use super::orbit::Orbit;
 use super::places::{BodyPositions, SessionPositions};
-use super::time_text::utc_minute;
+
 use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::catalog::NaifId;
 use crate::catalog::moments::Moment;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::view::language::dates::day_text;
-use crate::view::language::{decimal, text};
+use crate::view::language::{decimal, text, translated};
 use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
@@ -87,8 +87,7 @@ impl NowItem {
                 let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, false);
                 let event = search.first(catalog, session.ephemeris()).ok()??;
                 let view = event.view(catalog, &places, base_view);
-                let day = utc_minute(event.greatest());
-                let about = text!("now-dated", what = event.title(catalog), day = day.get(..10).unwrap_or(&day));
+                let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));
                 Some(NowView { title: title.clone(), about, view, is_now: false, event: Some(Arc::new(event)) })
             }
             Self::Saturn => {
@@ -103,7 +102,7 @@ impl NowItem {
             }
             Self::Shadows => {
                 let moment = catalog.moments().iter().find(|m| m.kind == "shadows")?;
-                named(text!("now-dated", what = moment.name, day = day_of(moment)), of_moment(moment)?)
+                named(text!("now-dated", what = translated(&moment.name), day = day_of(moment)), of_moment(moment)?)
             }
             Self::Shader => {
                 let moment = catalog.moments().iter().find(|m| m.name == ECLIPSE)?;

@@ -15,11 +15,11 @@ use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
-use crate::view::app::time_text::utc_minute;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::view::language::dates::day_text;
-use crate::view::language::{body_name, decimal, named, text};
+use crate::view::language::dates::minute_text;
+use crate::view::language::{body_name, decimal, named, text, translated};
 use crate::wording::nearest;
 use glam::DVec3;
 
@@ -73,7 +73,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     }
     let mut found = Vec::new();
     if let Some(time) = parse_date(text, viewer.now()) {
-        found.push(suggestion(utc_minute(time), text!("search-date"), Answer::Time(time)));
+        found.push(suggestion(minute_text(time), text!("search-date"), Answer::Time(time)));
     }
     found.extend(place(text).map(|(latitude_deg, longitude_deg)| {
         let about = text!("search-place", body = viewer.name(viewer.selected));
@@ -144,8 +144,9 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     // A few letters occur in many names.
-    let named = moments.iter().filter(move |m| lower.chars().count() >= 3 && m.name.to_lowercase().contains(&lower));
-    named.map(|m| suggestion(&m.name, text!("search-moment", day = day_text(m.time)), Answer::Moment(m.name.clone())))
+    let has = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
+    let named = moments.iter().filter(move |m| has(&m.name) || has(&translated(&m.name)));
+    named.map(|m| suggestion(translated(&m.name), text!("search-moment", day = day_text(m.time)), Answer::Moment(m.name.clone())))
 }
 
 /// Surface features of all bodies whose name begins with the text, the most prominent of each first.

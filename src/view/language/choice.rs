@@ -2,17 +2,17 @@
 //!
 //! In: a code of the command line, the settings, locales of the environment. Out: a [`Language`]. Always: what says nothing about a language that exists leaves English.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use unic_langid::LanguageIdentifier;
 
 /// A language of the window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Language {
     #[default]
-    #[serde(rename = "en")]
     English,
-    #[serde(rename = "de")]
     German,
+    /// English with marks around each message: for tests and for those who write texts, never offered.
+    Marked,
 }
 
 /// A code that no language has.
@@ -30,6 +30,7 @@ fn known() -> String {
 const LOCALE_VARIABLES: [&str; 3] = ["LC_ALL", "LC_MESSAGES", "LANG"];
 
 impl Language {
+    /// The languages that a user can choose.
     pub const ALL: [Self; 2] = [Self::English, Self::German];
 
     /// As in `--language`, in the settings and in locales.
@@ -37,6 +38,7 @@ impl Language {
         match self {
             Self::English => "en",
             Self::German => "de",
+            Self::Marked => "en-x-marked",
         }
     }
 
@@ -45,6 +47,7 @@ impl Language {
         match self {
             Self::English => "English",
             Self::German => "Deutsch",
+            Self::Marked => "English between marks",
         }
     }
 
@@ -58,7 +61,8 @@ impl Language {
     /// # Errors
     /// Which languages there are.
     pub fn by_code(code: &str) -> Result<Self, UnknownLanguage> {
-        let found = Self::ALL.into_iter().find(|language| language.code().eq_ignore_ascii_case(code.trim()));
+        let found =
+            [Self::English, Self::German, Self::Marked].into_iter().find(|language| language.code().eq_ignore_ascii_case(code.trim()));
         found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, 40) })
     }
 
@@ -69,6 +73,21 @@ impl Language {
         let code = locale.split(['_', '-', '.', '@']).next().unwrap_or_default();
         Self::by_code(code).unwrap_or_default()
     }
+}
+
+impl Serialize for Language {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.code())
+    }
+}
+
+/// The language of a settings file. One that this version does not have counts as none chosen, so that the rest of the file is still read.
+///
+/// # Errors
+/// Those of the file's syntax.
+pub(crate) fn chosen<'d, D: Deserializer<'d>>(from: D) -> Result<Option<Language>, D::Error> {
+    let value = serde_json::Value::deserialize(from)?;
+    Ok(value.as_str().and_then(|code| Language::by_code(code).ok()))
 }
 
 #[cfg(test)]

@@ -14,13 +14,16 @@ macro_rules! files {
 files!(
     "bars",
     "bodies",
+    "catalog",
     "compare",
+    "dates",
     "effects",
     "events",
     "information",
     "moments",
     "names",
     "performance",
+    "reasons",
     "search",
     "shader",
     "shader_key",
@@ -30,10 +33,13 @@ files!(
     "viewport",
 );
 
+/// English texts that other layers make: messages are found by them.
+pub(super) const ENGLISH_ELSEWHERE: [&str; 2] = [include_str!("en/catalog.ftl"), include_str!("en/reasons.ftl")];
+
 /// The files of a language.
 pub(super) fn of(language: Language) -> &'static [&'static str] {
     match language {
-        Language::English => ENGLISH,
+        Language::English | Language::Marked => ENGLISH,
         Language::German => GERMAN,
     }
 }

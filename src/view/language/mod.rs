@@ -3,13 +3,17 @@
 //! In: the id of a message, its arguments. Out: the text in the language of the running window. Always: a message that a language lacks is the English one, and one that no
 //! file has is its id; nothing panics. Texts without arguments are formatted once, so that a panel looks them up at no cost worth naming. Not here: texts of the command line, of
 //! links and of saved files, which are the same in every language.
+//!
+//! [`Language::Marked`] is English with `«»` around each message and `‹›` around each text that is filled in: what a panel shows without them does not come from these files.
 
 pub mod choice;
 pub(crate) mod dates;
+mod elsewhere;
 mod files;
 pub(crate) mod numbers;
 
 pub use self::choice::Language;
+pub(crate) use self::elsewhere::translated;
 pub(crate) use self::numbers::{decimal, signed};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource, FluentValue};
@@ -60,6 +64,12 @@ impl Argument for String {
     }
 }
 
+impl Argument for std::borrow::Cow<'_, str> {
+    fn value(&self) -> FluentValue<'_> {
+        self.as_ref().into()
+    }
+}
+
 impl Argument for std::path::Display<'_> {
     fn value(&self) -> FluentValue<'_> {
         self.to_string().into()
@@ -85,6 +95,8 @@ counts!(u8, u16, u32, u64, usize, i32, i64);
 
 /// The messages of a language.
 struct Messages {
+    /// Each text is shown between marks.
+    marked: bool,
     /// Those without arguments, ready to show.
     plain: HashMap<String, String>,
     bundle: FluentBundle<FluentResource>,
@@ -95,6 +107,7 @@ impl Messages {
         let mut bundle = FluentBundle::new_concurrent(vec![language.identifier()]);
         // Marks around arguments for mixed directions of writing would show as boxes.
         bundle.set_use_isolating(false);
+        let marked = language == Language::Marked;
         let mut plain = HashMap::new();
         for file in files::of(language) {
             // What is wrong in a file is left out of it; a test finds it.
@@ -106,21 +119,40 @@ impl Messages {
             let pattern = bundle.get_message(id).and_then(|message| message.value());
             let text = pattern.map(|pattern| bundle.format_pattern(pattern, None, &mut errors).into_owned());
             if errors.is_empty() {
-                plain.extend(text.map(|text| (id.to_owned(), text)));
+                plain.extend(text.map(|text| (id.to_owned(), if marked { message_marked(&text) } else { text })));
             }
         }
-        Self { plain, bundle }
+        Self { marked, plain, bundle }
     }
 
     fn filled(&self, id: &str, arguments: &FluentArgs<'_>) -> Option<String> {
         let pattern = self.bundle.get_message(id)?.value()?;
         let mut errors = Vec::new();
-        let text = self.bundle.format_pattern(pattern, Some(arguments), &mut errors).into_owned();
-        errors.is_empty().then_some(text)
+        if !self.marked {
+            let text = self.bundle.format_pattern(pattern, Some(arguments), &mut errors).into_owned();
+            return errors.is_empty().then_some(text);
+        }
+        let between_marks: FluentArgs<'_> = arguments.iter().map(|(name, value)| (name, argument_marked(value))).collect();
+        let text = self.bundle.format_pattern(pattern, Some(&between_marks), &mut errors).into_owned();
+        errors.is_empty().then(|| message_marked(&text))
     }
 }
 
-static MESSAGES: LazyLock<[Messages; Language::ALL.len()]> = LazyLock::new(|| Language::ALL.map(Messages::of));
+fn message_marked(text: &str) -> String {
+    format!("«{text}»")
+}
+
+/// Numbers stay as they are: they choose plural forms.
+fn argument_marked<'v>(value: &FluentValue<'v>) -> FluentValue<'v> {
+    match value {
+        FluentValue::String(text) => format!("‹{text}›").into(),
+        other => other.clone(),
+    }
+}
+
+const WITH_MARKED: [Language; 3] = [Language::English, Language::German, Language::Marked];
+
+static MESSAGES: LazyLock<[Messages; WITH_MARKED.len()]> = LazyLock::new(|| WITH_MARKED.map(Messages::of));
 
 /// The messages of the current language, then the English ones.
 fn in_turn() -> [&'static Messages; 2] {
@@ -136,6 +168,12 @@ pub(crate) fn plain(id: &'static str) -> &'static str {
 pub(crate) fn filled(id: &'static str, arguments: &[(&'static str, FluentValue<'_>)]) -> String {
     let arguments: FluentArgs<'_> = arguments.iter().map(|(name, value)| (*name, value.clone())).collect();
     in_turn().into_iter().find_map(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
+}
+
+/// A message whose arguments are texts.
+fn filled_by_text(id: &'static str, arguments: &[(&'static str, String)]) -> String {
+    let arguments: Vec<(&'static str, FluentValue<'_>)> = arguments.iter().map(|(name, value)| (*name, value.as_str().into())).collect();
+    filled(id, &arguments)
 }
 
 /// What a thing is called whose name comes from elsewhere (an effect, a body): the message `kind-name`, else the name itself.

@@ -31,6 +31,8 @@ fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
     for (id, arguments) in &first {
         match second.get(id) {
             None => faults.push(format!("{id} is missing in the second")),
+            // Dates are made of those of the offered parts that a language needs.
+            Some(others) if id.starts_with("date-") && !others.is_empty() && !arguments.is_empty() => {}
             Some(others) if others != arguments => faults.push(format!("{id} has other arguments: {arguments:?}, {others:?}")),
             Some(_) => {}
         }
@@ -74,8 +76,22 @@ fn every_file_is_valid_fluent() {
 }
 
 /// Prefixes of messages for names that come from elsewhere: [`named`] looks them up.
-const NAMED: [&str; 12] =
-    ["body", "contact", "direction", "effect", "moment-kind", "month", "month-short", "part", "pixels", "quality", "renderer", "stage"];
+const NAMED: [&str; 14] = [
+    "body",
+    "contact",
+    "direction",
+    "effect",
+    "model",
+    "moment-kind",
+    "month",
+    "month-short",
+    "part",
+    "pixels",
+    "quality",
+    "renderer",
+    "stage",
+    "tone",
+];
 
 /// Sources of the window, without this folder.
 fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
@@ -116,8 +132,10 @@ fn each_message_is_used_and_each_used_one_exists() {
     }
     let is_used = |id: &str| {
         let quoted = format!("\"{id}\"");
-        let is_named = NAMED.iter().chain(&["tone"]).any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
-        is_named || sources.iter().any(|(_, code)| code.contains(&quoted))
+        let is_named = NAMED.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
+        // Found by their text.
+        let is_elsewhere = files::ENGLISH_ELSEWHERE.iter().any(|file| files::ids(file).any(|known| known == id));
+        is_named || is_elsewhere || sources.iter().any(|(_, code)| code.contains(&quoted))
     };
     let unused: Vec<_> = known.keys().filter(|id| !is_used(id)).collect();
     assert!(unused.is_empty(), "no source uses {unused:?}");
@@ -204,15 +222,60 @@ fn numbers_and_dates_are_those_of_the_language() {
             dates::day_text(early),
             dates::long_date(day),
             dates::day_and_month(day),
-            dates::month_day_text("04", "08"),
+            dates::minute_text(time),
+            dates::month_day_second_text(time),
+            dates::date_in_digits("2024-04-08"),
+            dates::date_in_digits("-0584-05-28"),
             numbers::field_text(1.5, 0..=2),
         ]
     };
-    assert_eq!(all(), ["1.25", "+0.5", "2024-04-08T18:17:16Z", "-0584-05-28", "8 March 2024", "8 Mar", "04-08", "1.5"]);
+    assert_eq!(
+        all(),
+        [
+            "1.25",
+            "+0.5",
+            "2024-04-08T18:17:16Z",
+            "-0584-05-28",
+            "8 March 2024",
+            "8 Mar",
+            "2024-04-08 18:17 UTC",
+            "04-08 18:17:16",
+            "2024-04-08",
+            "-0584-05-28",
+            "1.5"
+        ]
+    );
     assert_eq!((numbers::typed_number("1.5"), numbers::typed_number("1,5"), numbers::typed_number(" −2 ")), (Some(1.5), None, Some(-2.0)));
     set(Language::German);
-    assert_eq!(all(), ["1,25", "+0,5", "08.04.2024 18:17:16 UTC", "28.05.585 v. Chr.", "8. März 2024", "8. März", "08.04.", "1,5"]);
+    assert_eq!(
+        all(),
+        [
+            "1,25",
+            "+0,5",
+            "8. April 2024, 18:17:16 UTC",
+            "28. Mai 585 v. Chr.",
+            "8. März 2024",
+            "8. März",
+            "8. April 2024, 18:17 UTC",
+            "08.04. 18:17:16",
+            "08.04.2024",
+            "28.05.585 v. Chr.",
+            "1,5"
+        ]
+    );
     assert_eq!((numbers::typed_number("1,5"), numbers::typed_number("1.5")), (Some(1.5), Some(1.5)));
     assert_eq!((numbers::typed_number("1.234,5"), numbers::typed_number("x")), (Some(1234.5), None));
     set(Language::English);
+}
+
+#[test]
+fn times_are_rounded_and_carry_over() {
+    use crate::time::Instant;
+    let at = |text: &str| Instant::parse(text).expect(text);
+    assert_eq!(dates::minute_text(at("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
+    assert_eq!(dates::month_day_second_text(at("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
+    assert_eq!(dates::month_day_second_text(at("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
+    assert_eq!(dates::minute_text(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
+    let far = Instant::from_tdb_seconds_past_j2000(1e15);
+    assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
 }

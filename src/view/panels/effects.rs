@@ -5,7 +5,7 @@ use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{body_name, decimal, named, signed, text};
+use crate::view::language::{body_name, decimal, named, signed, text, translated};
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea};
@@ -35,7 +35,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         }
     });
     if let Some(drawing) = interface.viewport.drawing.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
-        ui.label(egui::RichText::new(&drawing.scene.exposure.reason).weak().small());
+        ui.label(egui::RichText::new(translated(&drawing.scene.exposure.reason)).weak().small());
     }
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
@@ -87,12 +87,19 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.feature == effect.name());
-                row(ui, effect, decision.map(|d| (d.on, d.description())), interface.effect_costs.known.known(&effect), short, asked);
+                row(
+                    ui,
+                    effect,
+                    decision.map(|d| (d.on, translated(&d.description()).into_owned())),
+                    interface.effect_costs.known.known(&effect),
+                    short,
+                    asked,
+                );
             }
             ui.separator();
         }
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
-            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.feature), d.description()));
+            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.feature), translated(&d.description())));
         }
     });
     overrides.prune();
@@ -202,10 +209,11 @@ fn row(
             overrides.set(effect, on);
         }
         if !effect.variants().is_empty() {
-            let now = overrides.variant(effect).unwrap_or(text!("effects-automatic"));
+            let now = overrides.variant(effect).map_or(text!("effects-automatic"), |way| named("model", way));
             let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
                 for way in effect.variants() {
-                    if ui.selectable_label(now == *way, *way).clicked() {
+                    let is_chosen = overrides.variant(effect) == Some(*way);
+                    if ui.selectable_label(is_chosen, named("model", way)).clicked() {
                         // The list only has models of this effect.
                         let _ = overrides.choose(effect, way);
                     }

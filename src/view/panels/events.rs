@@ -11,9 +11,9 @@ use crate::units::SECONDS_PER_DAY;
 use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, Playback, SkyEvent};
 use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::Home;
-use crate::view::app::time_text::{utc_day_second, utc_minute};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
+use crate::view::language::dates::{minute_text, month_day_second_text};
 use crate::view::language::{decimal, named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Button, ComboBox, Grid, Label, Panel, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
@@ -240,7 +240,7 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
 fn status_text(panel: &EventsPanel) -> (String, &'static str) {
     let searched = panel.searched.map_or(String::new(), |(backward, start)| {
         let side = if backward { text!("events-before-date") } else { text!("events-after-date") };
-        format!("{side} {}", utc_minute(start))
+        format!("{side} {}", minute_text(start))
     });
     match (&panel.failure, panel.rows.len()) {
         (Some(why), _) => (why.clone(), text!("events-end-hint")),
@@ -369,13 +369,13 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         if lines.is_empty() {
             for (name, time) in event.contacts() {
                 ui.label(named("contact", name));
-                ui.monospace(utc_day_second(*time));
+                ui.monospace(month_day_second_text(*time));
                 ui.end_row();
             }
         }
         for line in lines {
             ui.label(named("contact", line.name));
-            ui.monospace(utc_day_second(line.time));
+            ui.monospace(month_day_second_text(line.time));
             if line.is_up {
                 ui.label(text!("events-altitude", degrees = decimal(line.altitude_deg, 0)));
             } else {

@@ -12,10 +12,10 @@ use crate::scene::BodyInView;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::view::app::place_text::place_degrees;
 use crate::view::app::settings::{Home, Settings, Unit};
-use crate::view::app::time_text::place_degrees;
 use crate::view::language::dates::instant_text;
-use crate::view::language::{body_name, decimal, signed, text};
+use crate::view::language::{body_name, decimal, signed, text, translated};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
 
@@ -142,13 +142,13 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog
         if let Some(known) = catalog.body(body.id) {
             line(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
             for estimate in known.estimate_notes() {
-                line(ui, text!("fact-estimate"), estimate);
+                line(ui, text!("fact-estimate"), translated(&estimate));
             }
             for (file, how) in &body.invented {
-                line(ui, text!("fact-invented-map"), format!("{file}: {how}"));
+                line(ui, text!("fact-invented-map"), format!("{file}: {}", translated(how)));
             }
             if let Some(air) = &known.atmosphere {
-                line(ui, text!("fact-atmosphere"), air.species.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", "));
+                line(ui, text!("fact-atmosphere"), air.species.iter().map(|s| translated(&s.name)).collect::<Vec<_>>().join(", "));
             }
         }
     });

@@ -10,7 +10,7 @@ use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, speed_text};
 use crate::view::app::viewer::Action;
-use crate::view::language::dates::{date_text, instant_text, long_date, month_name};
+use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
 use crate::view::language::{plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
@@ -113,7 +113,7 @@ fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
 }
 
 fn civil_text(civil: NaiveDateTime) -> String {
-    format!("{} {}", date_text(&civil.format("%Y-%m-%d").to_string()), civil.format("%H:%M:%S"))
+    format!("{} {}", date_in_digits(&civil.format("%Y-%m-%d").to_string()), civil.format("%H:%M:%S"))
 }
 
 fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {

@@ -9,9 +9,9 @@ use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::event_search::{EventKind, SkyEvent};
 use crate::view::app::known_events::{KnownEvent, KnownEvents, NextSearch};
-use crate::view::app::time_text::utc_minute;
 use crate::view::app::timeline::{TimeAxis, span_text, usable_span_s, zoomed_span_s};
 use crate::view::app::viewer::Action;
+use crate::view::language::dates::minute_text;
 use crate::view::language::text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Color32, EventFilter, Key, Rect, Response, Sense, Stroke, TextStyle, Ui, pos2, vec2};
@@ -171,7 +171,7 @@ fn announce(interface: &Interface, response: &Response) {
     let time = interface.viewer.view.time();
     let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
     response.widget_info(|| egui::WidgetInfo {
-        current_text_value: Some(utc_minute(time)),
+        current_text_value: Some(minute_text(time)),
         ..egui::WidgetInfo::slider(true, minutes * 60.0 / SECONDS_PER_DAY, text!("timeline"))
     });
 }
@@ -184,7 +184,7 @@ fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis)
     let points = f64::from(at.x - rect.left());
     let said = match event_at(interface, axis, points) {
         Some(event) => format!("{}\n{}", event.title, event.event.summary()),
-        None => utc_minute(Instant::from_tdb_seconds_past_j2000(axis.time_s(points))),
+        None => minute_text(Instant::from_tdb_seconds_past_j2000(axis.time_s(points))),
     };
     response.on_hover_text_at_pointer(said)
 }
