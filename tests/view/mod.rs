@@ -11,6 +11,7 @@ mod input;
 mod inspect;
 pub mod interface;
 mod language;
+mod marked_texts;
 mod now;
 mod panels;
 mod search;

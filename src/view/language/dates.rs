@@ -26,6 +26,15 @@ pub(crate) fn minute_text(t: Instant) -> String {
     }
 }
 
+/// The same in digits, for names.
+pub(crate) fn minute_in_digits(t: Instant) -> String {
+    let iso = t.to_utc_iso();
+    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
+        Some((date, clock)) => format!("{} {clock}", date_in_digits(date)),
+        None => iso,
+    }
+}
+
 /// Month, day and time of day in UTC, rounded to the second: for lists of one event's instants.
 pub(crate) fn month_day_second_text(t: Instant) -> String {
     let iso = t.plus_seconds(0.5).to_utc_iso();

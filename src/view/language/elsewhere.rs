@@ -46,16 +46,16 @@ impl Template {
     }
 }
 
-/// Fills in what stands before each of the fixed parts, none of it empty; whether the text ends with the last of them.
+/// Fills in what stands before each of the fixed parts, none of it empty or of two parts of a text; whether the text ends with the last of them.
 fn between<'t>(text: &'t str, fixed: &[&str], found: &mut Vec<&'t str>) -> bool {
     let Some((next, later)) = fixed.split_first() else { return text.is_empty() };
     if later.is_empty() {
-        return text.strip_suffix(next).filter(|argument| !argument.is_empty()).is_some_and(|argument| {
+        return text.strip_suffix(next).filter(|argument| is_argument(argument)).is_some_and(|argument| {
             found.push(argument);
             true
         });
     }
-    text.match_indices(next).filter(|(at, _)| *at > 0).any(|(at, _)| {
+    text.match_indices(next).filter(|(at, _)| is_argument(&text[..*at])).any(|(at, _)| {
         let known = found.len();
         found.push(&text[..at]);
         let fits = between(&text[at + next.len()..], later, found);
@@ -66,6 +66,10 @@ fn between<'t>(text: &'t str, fixed: &[&str], found: &mut Vec<&'t str>) -> bool 
     })
 }
 
+fn is_argument(text: &str) -> bool {
+    !text.is_empty() && !text.contains("; ")
+}
+
 static TEMPLATES: LazyLock<Vec<Template>> = LazyLock::new(|| {
     let mut all: Vec<Template> = files::ENGLISH_ELSEWHERE.iter().flat_map(|file| file.lines()).filter_map(Template::of).collect();
     // The most specific first.
@@ -74,7 +78,7 @@ static TEMPLATES: LazyLock<Vec<Template>> = LazyLock::new(|| {
 });
 
 /// A text of another layer in the language of the window.
-pub(crate) fn translated(text: &str) -> Cow<'_, str> {
+pub fn translated(text: &str) -> Cow<'_, str> {
     if current() == Language::English {
         return Cow::Borrowed(text);
     }
@@ -137,6 +141,10 @@ mod tests {
         );
         assert_eq!(translated("set by you; nobody wrote this"), "von Hand gesetzt; nobody wrote this");
         assert_eq!(translated("nobody wrote this"), "nobody wrote this");
+        assert_eq!(
+            translated("at most 2 of white against 1; point-sun: off by at most 7 % of the Sun's light"),
+            "höchstens 2 von Weiß gegen 1; punktförmige Sonne: Fehler höchstens 7 % des Sonnenlichts"
+        );
         set(Language::Marked);
         assert_eq!(
             translated("nearest penumbra: Mimas's, 1.50 of its radius outside"),

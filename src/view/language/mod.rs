@@ -13,7 +13,7 @@ mod files;
 pub(crate) mod numbers;
 
 pub use self::choice::Language;
-pub(crate) use self::elsewhere::translated;
+pub use self::elsewhere::translated;
 pub(crate) use self::numbers::{decimal, signed};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource, FluentValue};
@@ -32,7 +32,7 @@ pub(crate) fn current() -> Language {
 }
 
 /// Sets the language of this thread's texts.
-pub(crate) fn set(language: Language) {
+pub fn set(language: Language) {
     CURRENT.set(language);
 }
 

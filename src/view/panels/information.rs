@@ -15,6 +15,7 @@ use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::place_text::place_degrees;
 use crate::view::app::settings::{Home, Settings, Unit};
 use crate::view::language::dates::instant_text;
+use crate::view::language::numbers::localised;
 use crate::view::language::{body_name, decimal, signed, text, translated};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
@@ -186,8 +187,8 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     };
     Grid::new("from a place").num_columns(2).striped(true).show(ui, |ui| {
         if let Some(a) = &report.apparent {
-            line(ui, text!("fact-right-ascension"), a.true_of_date.ra_text());
-            line(ui, text!("fact-declination"), a.true_of_date.dec_text());
+            line(ui, text!("fact-right-ascension"), localised(a.true_of_date.ra_text()));
+            line(ui, text!("fact-declination"), localised(a.true_of_date.dec_text()));
             line(ui, text!("fact-source"), source_text(a.source, a.error_arcsec));
         }
         match &report.altitude_azimuth_deg {

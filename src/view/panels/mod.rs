@@ -42,7 +42,7 @@ use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::{Settings, valid_width};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
-use crate::view::language::dates::{instant_text, minute_text};
+use crate::view::language::dates::{instant_text, minute_in_digits};
 use crate::view::language::{self, Language, text};
 use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
@@ -301,7 +301,7 @@ impl Interface {
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
                 let view = self.viewer.destination().clone();
-                let name = format!("{} {}", self.viewer.name(view.target), minute_text(view.time()));
+                let name = format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()));
                 self.settings.remember(name, view);
             }
             self.viewer.apply(action, height_px, &places);

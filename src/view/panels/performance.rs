@@ -100,7 +100,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             // A pass that some frame lacks took no time in it.
             for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
                 let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
-                plot.line(Line::new(text!("frames-pass", pass = pass), line(&of)));
+                plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&of)));
             }
             plot.line(Line::new(text!("frames-total"), line(&|f| f.whole)));
         },
@@ -121,7 +121,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.monospace(value);
             ui.end_row();
         };
-        line(text!("perf-renderer"), drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
+        line(text!("perf-renderer"), drawing.by.adapter.clone().unwrap_or_else(|| named("renderer", drawing.by.renderer).into()));
         line(text!("perf-display"), if interface.on_gpu { "GPU" } else { "CPU" }.into());
         line(text!("perf-image"), format!("{}x{} px", drawing.width, drawing.height));
         line(text!("perf-frame"), format!("{} ms", decimal(drawing.took_ms, 1)));
@@ -130,7 +130,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             line(named("stage", stage.name()), format!("{} ms", decimal(drawing.stages.spent(stage).as_secs_f64() * 1e3, 2)));
         }
         for (pass, ms) in passes_ms(drawing) {
-            line(&text!("frames-pass", pass = pass), format!("{} ms", decimal(ms, 2)));
+            line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
         if let Some(timings) = &drawing.by.software {
             line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());

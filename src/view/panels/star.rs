@@ -6,6 +6,7 @@ use crate::ephemeris::apparent::RaDec;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::scene::sky::temperature_k;
 use crate::units::RAD_PER_ARCSEC;
+use crate::view::language::numbers::localised;
 use crate::view::language::{decimal, signed, text};
 use egui::Grid;
 use glam::DVec3;
@@ -62,8 +63,8 @@ fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
         text!("star-proper-motion-value", mas = decimal(to_east.hypot(to_north), 1), angle_deg = decimal(angle_deg, 0)),
     ));
     let place = RaDec::of(star_from_viewer(star, years, DVec3::ZERO));
-    facts.push((text!("fact-right-ascension"), text!("star-right-ascension-value", angle = place.ra_text())));
-    facts.push((text!("fact-declination"), place.dec_text()));
+    facts.push((text!("fact-right-ascension"), text!("star-right-ascension-value", angle = localised(place.ra_text()))));
+    facts.push((text!("fact-declination"), localised(place.dec_text())));
     facts
 }
 

@@ -84,3 +84,6 @@ model-point-sun = punktförmige Sonne
 model-penumbra = Halbschatten
 model-sphere = Kugel
 model-ellipsoid-penumbra = Ellipsoid mit Halbschatten
+pass-light = Licht
+pass-glow = Überstrahlung
+pass-picture = Bild

@@ -1,9 +1,9 @@
 # Time bar, calendar and timeline.
 
-step-minute = min
-step-hour = h
-step-day = d
-step-year = a
+step-minute = Min
+step-hour = Std
+step-day = Tag
+step-year = Jahr
 time-now = Jetzt
 time-now-hint = Aktuelle Zeit, in Echtzeit (t)
 time-step = Schritt
@@ -40,7 +40,7 @@ time-play-hint = Zeit vorwärts laufen lassen (l)
 time-rate-caption = Tempo
 time-rate-hint = Tempo der Zeit: von Echtzeit bis zu einem Jahr pro Sekunde (, und .)
 time-rate = Tempo der Zeit
-time-paused-at = angehalten ({ $speed })
+time-paused-at = Pause ({ $speed })
 event-none-near = { $kind }: keine innerhalb von 130 Jahren
 event-look-hint = { $name }: { $kind } ({ $key })
 event-previous = Voriges Ereignis
@@ -52,7 +52,7 @@ timeline-longer = Längere Zeitleiste
 timeline-longer-hint = Eine längere Zeit zeigen (Mausrad, Pfeil nach unten)
 timeline-shorter = Kürzere Zeitleiste
 timeline-shorter-hint = Eine kürzere Zeit zeigen (Mausrad, Pfeil nach oben)
-timeline-drag-hint = Ziehen verschiebt die Zeit, Rollen ändert die Länge, ein Klick auf ein Ereignis zeigt es
+timeline-drag-hint = Ziehen verschiebt die Zeit, das Mausrad ändert die Länge, ein Klick auf ein Ereignis zeigt es
 time-paused = angehalten
 unit-year = a
 unit-month = Mon.

@@ -3,7 +3,7 @@
 sky-of = Der Himmel: { $body }
 drawing = wird gezeichnet …
 hint-drag = Ziehen: drehen
-hint-scroll = Rollen: vergrößern
+hint-scroll = Mausrad: vergrößern
 hint-search = Taste /: suchen
 menu-fly = Hinfliegen
 menu-fly-hint = Zur beleuchteten Seite fliegen (Doppelklick, g)

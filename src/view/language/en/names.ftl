@@ -84,3 +84,6 @@ model-point-sun = point-sun
 model-penumbra = penumbra
 model-sphere = sphere
 model-ellipsoid-penumbra = ellipsoid-penumbra
+pass-light = light
+pass-glow = glow
+pass-picture = picture

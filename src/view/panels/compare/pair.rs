@@ -3,7 +3,7 @@
 //! In: drawn pictures. Out: shapes. Always: everything shown belongs to one pair; differences are of display bytes, as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
-use crate::view::language::{decimal, plain, text};
+use crate::view::language::{decimal, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::panels::theme::BODY;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
@@ -185,9 +185,9 @@ pub(crate) fn figures_text(pair: &Pair) -> [String; 2] {
             width = pair.difference.width,
             height = pair.difference.height,
             left = decimal(left.took_ms, 1),
-            left_by = left.by,
+            left_by = named("renderer", &left.by),
             right = decimal(right.took_ms, 1),
-            right_by = right.by
+            right_by = named("renderer", &right.by)
         ),
     ]
 }

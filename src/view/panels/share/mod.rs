@@ -17,7 +17,7 @@ use crate::view::app::file_names::{absolute_path, free_names};
 use crate::view::app::settings::{Bookmark, UI_SCALES};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::language::dates::minute_text;
+use crate::view::language::dates::minute_in_digits;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{Language, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
@@ -225,7 +225,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     ui.strong(text!("bookmarks"));
     let name_now = || {
         let view = interface.viewer.destination();
-        format!("{} {}", interface.viewer.name(view.target), minute_text(view.time()))
+        format!("{} {}", interface.viewer.name(view.target), minute_in_digits(view.time()))
     };
     let usual = name_now();
     ui.horizontal(|ui| {
