@@ -17,6 +17,7 @@ mod panels;
 mod search;
 mod sharing;
 mod stars;
+mod texts_of_layers;
 mod time;
 mod timeline;
 mod tour;

@@ -198,7 +198,7 @@ fn is_abbreviation(known: &str, least: usize, word: &str) -> bool {
 }
 
 /// German words of a search for events, and the English ones that they stand for.
-const GERMAN_WORDS: [(&str, &str); 14] = [
+const GERMAN_WORDS: [(&str, &str); 18] = [
     ("finsternis", "eclipse"),
     ("finsternisse", "eclipses"),
     ("sonnenfinsternis", "solar eclipse"),
@@ -207,9 +207,13 @@ const GERMAN_WORDS: [(&str, &str); 14] = [
     ("mondfinsternisse", "lunar eclipses"),
     ("transite", "transits"),
     ("durchgang", "transit"),
+    ("venustransit", "transit venus"),
+    ("merkurtransit", "transit mercury"),
     ("merkur", "mercury"),
     ("totale", "total"),
     ("nächste", "next"),
+    ("nächster", "next"),
+    ("jupiters", "jupiter"),
     ("schattenvorübergang", "shadows"),
     ("jupitermonde", "moons"),
     ("von", "of"),

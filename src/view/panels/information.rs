@@ -266,7 +266,7 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
                 line(ui, text!("eclipse-last-contact"), instant_text(p.ends));
                 line(ui, text!("fact-magnitude"), decimal(p.magnitude, 4));
                 line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(p.altitude_deg, 1)));
-                line(ui, text!("eclipse-radii"), report.radii.clone());
+                line(ui, text!("eclipse-radii"), translated(&report.radii));
             });
         }
         Err(why) => {

@@ -64,7 +64,9 @@ invented-north = die Nordhälfte, die keine Raumsonde beleuchtet sah
 invented-phobos = benannte Krater und die bläulichere Seite liegen, wo sie veröffentlicht sind, aller Boden dazwischen ist zufällig gemacht
 invented-callisto = Krater und Ringbecken liegen nach dem Namensverzeichnis, ihr Aussehen und aller Boden dazwischen sind zufällig gemacht
 invented-iapetus = das dunkle Gebiet und benannte Krater liegen, wo sie veröffentlicht sind, ihr Aussehen und aller Boden dazwischen sind zufällig gemacht
-invented-triton = zweifarbig nach veröffentlichten Beschreibungen der Bilder von Voyager 2; Ränder, Streifen und aller Boden dazwischen sind zufällig gemacht
+invented-triton = zweifarbig nach veröffentlichten Beschreibungen der Bilder von Voyager 2
+invented-triton-ground = Ränder, Streifen und aller Boden dazwischen sind zufällig gemacht
+radii-used = { $source }: Sonne { $sun } km, Mond { $moon } km
 # What atmospheres are made of.
 species-hydrogen-and-helium = Wasserstoff und Helium
 species-haze = Dunst

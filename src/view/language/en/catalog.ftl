@@ -64,7 +64,9 @@ invented-north = the northern half, which no spacecraft saw lit
 invented-phobos = named craters and the bluer side stand where published, all ground between is made by chance
 invented-callisto = craters and ringed basins stand where the gazetteer has them, their looks and all ground between are made by chance
 invented-iapetus = the dark region and named craters stand where published, their looks and all ground between are made by chance
-invented-triton = two-tone after published descriptions of Voyager 2's pictures; edges, streaks and all ground between are made by chance
+invented-triton = two-tone after published descriptions of Voyager 2's pictures
+invented-triton-ground = edges, streaks and all ground between are made by chance
+radii-used = { $source }: Sun { $sun } km, Moon { $moon } km
 # What atmospheres are made of.
 species-hydrogen-and-helium = hydrogen and helium
 species-haze = haze
