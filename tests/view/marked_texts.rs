@@ -133,7 +133,11 @@ fn catalog_names() -> BTreeSet<String> {
     for file in ["comets.csv", "constellation_names.json", "instruments.toml", "nomenclature_usgs.csv"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("catalogs").join(file);
         let text = std::fs::read_to_string(path).expect(file);
-        all.extend(text.split([',', '"', '\n']).map(|name| name.trim().to_owned()).filter(|name| name.len() > 2));
+        all.extend(
+            text.split([',', '"', '\n'])
+                .map(|name| name.trim().to_owned())
+                .filter(|name| name.len() > 2 && !name.starts_with(char::is_lowercase)),
+        );
     }
     all
 }

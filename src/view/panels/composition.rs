@@ -71,10 +71,10 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, mut chosen: T, all: &[(T, &'static str, &'static str)]) -> T {
     ui.horizontal(|ui| {
         ui.label(label);
-        let shown = all.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| plain(*name));
+        let shown = all.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| plain(name));
         let list = ComboBox::from_id_salt(label).selected_text(shown).width(130.0).show_ui(ui, |ui| {
             for (value, name, hover) in all {
-                ui.selectable_value(&mut chosen, *value, plain(*name)).on_hover_text(plain(*hover));
+                ui.selectable_value(&mut chosen, *value, plain(name)).on_hover_text(plain(hover));
             }
         });
         list.response.on_hover_text(label).accessible_name(label);

@@ -124,7 +124,7 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         let list =
             ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range].1)).width(80.0).show_ui(ui, |ui| {
                 for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
-                    changed |= ui.selectable_value(&mut panel.range, i, plain(*name)).changed();
+                    changed |= ui.selectable_value(&mut panel.range, i, plain(name)).changed();
                 }
             });
         list.response.on_hover_text(text!("events-range-hint")).accessible_name(text!("events-range"));

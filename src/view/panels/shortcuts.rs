@@ -168,8 +168,8 @@ pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
     egui::Window::new(text!("help-title")).open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
         egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
             for (keys, does) in SHORTCUTS {
-                ui.strong(plain(*keys));
-                ui.label(plain(*does));
+                ui.strong(plain(keys));
+                ui.label(plain(does));
                 ui.end_row();
             }
         });

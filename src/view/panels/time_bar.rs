@@ -58,8 +58,8 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         rate(interface, ui, actions);
         ui.separator();
         caption(ui, text!("time-step"));
-        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", plain(*name))));
-        let on = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", plain(*name))));
+        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", plain(name))));
+        let on = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", plain(name))));
         for (seconds, name) in back.chain(on) {
             if ui.small_button(&name).on_hover_text(text!("time-step-hint", name = name)).clicked() {
                 actions.push(Action::Step(seconds));

@@ -38,7 +38,7 @@ impl Renderer {
         [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::Double, "variant-f64")];
 
     fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| plain(*name))
+        Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| plain(name))
     }
 }
 
