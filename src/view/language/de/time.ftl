@@ -1,9 +1,9 @@
 # Time bar, calendar and timeline.
 
-step-minute = Min
-step-hour = Std
-step-day = Tag
-step-year = Jahr
+step-minute = min
+step-hour = h
+step-day = T
+step-year = J
 time-now = Jetzt
 time-now-hint = Aktuelle Zeit, in Echtzeit (t)
 time-step = Schritt
