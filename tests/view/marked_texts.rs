@@ -114,6 +114,7 @@ fn is_number(word: &str) -> bool {
         || word
             .strip_suffix(['h', 'm', 's', 'e', 'x'])
             .is_some_and(|digits| !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit()))
+        || word.split_once('e').is_some_and(|(a, b)| !a.is_empty() && is_number(a) && !b.is_empty() && is_number(b))
         || word.split_once('x').is_some_and(|(a, b)| is_number(a) && is_number(b) && !a.is_empty() && !b.is_empty())
 }
 
@@ -136,7 +137,7 @@ fn catalog_names() -> BTreeSet<String> {
         all.extend(
             text.split([',', '"', '\n'])
                 .map(|name| name.trim().to_owned())
-                .filter(|name| name.len() > 2 && !name.starts_with(char::is_lowercase)),
+                .filter(|name| name.len() > 2 && !name.starts_with(char::is_lowercase) && name.parse::<f64>().is_err()),
         );
     }
     all
@@ -187,7 +188,7 @@ impl Scan {
         // Links, files and folders; the fields of effects and keys with what is typed there.
         let folder = env!("CARGO_MANIFEST_DIR").trim_matches('/');
         let is_typed = |word: &str| {
-            word.starts_with("orrery://")
+            word.starts_with("orrery:")
                 || word.contains("/orrery/")
                 || word == folder
                 || [".json", ".png", ".gif", ".jpg", ".wesl"].iter().any(|ending| word.contains(ending))

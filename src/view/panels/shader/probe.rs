@@ -10,7 +10,7 @@ use crate::render::plan::SamplingQuality;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
 use crate::view::language::dates::instant_text;
-use crate::view::language::{signed, text};
+use crate::view::language::{body_name, named, signed, text};
 use crate::view::panels::theme::SMALL;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
@@ -82,7 +82,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let mut chosen = page.draw.min(single.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
         for (k, draw) in single.draws.iter().enumerate() {
-            let name = format!("{} {}", draw.name, draw.part.name());
+            let name = format!("{} {}", body_name(&draw.name), named("part", draw.part.name()));
             if ui.selectable_label(k == chosen, name).on_hover_text(text!("probe-draw-hint")).clicked() {
                 chosen = k;
             }
