@@ -30,6 +30,9 @@ pub(crate) struct ViewArgs {
     /// Settings file [default: settings.json in the user's configuration folder]
     #[arg(long, value_name = "FILE")]
     settings: Option<std::path::PathBuf>,
+    /// Language of the window: en or de [default: of the settings, else of the environment (LC_ALL, LC_MESSAGES, LANG)]
+    #[arg(long, value_name = "CODE")]
+    language: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     time: String,
@@ -39,7 +42,14 @@ pub(crate) struct ViewArgs {
 
 impl Default for ViewArgs {
     fn default() -> Self {
-        Self { target: "earth".into(), link: None, settings: None, time: "now".into(), composition: CompositionArgs::default() }
+        Self {
+            target: "earth".into(),
+            link: None,
+            settings: None,
+            language: None,
+            time: "now".into(),
+            composition: CompositionArgs::default(),
+        }
     }
 }
 
@@ -71,6 +81,7 @@ mod windowed {
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
     use crate::view::app::viewer::{Subject, Viewer};
+    use crate::view::language::Language;
     use crate::view::link::{MAX_BYTES, SCHEME, is_link, view_from_text};
     use crate::view::panels::Interface;
     use crate::view::window;
@@ -82,6 +93,8 @@ mod windowed {
     use std::time::Duration;
 
     pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
+        let language =
+            args.language.as_deref().map(Language::by_code).transpose().map_err(|e| CliError::Failed(format!("--language {e}")))?;
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
         let hearing = Arc::clone(&heard);
         let session = Session::open(&common.sources_to_draw(), move |line| {
@@ -112,6 +125,8 @@ mod windowed {
         said.iter().for_each(|line: &String| print_message(line));
         heard.lock().extend(said);
         let mut interface = Interface::new(viewer, settings);
+        interface.language =
+            language.or(interface.settings.language).unwrap_or_else(|| Language::of_environment(|name| std::env::var(name).ok()));
         interface.session_messages = heard;
         interface.warning = warning;
         interface.warp = warp;

@@ -7,6 +7,7 @@
 //! thread; `panels` is the interface, which needs no window; `window` is the event loop and the ways to get pixels on screen.
 
 pub mod app;
+pub mod language;
 pub mod link;
 pub mod panels;
 pub mod window;

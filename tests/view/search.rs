@@ -44,6 +44,10 @@ fn each_kind_of_answer_leads_where_it_says() {
     events.get_by_label_contains("events after 2027-01-01 00:00 UTC");
     let venus = searched("transit of venus 2012");
     venus.get_by_label_contains("Transit of Venus, 2012-06-06");
+    // German words for events are understood in either language.
+    for typed in ["venustransit 2012", "transit von venus 2012"] {
+        searched(typed).get_by_label_contains("Transit of Venus, 2012-06-06");
+    }
     assert_eq!(searched("ring-shadow").state().tab, Some(Tab::Effects));
     assert_eq!(searched("-ring-shadow").state().viewer.view.effects.to_text(), "-ring-shadow");
     assert_eq!(searched("lambert.albedo.sun1.ellipsoid").state().tab, Some(Tab::Shader));

@@ -1,4 +1,4 @@
-//! Dates as people write them: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`.
+//! Dates as people write them: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`; in German `8. April 2024`, `28. Mai 585 v. Chr.`, `jetzt`.
 //!
 //! In: text, the current time. Out: an instant (UTC), or `None` if the text is no date. Always: ISO 8601 text has its ISO 8601 meaning. Not supported: dates of
 //! ambiguous order, such as 4/8/2024.
@@ -9,13 +9,16 @@ use crate::units::SECONDS_PER_DAY;
 const MONTHS: [&str; 12] =
     ["january", "february", "march", "april", "may", "june", "july", "august", "september", "october", "november", "december"];
 
+const GERMAN_MONTHS: [&str; 12] =
+    ["januar", "februar", "märz", "april", "mai", "juni", "juli", "august", "september", "oktober", "november", "dezember"];
+
 /// The instant of a date text.
 pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let text = text.trim().to_lowercase();
     match text.as_str() {
-        "now" | "today" => return Some(now),
-        "tomorrow" => return Some(now.plus_seconds(SECONDS_PER_DAY)),
-        "yesterday" => return Some(now.plus_seconds(-SECONDS_PER_DAY)),
+        "now" | "today" | "jetzt" | "heute" => return Some(now),
+        "tomorrow" | "morgen" => return Some(now.plus_seconds(SECONDS_PER_DAY)),
+        "yesterday" | "gestern" => return Some(now.plus_seconds(-SECONDS_PER_DAY)),
         _ => {}
     }
     if let Ok(time) = Instant::parse(&text) {
@@ -49,8 +52,8 @@ impl<'t> Parts<'t> {
         let mut before_christ = false;
         for word in text.split([' ', ',']).filter(|w| !w.is_empty()) {
             match word {
-                "utc" | "ut" | "z" | "at" | "of" | "ad" | "ce" => {}
-                "bc" | "bce" => before_christ = true,
+                "utc" | "ut" | "z" | "at" | "of" | "ad" | "ce" | "um" | "uhr" | "v." => {}
+                "bc" | "bce" | "chr." => before_christ = true,
                 _ if word.contains(':') => put(&mut parts.clock, word.trim_end_matches('z'))?,
                 _ if word.starts_with(|c: char| c.is_alphabetic()) => put(&mut parts.month, month(word)?)?,
                 _ if word.trim_end_matches('.').contains(['.', '/']) => parts.dotted(word)?,
@@ -102,7 +105,8 @@ impl<'t> Parts<'t> {
 /// By its name or at least three letters of it.
 fn month(word: &str) -> Option<u32> {
     let word = word.trim_end_matches('.');
-    let at = MONTHS.iter().position(|m| word.len() >= 3 && m.starts_with(word) || word == "sept" && *m == "september")?;
+    let begins = |m: &&str| word.len() >= 3 && m.starts_with(word);
+    let at = MONTHS.iter().position(begins).or_else(|| GERMAN_MONTHS.iter().position(begins))?;
     Some(at as u32 + 1)
 }
 
@@ -162,6 +166,13 @@ mod tests {
             ("-0584-05-28", "-0584-05-28T00:00:00Z"),
             ("now", "2026-11-22T23:00:00Z"),
             ("tomorrow", "2026-11-23T23:00:00Z"),
+            ("8. April 2024", "2024-04-08T00:00:00Z"),
+            ("8. Dezember 2024 um 18:17 Uhr", "2024-12-08T18:17:00Z"),
+            ("1. März 2024", "2024-03-01T00:00:00Z"),
+            ("8. Mai 2024, 18:17 UTC", "2024-05-08T18:17:00Z"),
+            ("8.4.2024 18:17", "2024-04-08T18:17:00Z"),
+            ("28. Mai 585 v. Chr.", "-0584-05-28T00:00:00Z"),
+            ("jetzt", "2026-11-22T23:00:00Z"),
         ] {
             let (found, expected) = (parse_date(text, now()).expect(text), Instant::parse(iso).expect(iso));
             let off_s = found.tdb_seconds_past_j2000() - expected.tdb_seconds_past_j2000();

@@ -9,10 +9,12 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::events::{self, LunarEclipse, LunarType, MoonEvent, MoonEventType, Place, SolarEclipse, SolarType, Transit};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
+use crate::view::app::place_text::place_text;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::settings::Home;
-use crate::view::app::time_text::{place_text, utc_minute};
 use crate::view::app::view_state::{CameraPose, ViewState};
+use crate::view::language::dates::minute_text;
+use crate::view::language::{body_name, decimal, text};
 
 /// The kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,10 +32,10 @@ impl EventKind {
 
     pub fn name(self) -> &'static str {
         match self {
-            Self::Solar => "Solar eclipses",
-            Self::Lunar => "Lunar eclipses",
-            Self::Transit => "Transits",
-            Self::Moons => "Moons of Jupiter and Titan",
+            Self::Solar => text!("kind-solar"),
+            Self::Lunar => text!("kind-lunar"),
+            Self::Transit => text!("kind-transit"),
+            Self::Moons => text!("kind-moons"),
         }
     }
 
@@ -207,36 +209,32 @@ impl SkyEvent {
 
     /// Type and bodies of the event: `Total solar eclipse`.
     pub fn title(&self, catalog: &Catalog) -> String {
-        let name = |id: NaifId| catalog.body(id).map_or("?", |b| b.name.as_str());
+        let name = |id: NaifId| catalog.body(id).map_or("?", |b| body_name(&b.name));
         match self {
-            Self::Solar(e) => {
-                let class = match e.class {
-                    SolarType::Partial => "Partial",
-                    SolarType::Annular => "Annular",
-                    SolarType::Total => "Total",
-                    SolarType::Hybrid => "Hybrid",
-                };
-                format!("{class} solar eclipse")
+            Self::Solar(e) => match e.class {
+                SolarType::Partial => text!("event-solar-partial"),
+                SolarType::Annular => text!("event-solar-annular"),
+                SolarType::Total => text!("event-solar-total"),
+                SolarType::Hybrid => text!("event-solar-hybrid"),
             }
-            Self::Lunar(e) => {
-                let class = match e.class {
-                    LunarType::Penumbral => "Penumbral",
-                    LunarType::Partial => "Partial",
-                    LunarType::Total => "Total",
-                };
-                format!("{class} lunar eclipse")
+            .into(),
+            Self::Lunar(e) => match e.class {
+                LunarType::Penumbral => text!("event-lunar-penumbral"),
+                LunarType::Partial => text!("event-lunar-partial"),
+                LunarType::Total => text!("event-lunar-total"),
             }
-            Self::Transit(e) => format!("Transit of {}", name(e.planet)),
+            .into(),
+            Self::Transit(e) => text!("event-transit", planet = name(e.planet)),
             Self::Moons(e) => {
                 let (moon, planet) = (name(e.moon), name(e.planet));
                 let by = e.by.map_or("?", name);
                 match e.class {
-                    MoonEventType::Transit => format!("{moon} before {planet}"),
-                    MoonEventType::Occultation => format!("{moon} behind {planet}"),
-                    MoonEventType::ShadowTransit => format!("{moon}'s shadow on {planet}"),
-                    MoonEventType::Eclipse => format!("{moon} in {planet}'s shadow"),
-                    MoonEventType::MutualOccultation => format!("{moon} behind {by}"),
-                    MoonEventType::MutualEclipse => format!("{moon} in {by}'s shadow"),
+                    MoonEventType::Transit => text!("event-moon-before", moon = moon, planet = planet),
+                    MoonEventType::Occultation => text!("event-moon-behind", moon = moon, planet = planet),
+                    MoonEventType::ShadowTransit => text!("event-shadow-on", moon = moon, planet = planet),
+                    MoonEventType::Eclipse => text!("event-moon-in-shadow", moon = moon, planet = planet),
+                    MoonEventType::MutualOccultation => text!("event-occultation", moon = moon, by = by),
+                    MoonEventType::MutualEclipse => text!("event-mutual-eclipse", moon = moon, by = by),
                 }
             }
         }
@@ -244,19 +242,19 @@ impl SkyEvent {
 
     /// Date, magnitude and place, in one line.
     pub fn summary(&self) -> String {
-        let date = utc_minute(self.greatest());
+        let date = minute_text(self.greatest());
         match self {
-            Self::Solar(e) => format!("{date} · magnitude {:.3} · {}", e.magnitude, place_text(e.place)),
+            Self::Solar(e) => text!("event-solar-summary", date = date, magnitude = decimal(e.magnitude, 3), place = place_text(e.place)),
             Self::Lunar(e) => {
                 let (name, magnitude) = match e.class {
-                    LunarType::Penumbral => ("penumbral magnitude", e.penumbral_magnitude),
-                    _ => ("magnitude", e.umbral_magnitude),
+                    LunarType::Penumbral => (text!("event-penumbral-magnitude"), e.penumbral_magnitude),
+                    _ => (text!("event-magnitude"), e.umbral_magnitude),
                 };
-                format!("{date} · {name} {magnitude:.3} · Moon over {}", place_text(e.place))
+                text!("event-lunar-summary", date = date, name = name, magnitude = decimal(magnitude, 3), place = place_text(e.place))
             }
-            Self::Transit(e) => format!("{date} · {:.0} arcsec from the Sun's centre", e.separation_arcsec),
+            Self::Transit(e) => text!("event-transit-summary", date = date, separation = decimal(e.separation_arcsec, 0)),
             Self::Moons(e) => match e.duration_s() {
-                Some(s) => format!("{date} · lasts {:.0} min", s / 60.0),
+                Some(s) => text!("event-moons-summary", date = date, minutes = decimal(s / 60.0, 0)),
                 None => date,
             },
         }

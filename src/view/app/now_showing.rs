@@ -6,12 +6,14 @@ use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
 use super::orbit::Orbit;
 use super::places::{BodyPositions, SessionPositions};
-use super::time_text::utc_minute;
+
 use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::catalog::NaifId;
 use crate::catalog::moments::Moment;
 use crate::session::Session;
 use crate::time::Instant;
+use crate::view::language::dates::day_text;
+use crate::view::language::{decimal, text, translated};
 use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
@@ -56,11 +58,11 @@ impl NowItem {
     /// The title until the view is known.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Moon => "The Moon tonight",
-            Self::Eclipse => "Next eclipse",
-            Self::Saturn => "Saturn now",
-            Self::Shadows => "Triple shadow",
-            Self::Shader => "An eclipse's shader",
+            Self::Moon => text!("now-moon"),
+            Self::Eclipse => text!("now-eclipse"),
+            Self::Saturn => text!("now-saturn"),
+            Self::Shadows => text!("now-shadows"),
+            Self::Shader => text!("now-shader"),
         }
     }
 
@@ -79,14 +81,13 @@ impl NowItem {
                 let camera = CameraPose::Centre { body: NaifId::EARTH };
                 let lit = illuminated_fraction(&places, NaifId::MOON, now)?;
                 let view = base_view.paused_view(now, NaifId::MOON, camera, MOON_FOV_DEG);
-                running(format!("{:.0} % lit, from the Earth", 100.0 * lit), view)
+                running(text!("now-moon-about", percent = decimal(100.0 * lit, 0)), view)
             }
             Self::Eclipse => {
                 let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, false);
                 let event = search.first(catalog, session.ephemeris()).ok()??;
                 let view = event.view(catalog, &places, base_view);
-                let day = utc_minute(event.greatest());
-                let about = format!("{}, {}", event.title(catalog), day.get(..10).unwrap_or(&day));
+                let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));
                 Some(NowView { title: title.clone(), about, view, is_now: false, event: Some(Arc::new(event)) })
             }
             Self::Saturn => {
@@ -97,22 +98,22 @@ impl NowItem {
                 // On the lit side of the rings.
                 orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
                 let view = base_view.paused_view(now, SATURN, orbit_pose(SATURN, false, orbit), FOV_DEG);
-                running("Its rings and their shadow".into(), view)
+                running(text!("now-saturn-about").into(), view)
             }
             Self::Shadows => {
                 let moment = catalog.moments().iter().find(|m| m.kind == "shadows")?;
-                named(format!("{}, {}", moment.name, day_of(moment)), of_moment(moment)?)
+                named(text!("now-dated", what = translated(&moment.name), day = day_of(moment)), of_moment(moment)?)
             }
             Self::Shader => {
                 let moment = catalog.moments().iter().find(|m| m.name == ECLIPSE)?;
-                named(format!("The lines that draw {}", day_of(moment)), of_moment(moment)?)
+                named(text!("now-shader-about", day = day_of(moment)), of_moment(moment)?)
             }
         }
     }
 }
 
 fn day_of(moment: &Moment) -> String {
-    moment.time.to_utc_iso().get(..10).unwrap_or_default().to_owned()
+    day_text(moment.time)
 }
 
 /// Illuminated fraction of a disc as seen from the Earth.

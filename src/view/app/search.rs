@@ -15,9 +15,11 @@ use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
-use crate::view::app::time_text::utc_minute;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
+use crate::view::language::dates::day_text;
+use crate::view::language::dates::minute_text;
+use crate::view::language::{body_name, decimal, named, text, translated};
 use crate::wording::nearest;
 use glam::DVec3;
 
@@ -71,27 +73,32 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     }
     let mut found = Vec::new();
     if let Some(time) = parse_date(text, viewer.now()) {
-        found.push(suggestion(utc_minute(time), "date", Answer::Time(time)));
+        found.push(suggestion(minute_text(time), text!("search-date"), Answer::Time(time)));
     }
     found.extend(place(text).map(|(latitude_deg, longitude_deg)| {
-        let about = format!("place on {}", viewer.name(viewer.selected));
+        let about = text!("search-place", body = viewer.name(viewer.selected));
         suggestion(text, about, Answer::Place { latitude_deg, longitude_deg })
     }));
-    found.extend(events(text).map(|(name, kinds, from)| suggestion(name, "search for events", Answer::Events { kinds, from })));
+    found.extend(events(text).map(|(name, kinds, from)| suggestion(name, text!("search-events"), Answer::Events { kinds, from })));
     found.extend(
-        viewer.completions(text, most).into_iter().map(|body| suggestion(&body.name, about_body(body, viewer), Answer::Body(body.id))),
+        viewer
+            .completions(text, most)
+            .into_iter()
+            .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), Answer::Body(body.id))),
     );
     found.extend(stars(text, catalog));
     found.extend(moments(text, catalog.moments()));
     found.extend(
-        cities::named(text, most).into_iter().map(|city| suggestion(city.name, format!("city, {}", city.country), Answer::City(city))),
+        cities::named(text, most)
+            .into_iter()
+            .map(|city| suggestion(city.name, text!("search-city", country = city.country), Answer::City(city))),
     );
     found.extend(features(text, viewer).take(most));
     found.extend(effects(text));
     if text.contains('.')
         && let Ok(key) = text.parse::<ShaderKey>()
     {
-        found.push(suggestion(text, "shader key", Answer::Key(Box::new(key))));
+        found.push(suggestion(text, text!("search-key"), Answer::Key(Box::new(key))));
     }
     found.truncate(most);
     found
@@ -104,14 +111,21 @@ pub(crate) fn near_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
 
 /// All names of bodies and stars.
 pub(crate) fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
-    let bodies = viewer.subjects().iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
+    // Those of the catalog, and where the window's language has another, that one too.
+    let bodies = viewer.subjects().iter().flat_map(|b| {
+        Some(body_name(&b.name))
+            .filter(|own| *own != b.name)
+            .into_iter()
+            .chain([b.name.as_str()])
+            .chain(b.aliases.iter().map(String::as_str))
+    });
     bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name))
 }
 
 fn about_body(body: &Subject, viewer: &Viewer) -> String {
     match body.parent {
-        Some(parent) if parent != NaifId::SUN && parent != body.id => format!("near {}", viewer.name(parent)),
-        _ => "body".into(),
+        Some(parent) if parent != NaifId::SUN && parent != body.id => text!("search-near", body = viewer.name(parent)),
+        _ => text!("search-body").into(),
     }
 }
 
@@ -119,7 +133,7 @@ fn about_body(body: &Subject, viewer: &Viewer) -> String {
 fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let lower = text.to_lowercase();
     let stars = catalog.stars();
-    let known = |hip: u32| stars.hip(hip).map(|star| format!("star, magnitude {:.1}", star.v_magnitude));
+    let known = |hip: u32| stars.hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
     let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
     let mut found: Vec<Suggestion> = by_name.filter_map(|(name, hip)| Some(suggestion(*name, known(*hip)?, Answer::Star(*hip)))).collect();
     let number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
@@ -130,10 +144,9 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     // A few letters occur in many names.
-    let named = moments.iter().filter(move |m| lower.chars().count() >= 3 && m.name.to_lowercase().contains(&lower));
-    named.map(|m| {
-        suggestion(&m.name, format!("moment, {}", m.time.to_utc_iso().get(..10).unwrap_or_default()), Answer::Moment(m.name.clone()))
-    })
+    let has = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
+    let named = moments.iter().filter(move |m| has(&m.name) || has(&translated(&m.name)));
+    named.map(|m| suggestion(translated(&m.name), text!("search-moment", day = day_text(m.time)), Answer::Moment(m.name.clone())))
 }
 
 /// Surface features of all bodies whose name begins with the text, the most prominent of each first.
@@ -143,7 +156,9 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
         let lower = lower.clone();
         let is_meant = move |f: &&'static Feature| lower.chars().count() >= 3 && f.name.to_lowercase().starts_with(&lower);
         let features = nomenclature::features(&body.name).iter().filter(is_meant);
-        features.map(|feature| suggestion(feature.name, format!("on {}", body.name), Answer::Feature { body: body.id, feature }))
+        features.map(|feature| {
+            suggestion(feature.name, text!("search-on", body = body_name(&body.name)), Answer::Feature { body: body.id, feature })
+        })
     };
     viewer.subjects().iter().flat_map(of_body)
 }
@@ -167,7 +182,7 @@ pub(crate) fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewSt
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase().replace(' ', "-");
     let wanted = Effect::ALL.into_iter().filter(move |e| lower.chars().count() >= 3 && e.name().contains(&lower));
-    wanted.map(|e| suggestion(e.name(), "effect: opens the Effects panel", Answer::Effect(e)))
+    wanted.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), Answer::Effect(e)))
 }
 
 /// `51.5, -0.1`: latitude and east longitude, degrees.
@@ -182,9 +197,38 @@ fn is_abbreviation(known: &str, least: usize, word: &str) -> bool {
     word.len() >= least && known.starts_with(word)
 }
 
+/// German words of a search for events, and the English ones that they stand for.
+const GERMAN_WORDS: [(&str, &str); 18] = [
+    ("finsternis", "eclipse"),
+    ("finsternisse", "eclipses"),
+    ("sonnenfinsternis", "solar eclipse"),
+    ("sonnenfinsternisse", "solar eclipses"),
+    ("mondfinsternis", "lunar eclipse"),
+    ("mondfinsternisse", "lunar eclipses"),
+    ("transite", "transits"),
+    ("durchgang", "transit"),
+    ("venustransit", "transit venus"),
+    ("merkurtransit", "transit mercury"),
+    ("merkur", "mercury"),
+    ("totale", "total"),
+    ("nächste", "next"),
+    ("nächster", "next"),
+    ("jupiters", "jupiter"),
+    ("schattenvorübergang", "shadows"),
+    ("jupitermonde", "moons"),
+    ("von", "of"),
+];
+
+/// A text with its German words for events in English.
+fn in_english(lower: &str) -> String {
+    let english =
+        |word: &str| GERMAN_WORDS.iter().find(|(german, _)| *german == word).map_or(word.to_owned(), |(_, word)| (*word).to_owned());
+    lower.split_whitespace().map(english).collect::<Vec<_>>().join(" ")
+}
+
 /// `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`.
 fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
-    let lower = text.to_lowercase();
+    let lower = in_english(&text.to_lowercase());
     let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
     let year = words.last().filter(|w| w.len() == 4).and_then(|w| w.parse::<u32>().ok());
     if year.is_some() {
@@ -208,8 +252,8 @@ fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     };
     let from = year.and_then(|y| Instant::parse(&format!("{y:04}-01-01")).ok());
     let names: Vec<&str> = kinds.iter().map(|k| k.name()).collect();
-    let when = year.map_or(String::new(), |y| format!(" of {y}"));
-    Some((format!("{}{when}", names.join(" and ")), kinds, from))
+    let when = year.map_or(String::new(), |y| text!("search-of-year", y = y));
+    Some((format!("{}{when}", names.join(text!("search-and"))), kinds, from))
 }
 
 /// Height above a feature, in its diameters, and limits in radii of the body.

@@ -8,6 +8,8 @@ use crate::session::DisplayPreference;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
 use crate::view::app::view_state::ViewState;
+use crate::view::language::Language;
+use crate::view::language::choice::chosen as chosen_language;
 use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
 use std::io::Error;
@@ -112,6 +114,9 @@ pub struct Settings {
     pub dark: Option<bool>,
     /// Scale of text and controls.
     pub zoom: f32,
+    /// `None`: that of the system.
+    #[serde(deserialize_with = "chosen_language")]
+    pub language: Option<Language>,
     pub names: bool,
     pub markers: bool,
     /// Outline of the selected body, unless it is the target.
@@ -135,6 +140,7 @@ impl Default for Settings {
         Self {
             dark: Some(true),
             zoom: 1.0,
+            language: None,
             names: true,
             markers: true,
             outline: true,
@@ -224,6 +230,27 @@ mod tests {
         assert!(text.contains("\"view\":"));
         std::fs::write(&path, text.replace("\"view\":", "\"sight\":")).expect("a file");
         assert_eq!(Settings::load(&path), (settings, None));
+    }
+
+    #[test]
+    fn an_unknown_language_leaves_the_other_settings() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        let read = |text: &str| {
+            std::fs::write(&path, text).expect("a file");
+            Settings::load(&path)
+        };
+        let others = Settings { names: false, zoom: 1.5, ..Settings::default() };
+        for unknown in ["\"tlh\"", "\"\"", "null", "7", "[\"de\"]", "{\"code\": \"de\"}"] {
+            let text = format!("{{\"language\": {unknown}, \"names\": false, \"zoom\": 1.5}}");
+            assert_eq!(read(&text), (others.clone(), None), "{unknown}");
+        }
+        let german = Settings { language: Some(Language::German), ..others };
+        assert_eq!(read("{\"language\": \"de\", \"names\": false, \"zoom\": 1.5}"), (german.clone(), None));
+        german.save(&path).expect("a file");
+        assert_eq!(Settings::load(&path), (german, None));
+        // What is no JSON at all is still set aside.
+        assert!(read("{\"language\": de}").1.is_some());
     }
 
     #[test]

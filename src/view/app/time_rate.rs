@@ -2,6 +2,9 @@
 //!
 //! In: keys, and elapsed real seconds. Out: seconds of simulated time. It reads no clock.
 
+use crate::view::language::numbers::localised;
+use crate::view::language::{plain, text};
+
 /// The preset rates, scene seconds per real second: real time up to a year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
 /// Longest real time that one frame advances, seconds, except at real-time rate: after a stall (a hidden window, a slow frame)
@@ -97,16 +100,22 @@ impl TimeRate {
 
     /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
     pub(crate) fn label(&self) -> String {
-        if self.paused { "paused".into() } else { speed_text(self.rate()) }
+        if self.paused { text!("time-paused").into() } else { speed_text(self.rate()) }
     }
 }
 
 /// Scene time per real second, in the largest unit up to it: `6 h/s`, `2.5 min/s`.
 pub(crate) fn speed_text(rate: f64) -> String {
-    const UNITS: [(f64, &str); 6] =
-        [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
-    let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "s"));
-    format!("{} {unit}/s", (rate / size * 10.0).round() / 10.0)
+    const UNITS: [(f64, &str); 6] = [
+        (31_557_600.0, "unit-year"),
+        (2_629_800.0, "unit-month"),
+        (86_400.0, "unit-day"),
+        (3600.0, "unit-hour"),
+        (60.0, "unit-minute"),
+        (1.0, "unit-second"),
+    ];
+    let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "unit-second"));
+    format!("{} {}/s", localised(((rate / size * 10.0).round() / 10.0).to_string()), plain(unit))
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@
 use super::civil_time::Clock;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
+use crate::view::language::dates::{day_and_month, month_short};
+use crate::view::language::{decimal, text};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, TimeDelta, Timelike};
 use std::ops::RangeInclusive;
 
@@ -81,10 +83,10 @@ pub(crate) fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
 pub(crate) fn span_text(span_s: f64) -> String {
     let days = span_s / SECONDS_PER_DAY;
     match days {
-        d if d < 3.0 => format!("{:.0} hours", d * 24.0),
-        d if d < 90.0 => format!("{d:.0} days"),
-        d if d < 730.0 => format!("{:.0} months", d / 30.44),
-        d => format!("{:.0} years", d / 365.25),
+        d if d < 3.0 => text!("span-hours", count = decimal(d * 24.0, 0)),
+        d if d < 90.0 => text!("span-days", d = decimal(d, 0)),
+        d if d < 730.0 => text!("span-months", count = decimal(d / 30.44, 0)),
+        d => text!("span-years", count = decimal(d / 365.25, 0)),
     }
 }
 
@@ -167,12 +169,12 @@ impl Step {
     fn label(self, civil: NaiveDateTime) -> String {
         let year = match civil.year() {
             year if year > 0 => year.to_string(),
-            year => format!("{} BC", 1 - year),
+            year => text!("date-year-bc", year = 1 - year),
         };
         match self {
             Self::Hours(_) if civil.hour() > 0 => civil.format("%H:%M").to_string(),
-            Self::Hours(_) | Self::Days(_) if civil.ordinal0() > 0 => civil.format("%-d %b").to_string(),
-            Self::Months(_) if civil.month0() > 0 => civil.format("%b").to_string(),
+            Self::Hours(_) | Self::Days(_) if civil.ordinal0() > 0 => day_and_month(civil.date()),
+            Self::Months(_) if civil.month0() > 0 => month_short(civil.date()).to_owned(),
             _ => year,
         }
     }

@@ -13,6 +13,7 @@ use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, horizontal_view, orbit_pose, rotated_view, standing};
+use crate::view::language::body_name;
 use glam::{DMat3, DVec3};
 
 /// A body that can be looked at.
@@ -141,6 +142,11 @@ impl Viewer {
     }
 
     pub(crate) fn name(&self, id: NaifId) -> &str {
+        body_name(self.catalog_name(id))
+    }
+
+    /// The name by which the catalog, effects and links know a body.
+    pub(crate) fn catalog_name(&self, id: NaifId) -> &str {
         self.subject(id).map_or("?", |s| s.name.as_str())
     }
 
@@ -167,7 +173,9 @@ impl Viewer {
         if wanted.is_empty() {
             return Vec::new();
         }
-        let names = |s: &Subject| std::iter::once(&s.name).chain(&s.aliases).map(|n| n.to_lowercase()).collect::<Vec<_>>();
+        let names = |s: &Subject| {
+            [body_name(&s.name), &s.name].into_iter().chain(s.aliases.iter().map(String::as_str)).map(str::to_lowercase).collect::<Vec<_>>()
+        };
         let begins = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&wanted)));
         let contains = self
             .subjects

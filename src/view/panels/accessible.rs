@@ -4,21 +4,18 @@
 //! the same.
 
 use crate::scene::draw::PixelView;
+use crate::view::language::named;
+use crate::view::language::numbers::typed_number;
 use egui::{ComboBox, DragValue, Response, Ui};
 
 /// A number field. Without a name, a screen reader would only read its unit.
 pub(crate) fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response {
-    ui.add(field).on_hover_text(what).accessible_name(what)
+    ui.add(field.custom_parser(typed_number)).on_hover_text(what).accessible_name(what)
 }
 
 /// The name of a pixel view in the window.
 pub(crate) fn pixel_view(view: PixelView) -> &'static str {
-    match view {
-        PixelView::Final => "final image",
-        PixelView::Uv => "texture coordinates",
-        PixelView::OpticalDepth => "optical depth",
-        other => other.name(),
-    }
+    named("pixels", view.name())
 }
 
 /// A list of pixel views.

@@ -6,6 +6,7 @@
 use super::fact::grouped;
 use super::information::degrees;
 use crate::ephemeris::angle_rad;
+use crate::view::language::{body_name, text};
 use crate::view::panels::theme::BODY;
 use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::DVec3;
@@ -41,8 +42,9 @@ impl MeasuredAngle {
             self.places.clear();
         }
         self.places.push(Place { direction, body });
-        let Some(angle) = self.text() else { return "Ctrl+click a second place to measure the angle".into() };
-        self.distance().map_or_else(|| format!("Angle: {angle}"), |distance| format!("Angle: {angle}; {distance}"))
+        let Some(angle) = self.text() else { return text!("angle-second").into() };
+        self.distance()
+            .map_or_else(|| text!("angle", angle = angle), |distance| text!("angle-and-distance", angle = angle, distance = distance))
     }
 
     /// Removes the line; whether there was one.
@@ -58,7 +60,14 @@ impl MeasuredAngle {
     /// Distance between the apparent centres of two bodies.
     fn distance(&self) -> Option<String> {
         let [Place { body: Some(a), .. }, Place { body: Some(b), .. }] = &self.places[..] else { return None };
-        (a != b).then(|| format!("from {} to {} {} km", a.name, b.name, grouped(a.centre_km.distance(b.centre_km), 0)))
+        (a != b).then(|| {
+            text!(
+                "angle-distance",
+                first = body_name(&a.name),
+                second = body_name(&b.name),
+                distance = grouped(a.centre_km.distance(b.centre_km), 0)
+            )
+        })
     }
 
     /// Draws the places, the great circle between them and its length. `seen`: where the window shows an ICRF direction.

@@ -5,6 +5,7 @@
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
 use crate::view::app::viewer::{Action, Subject};
+use crate::view::language::{body_name, text};
 use egui::collapsing_header::CollapsingState;
 use egui::{Id, ScrollArea, UiBuilder};
 
@@ -45,7 +46,7 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
                 }
             });
             // An arrow alone has no accessible name.
-            let name = format!("Moons of {}", body.name);
+            let name = text!("bodies-moons-of", body = body_name(&body.name));
             arrow.widget_info(|| egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, is_open, &name));
         }
     });
@@ -78,7 +79,7 @@ fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut
     // The id of a row depends on its body, not on its position: otherwise rows that expand above it would move the press to another body.
     let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;
-    let response = ui.scope_builder(row, |ui| ui.selectable_label(is_selected, &body.name)).inner;
+    let response = ui.scope_builder(row, |ui| ui.selectable_label(is_selected, body_name(&body.name))).inner;
     if interface.browse.shown == Some(body.id) {
         response.scroll_to_me(None);
     }
@@ -87,5 +88,5 @@ fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut
     } else if response.clicked() {
         actions.push(Action::Select(body.id));
     }
-    response.on_hover_text("Click to select, double-click to fly there");
+    response.on_hover_text(text!("bodies-hint"));
 }

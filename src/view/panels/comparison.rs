@@ -8,6 +8,7 @@ use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::KM_PER_AU;
 use crate::view::app::places::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
+use crate::view::language::{body_name, decimal, text};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
 use glam::DVec3;
@@ -37,49 +38,55 @@ impl Comparison {
 pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) {
     let selected = interface.viewer.selected;
     let other = interface.information.comparison.other(selected);
-    ui.strong("Sizes to scale");
+    ui.strong(text!("sizes"));
     let viewer = &interface.viewer;
     let comparison = &mut interface.information.comparison;
     let list = ComboBox::from_id_salt("compare sizes").selected_text(viewer.name(other)).width(120.0).show_ui(ui, |ui| {
         for body in viewer.subjects().iter().filter(|b| b.id != selected) {
-            ui.selectable_value(&mut comparison.with, Some(body.id), &body.name);
+            ui.selectable_value(&mut comparison.with, Some(body.id), body_name(&body.name));
         }
     });
-    list.response.on_hover_text("The body beside the selected one").accessible_name("Compare with");
+    list.response.on_hover_text(text!("sizes-hint")).accessible_name(text!("sizes-with"));
     let catalog = worker.session().catalog();
     if let (Some(a), Some(b)) = (viewer.subject(selected), viewer.subject(other)) {
         sizes(ui, catalog, a, b);
         ui.label(size_text(a, b));
     }
     ui.separator();
-    ui.strong("Distances from the Sun to scale");
+    ui.strong(text!("distances"));
     let time = viewer.view.time();
     let places = SessionPositions(worker.session());
     let distance_km = |id: NaifId| places.between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // A moon is marked at its planet.
     let carrier = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
     let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == carrier && s.id != NaifId::SUN);
-    let along: Vec<(&str, f64, bool)> = planets.map(|s| (s.name.as_str(), distance_km(s.id) / KM_PER_AU, s.id == carrier)).collect();
+    let along: Vec<(&str, f64, bool)> = planets.map(|s| (body_name(&s.name), distance_km(s.id) / KM_PER_AU, s.id == carrier)).collect();
     distances(ui, &along);
     ui.label(distance_text(viewer.name(carrier), distance_km(carrier) / KM_PER_AU));
 }
 
 /// `Saturn is 9.45 times as wide as Earth and has 764 times its volume.`
 fn size_text(a: &Subject, b: &Subject) -> String {
-    let ratio = |value: f64| if value >= 10.0 { grouped(value, 0) } else { format!("{value:.3}") };
+    let ratio = |value: f64| if value >= 10.0 { grouped(value, 0) } else { decimal(value, 3) };
     let width = a.radii_km.x / b.radii_km.x;
     let volume = a.radii_km.element_product() / b.radii_km.element_product();
     if width >= 1.0 {
-        format!("{} is {} times as wide as {} and has {} times its volume.", a.name, ratio(width), b.name, ratio(volume))
+        text!("size-sentence", larger = body_name(&a.name), width = ratio(width), smaller = body_name(&b.name), volume = ratio(volume))
     } else {
-        format!("{} is {} times as wide as {} and has {} times its volume.", b.name, ratio(1.0 / width), a.name, ratio(1.0 / volume))
+        text!(
+            "size-sentence",
+            larger = body_name(&b.name),
+            width = ratio(1.0 / width),
+            smaller = body_name(&a.name),
+            volume = ratio(1.0 / volume)
+        )
     }
 }
 
 fn distance_text(name: &str, au: f64) -> String {
     match au {
-        0.0 => "The planets, from Mercury to Neptune.".into(),
-        au => format!("{name} is {au:.3} au from the Sun; sunlight takes {:.1} minutes.", au * MINUTES_PER_AU),
+        0.0 => text!("distance-planets").into(),
+        au => text!("distance-sentence", name = name, au = decimal(au, 3), minutes = decimal(au * MINUTES_PER_AU, 1)),
     }
 }
 
@@ -102,7 +109,7 @@ fn scale(room: [f64; 2], a: DVec3, b: DVec3) -> f64 {
 }
 
 fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
-    let rect = background(ui, SIZES_HEIGHT, &format!("Discs of {} and {} to one scale", a.name, b.name));
+    let rect = background(ui, SIZES_HEIGHT, &text!("sizes-picture", first = body_name(&a.name), second = body_name(&b.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
     let points = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
@@ -112,7 +119,7 @@ fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
         let centre = pos2(left + half_width, inner.center().y);
         ui.painter().add(ellipse(centre, half_width, half_height, disc_colour(catalog, body.id)));
         let at = pos2(centre.x.clamp(rect.left() + 24.0, rect.right() - 24.0), rect.bottom() - 2.0);
-        ui.painter().text(at, Align2::CENTER_BOTTOM, &body.name, font.clone(), colour);
+        ui.painter().text(at, Align2::CENTER_BOTTOM, body_name(&body.name), font.clone(), colour);
         left += 2.0 * half_width + 10.0;
     }
 }
@@ -135,8 +142,8 @@ fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
 
 fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
     let farthest = along.iter().map(|p| p.1).fold(1.0, f64::max);
-    let description: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {au:.2}")).collect();
-    let rect = background(ui, DISTANCES_HEIGHT, &format!("Distances from the Sun, au: {}", description.join(", ")));
+    let description: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {}", decimal(au, 2))).collect();
+    let rect = background(ui, DISTANCES_HEIGHT, &text!("distances-picture", list = description.join(", ")));
     let line = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
     let at = |au: f64| from + (to - from) * (au / farthest) as f32;

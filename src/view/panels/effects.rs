@@ -4,6 +4,8 @@ use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
+use crate::view::language::numbers::typed_number;
+use crate::view::language::{body_name, decimal, named, signed, text, translated};
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea};
@@ -11,9 +13,9 @@ use egui::{ComboBox, ScrollArea};
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
-        ui.label("Quality");
+        ui.label(text!("effects-quality"));
         for quality in Quality::ALL {
-            ui.selectable_value(&mut view.quality, quality, quality.name()).on_hover_text("How finely a picture at rest is drawn");
+            ui.selectable_value(&mut view.quality, quality, named("quality", quality.name())).on_hover_text(text!("effects-quality-hint"));
         }
     });
     renderers(ui, worker, &mut interface.settings.shown_by);
@@ -21,46 +23,45 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let mut automatic = view.exposure_stops.is_none();
     let drawn_stops = interface.viewport.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
-        let metered = ui.checkbox(&mut automatic, "Automatic exposure");
-        if metered.on_hover_text("Meter what fills the picture").changed() {
+        let metered = ui.checkbox(&mut automatic, text!("effects-exposure-automatic"));
+        if metered.on_hover_text(text!("effects-exposure-automatic-hint")).changed() {
             view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut view.exposure_stops {
-            ui.add(egui::Slider::new(stops, -20.0..=30.0).text("stops")).on_hover_text("Exposure, stops");
+            ui.add(egui::Slider::new(stops, -20.0..=30.0).custom_parser(typed_number).text(text!("effects-stops")))
+                .on_hover_text(text!("effects-exposure-hint"));
         } else {
-            ui.label(format!("{drawn_stops:+.2} stops"));
+            ui.label(text!("effects-drawn-stops", drawn_stops = signed(drawn_stops, 2)));
         }
     });
     if let Some(drawing) = interface.viewport.drawing.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
-        ui.label(egui::RichText::new(&drawing.scene.exposure.reason).weak().small());
+        ui.label(egui::RichText::new(translated(&drawing.scene.exposure.reason)).weak().small());
     }
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
-        ui.label("Highlights");
-        for (tone_map, hover) in [
-            (ToneMap::Filmic, "Tone mapping: linear up to 0.8 of white, then a shoulder"),
-            (ToneMap::Clipped, "Tone mapping: linear up to white, then clipped"),
-        ] {
-            ui.selectable_value(&mut view.tone_map, tone_map, tone_map.name()).on_hover_text(hover);
+        ui.label(text!("effects-highlights"));
+        for (tone_map, hover) in [(ToneMap::Filmic, text!("effects-filmic-hint")), (ToneMap::Clipped, text!("effects-clipped-hint"))] {
+            ui.selectable_value(&mut view.tone_map, tone_map, named("tone", tone_map.name())).on_hover_text(hover);
         }
-        ui.checkbox(&mut view.bloom, "Bloom").on_hover_text("Light above white spreads, as in a lens");
+        ui.checkbox(&mut view.bloom, text!("effects-bloom")).on_hover_text(text!("effects-bloom-hint"));
     });
     ui.horizontal(|ui| {
-        ui.label("Show");
-        accessible::pixel_views(ui, &mut view.pixels, "Show");
+        ui.label(text!("effects-show"));
+        accessible::pixel_views(ui, &mut view.pixels, text!("effects-show"));
     });
     super::layers::switches(interface, ui);
     super::composition::controls(interface, ui);
     let view = &mut interface.viewer.view;
     ui.separator();
     let mut overrides = view.effects.clone();
-    let name = interface.viewer.name(interface.viewer.selected).to_owned();
+    let name = interface.viewer.catalog_name(interface.viewer.selected).to_owned();
     ui.horizontal_wrapped(|ui| {
-        ui.label("Apply to");
-        ui.selectable_value(&mut interface.effects_of_one, false, "all bodies").on_hover_text("Switch effects of every body");
-        ui.selectable_value(&mut interface.effects_of_one, true, format!("{name} only"))
-            .on_hover_text("Switch effects of the selected body alone");
-        if ui.button("Reset to automatic").on_hover_text("Remove everything that you set by hand").clicked() {
+        ui.label(text!("effects-apply-to"));
+        ui.selectable_value(&mut interface.effects_of_one, false, text!("effects-all-bodies"))
+            .on_hover_text(text!("effects-all-bodies-hint"));
+        ui.selectable_value(&mut interface.effects_of_one, true, text!("effects-one-body", name = body_name(&name)))
+            .on_hover_text(text!("effects-one-body-hint"));
+        if ui.button(text!("effects-reset")).on_hover_text(text!("effects-reset-hint")).clicked() {
             overrides = EffectOverrides::default();
         }
     });
@@ -86,12 +87,19 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.feature == effect.name());
-                row(ui, effect, decision.map(|d| (d.on, d.description())), interface.effect_costs.known.known(&effect), short, asked);
+                row(
+                    ui,
+                    effect,
+                    decision.map(|d| (d.on, translated(&d.description()).into_owned())),
+                    interface.effect_costs.known.known(&effect),
+                    short,
+                    asked,
+                );
             }
             ui.separator();
         }
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
-            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, d.feature, d.description()));
+            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.feature), translated(&d.description())));
         }
     });
     overrides.prune();
@@ -148,14 +156,14 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label("Renderer");
+        ui.label(text!("effects-renderer"));
         for preference in choices.iter().copied() {
             let hover = match preference {
-                RendererPreference::Auto => "A hardware GPU if there is one, otherwise the CPU",
-                RendererPreference::Gpu => "Any graphics adapter, even a software driver",
-                RendererPreference::Software => "CPU only",
+                RendererPreference::Auto => text!("effects-renderer-auto"),
+                RendererPreference::Gpu => text!("effects-renderer-gpu"),
+                RendererPreference::Software => text!("effects-renderer-software"),
             };
-            if ui.selectable_label(now == preference, preference.name()).on_hover_text(hover).clicked() {
+            if ui.selectable_label(now == preference, named("renderer", preference.name())).on_hover_text(hover).clicked() {
                 // Off this thread, since the device may be busy.
                 worker.run(Box::new(move |session| session.set_renderer_preference(preference)));
             }
@@ -165,16 +173,21 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label("Display via");
+        ui.label(text!("effects-display"));
         let variants = [
-            (DisplayPreference::Auto, "auto", "The GPU if it is hardware and draws the images, otherwise the CPU"),
-            (DisplayPreference::Device, "GPU", "The adapter that draws the images: they are not read back"),
-            (DisplayPreference::Processor, "CPU", "Images are read back from the GPU, and the CPU paints the interface"),
+            (DisplayPreference::Auto, text!("effects-display-auto"), text!("effects-display-auto-hint")),
+            (DisplayPreference::Device, text!("effects-display-gpu"), text!("effects-display-gpu-hint")),
+            (DisplayPreference::Processor, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
         ];
         for (preference, name, hover) in variants {
             ui.selectable_value(shown_by, preference, name).on_hover_text(hover);
         }
     });
+}
+
+/// What the window calls an effect.
+fn effect_name(effect: Effect) -> &'static str {
+    named("effect", effect.name())
 }
 
 /// The row of one effect: its switch, model, cost and reason; in one line if `short`.
@@ -186,20 +199,21 @@ fn row(
     short: bool,
     overrides: &mut EffectOverrides,
 ) {
-    let reason = decided.as_ref().map_or("not available for this body", |d| d.1.as_str());
+    let reason = decided.as_ref().map_or(text!("effects-not-available"), |d| d.1.as_str());
     let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
     let asked = overrides.override_of(effect);
     let mut on = asked.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
     ui.horizontal(|ui| {
-        let hover = format!("Set {} on or off", effect.name());
-        if ui.checkbox(&mut on, effect.name()).on_hover_text(hover).clicked() {
+        let hover = text!("effects-switch-hint", effect = effect_name(effect));
+        if ui.checkbox(&mut on, effect_name(effect)).on_hover_text(hover).clicked() {
             overrides.set(effect, on);
         }
         if !effect.variants().is_empty() {
-            let now = overrides.variant(effect).unwrap_or("automatic");
+            let now = overrides.variant(effect).map_or(text!("effects-automatic"), |way| named("model", way));
             let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
                 for way in effect.variants() {
-                    if ui.selectable_label(now == *way, *way).clicked() {
+                    let is_chosen = overrides.variant(effect) == Some(*way);
+                    if ui.selectable_label(is_chosen, named("model", way)).clicked() {
                         // The list only has models of this effect.
                         let _ = overrides.choose(effect, way);
                     }
@@ -207,20 +221,17 @@ fn row(
             });
             let said = || egui::WidgetInfo {
                 current_text_value: Some(now.to_owned()),
-                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("Method of {}", effect.name()))
+                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, text!("effects-method", effect = effect_name(effect)))
             };
             choice.response.widget_info(said);
-            choice.response.on_hover_text(format!("How {} is computed; automatic: as the scene needs it", effect.name()));
+            choice.response.on_hover_text(text!("effects-method-hint", effect = effect_name(effect)));
         }
-        if asked.is_some() && ui.small_button("×").on_hover_text(format!("Reset {} to automatic", effect.name())).clicked() {
+        if asked.is_some() && ui.small_button("×").on_hover_text(text!("effects-reset-one", effect = effect_name(effect))).clicked() {
             overrides.clear_override(effect);
         }
         if let Some(Ok(cost)) = cost {
             let words = egui::RichText::new(cost_text(cost)).weak();
-            ui.add(egui::Label::new(words).truncate()).on_hover_text(
-                "Measured on a small software rendering with and without it, scaled to this image: time added, net change of light, and in parentheses \
-                 the light that moves",
-            );
+            ui.add(egui::Label::new(words).truncate()).on_hover_text(text!("effects-cost-hint"));
         }
         if short {
             ui.add(why());
@@ -235,5 +246,5 @@ fn row(
 fn cost_text(cost: &EffectCost) -> String {
     let [light, moved] = [cost.light.net, cost.light.moved].map(|p| 100.0 * p);
     let digits = if moved.abs() < 0.1 { 3 } else { 1 };
-    format!("{:+.1} ms, {light:+.digits$} % light ({moved:.digits$} %)", cost.ms)
+    text!("effects-cost", time = signed(cost.ms, 1), light = signed(light, digits), moved = decimal(moved, digits))
 }

@@ -5,20 +5,23 @@
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
+use crate::catalog::Catalog;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, Playback, SkyEvent};
 use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::Home;
-use crate::view::app::time_text::{utc_day_second, utc_minute};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
+use crate::view::language::dates::{minute_text, month_day_second_text};
+use crate::view::language::{decimal, named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Button, ComboBox, Grid, Label, Panel, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
-/// Ranges of the search around the displayed date, days.
-const RANGES_DAYS: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "10 years"), (36_525.0, "100 years")];
+/// Ranges of the search around the displayed date, days, and the ids of their names.
+const RANGES_DAYS: [(f64, &str); 4] =
+    [(30.0, "range-month"), (365.25, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
 /// Index into [`RANGES_DAYS`].
 const DEFAULT_RANGE: usize = 1;
 /// Height of the line above the list, points.
@@ -53,8 +56,8 @@ pub(crate) struct EventsPanel {
     backward: bool,
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// The kinds and the range that the rows belong to.
-    searched: Option<String>,
+    /// The direction and the beginning of the search that the rows belong to.
+    searched: Option<(bool, Instant)>,
     failure: Option<String>,
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
@@ -65,6 +68,13 @@ impl EventsPanel {
     /// The span and rate at which the chosen event is played.
     pub(crate) fn playback_of_chosen(&self) -> Option<Playback> {
         self.chosen.as_ref().map(|event| event.playback())
+    }
+
+    /// Writes the rows anew, in the language that the window has now.
+    pub(crate) fn rename(&mut self, catalog: &Catalog) {
+        for row in &mut self.rows {
+            (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
+        }
     }
 }
 
@@ -102,21 +112,24 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     let mut changed = false;
     ui.horizontal_wrapped(|ui| {
         for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
-            changed |= ui.checkbox(on, kind.name()).on_hover_text(format!("Search for: {}", kind.name())).changed();
+            changed |= ui.checkbox(on, kind.name()).on_hover_text(text!("events-kind-hint", kind = kind.name())).changed();
         }
     });
     ui.horizontal(|ui| {
-        for (backward, name, tip) in [(false, "After", "Events after the shown date"), (true, "Before", "Events before the shown date")] {
+        for (backward, name, tip) in
+            [(false, text!("events-after"), text!("events-after-hint")), (true, text!("events-before"), text!("events-before-hint"))]
+        {
             changed |= ui.selectable_value(&mut panel.backward, backward, name).on_hover_text(tip).changed();
         }
-        let list = ComboBox::from_id_salt("range of events").selected_text(RANGES_DAYS[panel.range].1).width(80.0).show_ui(ui, |ui| {
-            for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
-                changed |= ui.selectable_value(&mut panel.range, i, *name).changed();
-            }
-        });
-        list.response.on_hover_text("How far from the shown date to search").accessible_name("Range of the search");
-        let search = icons::button(ui, Icon::Search, "Search");
-        changed |= ui.add(search).on_hover_text("Search from the date that is shown now").clicked();
+        let list =
+            ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range].1)).width(80.0).show_ui(ui, |ui| {
+                for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
+                    changed |= ui.selectable_value(&mut panel.range, i, plain(name)).changed();
+                }
+            });
+        list.response.on_hover_text(text!("events-range-hint")).accessible_name(text!("events-range"));
+        let search = icons::button(ui, Icon::Search, text!("events-search"));
+        changed |= ui.add(search).on_hover_text(text!("events-search-hint")).clicked();
     });
     changed
 }
@@ -131,7 +144,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
-    panel.searched = Some(format!("{} {}", if panel.backward { "before" } else { "after" }, utc_minute(start)));
+    panel.searched = Some((panel.backward, start));
     let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
     panel.running = next_step(search, worker);
 }
@@ -211,8 +224,8 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     let stopped = ui.horizontal(|ui| {
         ui.set_min_height(STATUS_HEIGHT);
         if let Some((_, done)) = panel.running {
-            ui.add(ProgressBar::new(done).desired_width(180.0).show_percentage()).accessible_name("Progress of the search");
-            return ui.button("Stop").on_hover_text("Stop the search; what it found stays").clicked();
+            ui.add(ProgressBar::new(done).desired_width(180.0).show_percentage()).accessible_name(text!("events-progress"));
+            return ui.button(text!("events-stop")).on_hover_text(text!("events-stop-hint")).clicked();
         }
         let (status, hint) = status_text(panel);
         ui.add(Label::new(RichText::new(status).weak()).truncate()).on_hover_text(hint);
@@ -225,14 +238,17 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
 
 /// The result of a search, and a hint.
 fn status_text(panel: &EventsPanel) -> (String, &'static str) {
-    let searched = panel.searched.as_deref().unwrap_or_default();
+    let searched = panel.searched.map_or(String::new(), |(backward, start)| {
+        let side = if backward { text!("events-before-date") } else { text!("events-after-date") };
+        format!("{side} {}", minute_text(start))
+    });
     match (&panel.failure, panel.rows.len()) {
-        (Some(why), _) => (why.clone(), "The theories of motion end there"),
-        (None, 0) if panel.kinds.contains(&true) => (format!("No event {searched}"), "Try a longer range or another kind"),
-        (None, 0) => ("Choose at least one kind of event.".into(), "The kinds are above"),
-        (None, 1) => (format!("1 event {searched}"), "Click it to show it"),
-        (None, MAX_ROWS) => (format!("The first {MAX_ROWS} events {searched}"), "Click one to show it"),
-        (None, n) => (format!("{n} events {searched}"), "Click one to show it"),
+        (Some(why), _) => (why.clone(), text!("events-end-hint")),
+        (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched), text!("events-none-hint")),
+        (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
+        (None, 1) => (text!("events-one", searched = searched), text!("events-one-hint")),
+        (None, MAX_ROWS) => (text!("events-most", MAX_ROWS = MAX_ROWS, searched = searched), text!("events-some-hint")),
+        (None, n) => (text!("events-some", n = n, searched = searched), text!("events-some-hint")),
     }
 }
 
@@ -250,7 +266,7 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     painter.text(corner, Align2::LEFT_TOP, &row.title, TextStyle::Body.resolve(ui.style()), title);
     let line = row.summary.replacen(" UTC", "", 1);
     painter.text(below, Align2::LEFT_TOP, line, TextStyle::Small.resolve(ui.style()), summary);
-    response.on_hover_text(format!("Show it: {}", row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
+    response.on_hover_text(text!("events-row-hint", summary = row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
 }
 
 fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
@@ -293,20 +309,20 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     let home = interface.information.home;
     let is_visible = interface.events.local.as_ref().and_then(|l| l.seen.as_ref()).and_then(|s| s.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {
-        let playback = icons::button(ui, Icon::Watch, "Watch it");
-        if ui.add(playback).on_hover_text("Run time through the event in half a minute").clicked() {
+        let playback = icons::button(ui, Icon::Watch, text!("events-watch"));
+        if ui.add(playback).on_hover_text(text!("events-watch-hint")).clicked() {
             let playback = event.playback();
             let view = best_view(interface, worker, event);
             actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
             actions.push(Action::RunAt(playback.rate));
             interface.events.playback = Some(playback);
         }
-        if ui.button("Greatest").on_hover_text("Show the moment of the greatest eclipse, from the best standpoint").clicked() {
+        if ui.button(text!("events-greatest")).on_hover_text(text!("events-greatest-hint")).clicked() {
             actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
         }
-        let from_home = icons::button(ui, Icon::Stand, "From this place");
+        let from_home = icons::button(ui, Icon::Stand, text!("events-from-place"));
         let can_see = is_visible.as_ref().is_some_and(|(_, visible)| *visible);
-        if ui.add_enabled(can_see, from_home).on_hover_text("See it from the place below, at its best moment there").clicked() {
+        if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
             let best = is_visible.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
             let altitude_deg = best.map_or(45.0, |l| l.altitude_deg);
             let place = crate::events::Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
@@ -337,7 +353,7 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     let seen = panel.local.as_ref().and_then(|l| l.seen.as_ref());
     let (lines, is_visible) = match seen {
         None => {
-            accessible::coming(ui, "computing the contacts");
+            accessible::coming(ui, text!("events-contacts-coming"));
             return;
         }
         Some(Err(why)) => {
@@ -347,23 +363,23 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         Some(Ok((lines, is_visible))) => (lines, *is_visible),
     };
     if !is_visible {
-        ui.colored_label(ui.visuals().warn_fg_color, "Not visible from this place.");
+        ui.colored_label(ui.visuals().warn_fg_color, text!("events-not-visible"));
     }
     Grid::new("contacts").num_columns(3).striped(true).show(ui, |ui| {
         if lines.is_empty() {
             for (name, time) in event.contacts() {
-                ui.label(*name);
-                ui.monospace(utc_day_second(*time));
+                ui.label(named("contact", name));
+                ui.monospace(month_day_second_text(*time));
                 ui.end_row();
             }
         }
         for line in lines {
-            ui.label(line.name);
-            ui.monospace(utc_day_second(line.time));
+            ui.label(named("contact", line.name));
+            ui.monospace(month_day_second_text(line.time));
             if line.is_up {
-                ui.label(format!("altitude {:.0}°", line.altitude_deg));
+                ui.label(text!("events-altitude", degrees = decimal(line.altitude_deg, 0)));
             } else {
-                ui.weak("below the horizon");
+                ui.weak(text!("events-below-horizon"));
             }
             ui.end_row();
         }

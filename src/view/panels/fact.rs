@@ -1,5 +1,7 @@
 //! One fact in a two-column grid: a label and its value in a monospaced font; large numbers with grouped digits.
 
+use crate::view::language::numbers::{group_mark, localised};
+
 pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.label(what);
     ui.add(egui::Label::new(egui::RichText::new(value.into()).monospace()).wrap());
@@ -9,7 +11,7 @@ pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
 /// A number with thousands separators.
 pub(super) fn grouped(value: f64, digits: usize) -> String {
     let text = format!("{:.digits$}", value.abs());
-    let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
+    let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, localised(format!(".{r}"))));
     let spaced: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|c| std::str::from_utf8(c).ok()).collect();
-    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, spaced.join(" "))
+    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, spaced.join(group_mark()))
 }

@@ -12,7 +12,11 @@ use crate::scene::BodyInView;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::view::app::place_text::place_degrees;
 use crate::view::app::settings::{Home, Settings, Unit};
+use crate::view::language::dates::instant_text;
+use crate::view::language::numbers::localised;
+use crate::view::language::{body_name, decimal, signed, text, translated};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
 
@@ -21,10 +25,10 @@ impl Unit {
 
     fn name(self) -> &'static str {
         match self {
-            Self::Kilometres => "km",
-            Self::AstronomicalUnits => "au",
-            Self::Miles => "miles",
-            Self::BodyRadii => "radii",
+            Self::Kilometres => text!("unit-km"),
+            Self::AstronomicalUnits => text!("unit-au"),
+            Self::Miles => text!("unit-miles"),
+            Self::BodyRadii => text!("unit-radii"),
         }
     }
 
@@ -83,9 +87,9 @@ impl InformationPanel {
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     ui.horizontal(|ui| {
-        ui.label("Units");
+        ui.label(text!("units"));
         for unit in Unit::ALL {
-            ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text("Unit of distances and sizes");
+            ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text(text!("units-hint"));
         }
     });
     if let Some(star) = interface.viewport.star {
@@ -99,7 +103,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let time = interface.viewer.view.time();
     let Some(body) = interface.viewport.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        ui.strong(&body.name);
+        ui.strong(body_name(&body.name));
         as_seen_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();
         sky_of_a_place(interface, ui, worker, &body, time);
@@ -110,9 +114,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 
 pub(super) fn degrees(value: f64) -> String {
     match value.abs() {
-        v if v >= 1.0 => format!("{value:.3}°"),
-        v if v >= 1.0 / 60.0 => format!("{:.2}′", value * 60.0),
-        _ => format!("{:.2}″", value * 3600.0),
+        v if v >= 1.0 => format!("{}°", decimal(value, 3)),
+        v if v >= 1.0 / 60.0 => format!("{}′", decimal(value * 60.0, 2)),
+        _ => format!("{}″", decimal(value * 3600.0, 2)),
     }
 }
 
@@ -120,32 +124,32 @@ pub(super) fn degrees(value: f64) -> String {
 fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
-        line(ui, "distance", unit.format_length(body.distance_km, radius_km));
-        line(ui, "light time", seconds(body.distance_km / SPEED_OF_LIGHT_KM_S));
-        line(ui, "angular diameter", degrees(body.angular_diameter_deg));
-        line(ui, "size on screen", format!("{:.1} px", body.diameter_px));
-        line(ui, "magnitude", body.magnitude.map_or("none".into(), |m| format!("{m:+.2}")));
+        line(ui, text!("fact-distance"), unit.format_length(body.distance_km, radius_km));
+        line(ui, text!("fact-light-time"), seconds(body.distance_km / SPEED_OF_LIGHT_KM_S));
+        line(ui, text!("fact-angular-diameter"), degrees(body.angular_diameter_deg));
+        line(ui, text!("fact-size-on-screen"), format!("{} px", decimal(body.diameter_px, 1)));
+        line(ui, text!("fact-magnitude"), body.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 2)));
         if body.id != NaifId::SUN {
-            line(ui, "phase angle", degrees(body.phase_angle_deg));
+            line(ui, text!("fact-phase-angle"), degrees(body.phase_angle_deg));
             let lit = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
-            line(ui, "illuminated", format!("{:.1} %", lit * 100.0));
+            line(ui, text!("fact-illuminated"), format!("{} %", decimal(lit * 100.0, 1)));
         }
         let point = |p: crate::scene::SubPoint| latitude_longitude(p.latitude_deg, p.longitude_deg);
-        line(ui, "sub-observer point", point(body.sub_viewer));
+        line(ui, text!("fact-sub-observer"), point(body.sub_viewer));
         if let Some(sun) = body.sub_solar {
-            line(ui, "sub-solar point", point(sun));
+            line(ui, text!("fact-sub-solar"), point(sun));
         }
-        line(ui, "equatorial radius", unit.format_length(radius_km, radius_km));
+        line(ui, text!("fact-equatorial-radius"), unit.format_length(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
-            line(ui, "geometric albedo", format!("{:.3}", known.geometric_albedo));
+            line(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
             for estimate in known.estimate_notes() {
-                line(ui, "estimate", estimate);
+                line(ui, text!("fact-estimate"), translated(&estimate));
             }
             for (file, how) in &body.invented {
-                line(ui, "invented map", format!("{file}: {how}"));
+                line(ui, text!("fact-invented-map"), format!("{file}: {}", translated(how)));
             }
             if let Some(air) = &known.atmosphere {
-                line(ui, "atmosphere", air.species.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", "));
+                line(ui, text!("fact-atmosphere"), air.species.iter().map(|s| translated(&s.name)).collect::<Vec<_>>().join(", "));
             }
         }
     });
@@ -153,16 +157,16 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog
 
 fn seconds(s: f64) -> String {
     match s {
-        s if s < 1.0 => format!("{:.1} ms", s * 1e3),
-        s if s < 120.0 => format!("{s:.1} s"),
-        s if s < 7200.0 => format!("{:.1} min", s / 60.0),
-        s => format!("{:.2} h", s / 3600.0),
+        s if s < 1.0 => format!("{} ms", decimal(s * 1e3, 1)),
+        s if s < 120.0 => format!("{} s", decimal(s, 1)),
+        s if s < 7200.0 => format!("{} min", decimal(s / 60.0, 1)),
+        s => format!("{} h", decimal(s / 3600.0, 2)),
     }
 }
 
 fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
-    ui.strong("From a place on Earth");
+    ui.strong(text!("place-heading"));
     place_fields(ui, panel);
     let inputs = ReportInputs {
         body: body.id,
@@ -178,29 +182,33 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         panel.pending = Some(ask(worker, move |session| report(session, inputs, time)));
     }
     let Some((_, report)) = panel.report.as_ref().filter(|(of, _)| of.body == body.id) else {
-        ui.weak("computing…");
+        ui.weak(text!("computing"));
         return;
     };
     Grid::new("from a place").num_columns(2).striped(true).show(ui, |ui| {
         if let Some(a) = &report.apparent {
-            line(ui, "right ascension", a.true_of_date.ra_text());
-            line(ui, "declination", a.true_of_date.dec_text());
-            line(ui, "source", source_text(a.source, a.error_arcsec));
+            line(ui, text!("fact-right-ascension"), localised(a.true_of_date.ra_text()));
+            line(ui, text!("fact-declination"), localised(a.true_of_date.dec_text()));
+            line(ui, text!("fact-source"), source_text(a.source, a.error_arcsec));
         }
         match &report.altitude_azimuth_deg {
             Some(Ok([altitude, azimuth])) => {
-                line(ui, "altitude", format!("{altitude:+.2}° (no refraction)"));
-                line(ui, "azimuth", format!("{azimuth:.2}°"));
+                line(ui, text!("fact-altitude"), text!("fact-altitude-value", altitude = signed(altitude, 2)));
+                line(ui, text!("fact-azimuth"), format!("{}°", decimal(azimuth, 2)));
             }
-            Some(Err(why)) => line(ui, "altitude", why.clone()),
+            Some(Err(why)) => line(ui, text!("fact-altitude"), why.clone()),
             None => {}
         }
         if let Some(Ok(day)) = &report.day {
-            let clock = |t: Option<Instant>, none: &str| t.map_or(none.to_owned(), |t| t.to_utc_iso());
-            let never = if day.up_at_start { "up all day" } else { "down all day" };
-            line(ui, "rise", clock(day.rise, never));
-            line(ui, "transit", day.transit.map_or("-".into(), |(t, deg)| format!("{}, altitude {deg:.1}°", t.to_utc_iso())));
-            line(ui, "set", clock(day.set, never));
+            let clock = |t: Option<Instant>, none: &str| t.map_or(none.to_owned(), instant_text);
+            let never = if day.up_at_start { text!("fact-up-all-day") } else { text!("fact-down-all-day") };
+            line(ui, text!("fact-rise"), clock(day.rise, never));
+            line(
+                ui,
+                text!("fact-transit"),
+                day.transit.map_or("-".into(), |(t, deg)| text!("fact-transit-value", time = instant_text(t), deg = decimal(deg, 1))),
+            );
+            line(ui, text!("fact-set"), clock(day.set, never));
         }
     });
     eclipse(ui, report);
@@ -209,14 +217,14 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
 /// The observer's place, shared by all panels that need one: a city, or degrees.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
-        let field = egui::TextEdit::singleline(&mut panel.city).hint_text("City").desired_width(110.0);
-        let response = ui.add(field).on_hover_text("Name of a city: Enter takes the first").accessible_name("City");
+        let field = egui::TextEdit::singleline(&mut panel.city).hint_text(text!("place-city")).desired_width(110.0);
+        let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
         let found = cities::named(&panel.city, CITIES);
         let is_chosen = |city: &City| panel.home == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
         let entered = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         let mut chosen = found.first().copied().filter(|_| entered);
         for city in found {
-            let hover = format!("{}, {}: tell events, rise and set for it", city.name, city.country);
+            let hover = text!("place-city-choose", city = city.name, country = city.country);
             if ui.selectable_label(is_chosen(city), city.name).on_hover_text(hover).clicked() {
                 chosen = Some(city);
             }
@@ -230,8 +238,8 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
         for (value, most, label, what) in [
-            (&mut home.latitude_deg, 90.0, "Latitude", "Latitude of the place, degrees north"),
-            (&mut home.longitude_deg, 180.0, "Longitude (E)", "Longitude of the place, degrees east"),
+            (&mut home.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
+            (&mut home.longitude_deg, 180.0, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
             accessible::number(ui, drag(value, -most..=most), what);
@@ -242,23 +250,23 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
 /// The solar eclipse of that day at the place, if any.
 fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     ui.add_space(6.0);
-    ui.strong("Solar eclipse today");
+    ui.strong(text!("eclipse-today"));
     match &report.passage {
         Ok(None) => {
-            ui.weak("none here");
+            ui.weak(text!("eclipse-none"));
         }
         Ok(Some(p)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
-                line(ui, "first contact", p.begins.to_utc_iso());
+                line(ui, text!("eclipse-first-contact"), instant_text(p.begins));
                 if let Some((second, third)) = p.inner {
-                    line(ui, "second contact", second.to_utc_iso());
-                    line(ui, "third contact", third.to_utc_iso());
+                    line(ui, text!("eclipse-second-contact"), instant_text(second));
+                    line(ui, text!("eclipse-third-contact"), instant_text(third));
                 }
-                line(ui, "greatest", p.greatest.to_utc_iso());
-                line(ui, "last contact", p.ends.to_utc_iso());
-                line(ui, "magnitude", format!("{:.4}", p.magnitude));
-                line(ui, "altitude of the Sun", format!("{:+.1}°", p.altitude_deg));
-                line(ui, "radii used", report.radii.clone());
+                line(ui, text!("eclipse-greatest"), instant_text(p.greatest));
+                line(ui, text!("eclipse-last-contact"), instant_text(p.ends));
+                line(ui, text!("fact-magnitude"), decimal(p.magnitude, 4));
+                line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(p.altitude_deg, 1)));
+                line(ui, text!("eclipse-radii"), translated(&report.radii));
             });
         }
         Err(why) => {
@@ -285,19 +293,18 @@ fn report(session: &Session, of: ReportInputs, time: Instant) -> SkyReport {
 
 /// `12.34° N, 56.78° E`.
 fn latitude_longitude(latitude_deg: f64, longitude_deg: f64) -> String {
-    let side = |deg: f64, positive, negative| format!("{:.2}° {}", deg.abs(), if deg < 0.0 { negative } else { positive });
-    format!("{}, {}", side(latitude_deg, 'N', 'S'), side(longitude_deg, 'E', 'W'))
+    place_degrees(latitude_deg, longitude_deg, 2)
 }
 
 /// `kernel (±0.017″)`.
 fn source_text(source: Source, error_arcsec: f64) -> String {
     let name = match source {
-        Source::Kernel => "kernel",
-        Source::Series => "series",
-        Source::Mean => "mean elements",
+        Source::Kernel => text!("source-kernel"),
+        Source::Series => text!("source-series"),
+        Source::Mean => text!("source-mean"),
     };
     let digits = if error_arcsec < 1.0 { 3 } else { 0 };
-    if error_arcsec.is_finite() { format!("{name} (±{error_arcsec:.digits$}″)") } else { name.to_owned() }
+    if error_arcsec.is_finite() { format!("{name} (±{}″)", decimal(error_arcsec, digits)) } else { name.to_owned() }
 }
 
 #[cfg(test)]

@@ -2,41 +2,44 @@
 
 use super::Interface;
 use crate::scene::request::Layers;
+use crate::view::language::numbers::typed_number;
+use crate::view::language::{plain, text, translated};
 use egui::Slider;
 
-/// Name of a layer, its label, and what it shows.
+/// Name of a layer, and the ids of its label and of what it shows.
 const SWITCHES: [(&str, &str, &str); 16] = [
-    ("stars", "Stars", "Stars, as far as the exposure shows them"),
-    ("milky-way", "Milky Way", "The Milky Way's diffuse light, as far as the exposure shows it"),
-    ("zodiacal-light", "Zodiacal light", "Sunlit dust between the planets, as far as the exposure shows it"),
-    ("star-names", "Star names", "Proper names of the stars that show"),
-    ("constellations", "Constellations", "Figures and names of the 88 constellations"),
-    ("boundaries", "Boundaries", "Borders between the constellations"),
-    ("grid-equatorial", "Equatorial grid", "Right ascension and declination, ICRF"),
-    ("grid-ecliptic", "Ecliptic grid", "Ecliptic longitude and latitude, J2000"),
-    ("grid-galactic", "Galactic grid", "Galactic longitude and latitude"),
-    ("grid-horizon", "Horizon grid", "Azimuth and altitude, when you stand on a surface"),
-    ("grid-body", "Body grid", "Longitude and planetographic latitude on the target"),
-    ("terminator", "Terminator", "Where the Sun rises and sets on the target"),
-    ("eclipse-path", "Eclipse path", "Umbra and penumbra on the target, and the path of the shadow over its ground"),
-    ("eclipse-cones", "Shadow cones", "Umbra and penumbra in space, of the target and of what stands before its Sun"),
-    ("instruments", "Instrument fields", "Fields of view of eyepieces, cameras and telescopes around the target"),
-    ("data", "Data layers", "Your points, lines and images: [[layer]] of a catalog, or a file dropped on the window"),
+    ("stars", "sky-stars", "sky-stars-hint"),
+    ("milky-way", "sky-milky-way", "sky-milky-way-hint"),
+    ("zodiacal-light", "sky-zodiacal-light", "sky-zodiacal-light-hint"),
+    ("star-names", "sky-star-names", "sky-star-names-hint"),
+    ("constellations", "sky-constellations", "sky-constellations-hint"),
+    ("boundaries", "sky-boundaries", "sky-boundaries-hint"),
+    ("grid-equatorial", "sky-grid-equatorial", "sky-grid-equatorial-hint"),
+    ("grid-ecliptic", "sky-grid-ecliptic", "sky-grid-ecliptic-hint"),
+    ("grid-galactic", "sky-grid-galactic", "sky-grid-galactic-hint"),
+    ("grid-horizon", "sky-grid-horizon", "sky-grid-horizon-hint"),
+    ("grid-body", "sky-grid-body", "sky-grid-body-hint"),
+    ("terminator", "sky-terminator", "sky-terminator-hint"),
+    ("eclipse-path", "sky-eclipse-path", "sky-eclipse-path-hint"),
+    ("eclipse-cones", "sky-eclipse-cones", "sky-eclipse-cones-hint"),
+    ("instruments", "sky-instruments", "sky-instruments-hint"),
+    ("data", "sky-data", "sky-data-hint"),
 ];
 
 /// The switches, and the brightening of stars and diffuse light.
 pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
     let decisions = interface.viewport.drawing.as_ref().map(|d| d.scene.sky.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;
-    egui::CollapsingHeader::new("Sky and lines").show(ui, |ui| {
+    egui::CollapsingHeader::new(text!("sky-heading")).show(ui, |ui| {
         for (name, title, hover) in SWITCHES {
             let Some(on) = view.layers.by_name(name) else { continue };
-            let why = decisions.iter().find(|d| d.feature == name).map_or_else(String::new, |d| format!("\n{}", d.description()));
-            ui.checkbox(on, title).on_hover_text(format!("{hover}{why}"));
+            let why =
+                decisions.iter().find(|d| d.feature == name).map_or_else(String::new, |d| format!("\n{}", translated(&d.description())));
+            ui.checkbox(on, plain(title)).on_hover_text(format!("{}{why}", plain(hover)));
         }
-        ui.add(Slider::new(&mut view.stars_boost, 0.0..=20.0).text("Faint light, stops"))
-            .on_hover_text("Brighten stars, Milky Way and zodiacal light, to show them beside a lit planet");
-        if ui.button("Reset layers").on_hover_text("Stars, Milky Way and zodiacal light as the exposure shows them; no lines").clicked() {
+        ui.add(Slider::new(&mut view.stars_boost, 0.0..=20.0).custom_parser(typed_number).text(text!("sky-faint-light")))
+            .on_hover_text(text!("sky-faint-light-hint"));
+        if ui.button(text!("sky-reset")).on_hover_text(text!("sky-reset-hint")).clicked() {
             (view.layers, view.stars_boost) = (Layers::default(), 0.0);
         }
     });

@@ -43,6 +43,8 @@ use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::{Settings, valid_width};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
+use crate::view::language::dates::{instant_text, minute_in_digits};
+use crate::view::language::{self, Language, text};
 use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
 use std::sync::Arc;
@@ -64,7 +66,8 @@ impl Tab {
     pub const ALL: [Self; 8] =
         [Self::Moments, Self::Events, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
 
-    pub fn title(self) -> &'static str {
+    /// As settings keep it.
+    fn name(self) -> &'static str {
         match self {
             Self::Moments => "Moments",
             Self::Events => "Events",
@@ -77,17 +80,30 @@ impl Tab {
         }
     }
 
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Moments => text!("tab-moments"),
+            Self::Events => text!("tab-events"),
+            Self::Effects => text!("tab-effects"),
+            Self::Shader => text!("tab-shader"),
+            Self::Compare => text!("tab-compare"),
+            Self::Information => text!("tab-information"),
+            Self::Performance => text!("tab-performance"),
+            Self::Share => text!("tab-share"),
+        }
+    }
+
     /// Explanation for the tooltip.
     fn about(self) -> &'static str {
         match self {
-            Self::Moments => "Well-known moments, one click away",
-            Self::Events => "Eclipses, transits and moons' events around the shown date",
-            Self::Effects => "What is drawn and why, exposure, quality, renderer",
-            Self::Shader => "The shader that draws the selected body",
-            Self::Compare => "Two ways to draw this view, side by side",
-            Self::Information => "Distances, sizes, rise and set of the selected body; facts about a clicked star",
-            Self::Performance => "Where the time of each frame goes",
-            Self::Share => "Links, images, bookmarks, appearance",
+            Self::Moments => text!("tab-moments-about"),
+            Self::Events => text!("tab-events-about"),
+            Self::Effects => text!("tab-effects-about"),
+            Self::Shader => text!("tab-shader-about"),
+            Self::Compare => text!("tab-compare-about"),
+            Self::Information => text!("tab-information-about"),
+            Self::Performance => text!("tab-performance-about"),
+            Self::Share => text!("tab-share-about"),
         }
     }
 
@@ -110,6 +126,8 @@ const MESSAGE_S: f64 = 20.0;
 pub struct Interface {
     pub viewer: Viewer,
     pub settings: Settings,
+    /// The language of all texts.
+    pub language: Language,
     /// The open panel, if any.
     pub tab: Option<Tab>,
     pub bodies_shown: bool,
@@ -128,6 +146,8 @@ pub struct Interface {
     pub warp: Option<Arc<WarpMesh>>,
     /// Opens file dialogs of the desktop, if available.
     pub file_dialog: Option<FileDialog>,
+    /// The language of the last frame.
+    spoken: Language,
     /// The context has the styles of both themes.
     is_styled: bool,
     /// A control has the keyboard focus.
@@ -168,7 +188,7 @@ impl Interface {
         Self {
             viewer,
             information: information::InformationPanel::with(&settings),
-            tab: Tab::ALL.into_iter().find(|tab| settings.panels.open.as_deref() == Some(tab.title())),
+            tab: Tab::ALL.into_iter().find(|tab| settings.panels.open.as_deref() == Some(tab.name())),
             bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
             effects_of_one: false,
@@ -184,6 +204,8 @@ impl Interface {
             message_shown: Default::default(),
             no_picture: None,
             session_messages: Arc::default(),
+            language: settings.language.unwrap_or_default(),
+            spoken: settings.language.unwrap_or_default(),
             settings,
             notice: None,
             browse: body_browser::BodyBrowser::default(),
@@ -209,6 +231,7 @@ impl Interface {
 
     /// One frame: advances time, receives pictures, shows panels, requests the next picture.
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+        self.speak(worker);
         let now_s = ui.input(|i| i.time);
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
@@ -277,13 +300,23 @@ impl Interface {
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
                 let view = self.viewer.destination().clone();
-                let name = format!("{} {}", self.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default());
+                let name = format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()));
                 self.settings.remember(name, view);
             }
             self.viewer.apply(action, height_px, &places);
         }
         self.request_image(ui.ctx(), worker, now_s);
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
+    }
+
+    /// Takes the window's language for this frame; after a change of it, texts that were made before are made anew.
+    fn speak(&mut self, worker: &dyn RenderWorker) {
+        language::set(self.language);
+        if std::mem::replace(&mut self.spoken, self.language) != self.language {
+            self.timeline = timeline::Timeline::default();
+            self.now = now::NowShowing::default();
+            self.events.rename(worker.session().catalog());
+        }
     }
 
     /// The list of bodies, and the open panel. Their widths are remembered as the user set them.
@@ -333,7 +366,7 @@ impl Interface {
             remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
         }
         self.settings.panels.bodies_shown = self.bodies_shown;
-        self.settings.panels.open = self.tab.map(|tab| tab.title().to_owned());
+        self.settings.panels.open = self.tab.map(|tab| tab.name().to_owned());
     }
 
     /// Records the time of the interface itself, including painting.
@@ -358,7 +391,7 @@ impl Interface {
     /// For the window's title bar.
     pub(crate) fn title(&self) -> String {
         let view = &self.viewer.view;
-        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), view.time().to_utc_iso(), self.viewer.time_rate.label())
+        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), instant_text(view.time()), self.viewer.time_rate.label())
     }
 
     /// The title for screen readers: without the time, whose every change would be announced.

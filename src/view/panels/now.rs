@@ -13,6 +13,7 @@ use crate::view::app::composition_state::CompositionState;
 use crate::view::app::now_showing::{NowItem, NowView};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
+use crate::view::language::text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Color32, Rect, RichText, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
 
@@ -119,11 +120,11 @@ pub(crate) fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWo
     area.fixed_pos(sky.center_bottom() - vec2(0.0, 10.0)).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.horizontal(|ui| {
-                ui.strong("What to see now");
-                ui.weak("also under Moments");
+                ui.strong(text!("now"));
+                ui.weak(text!("now-also"));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let hover = "Close; the Moments panel has them, too";
-                    closes = icons::bare(ui, Icon::Close, "Close what to see now").on_hover_text(hover).clicked();
+                    let hover = text!("now-close-hint");
+                    closes = icons::bare(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
                 });
             });
             ui.horizontal(|ui| closes |= row(interface, ui, worker, actions));

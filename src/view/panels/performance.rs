@@ -2,6 +2,7 @@
 
 use super::Interface;
 use crate::session::Stage;
+use crate::view::language::{decimal, named, text};
 use crate::view::worker::render_worker::RenderedView;
 use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
@@ -61,13 +62,16 @@ impl PerformancePanel {
 
 fn describe(frames: &VecDeque<Frame>) -> String {
     if frames.is_empty() {
-        return "no frame yet".into();
+        return text!("frames-none").into();
     }
     let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
     let most = frames.iter().map(|f| f.whole).fold(0.0, f64::max);
-    let stages: Vec<String> = FRAME_STAGES.iter().map(|s| format!("{} {:.1} ms", s.name(), mean(&|f| f.by_stage[*s as usize]))).collect();
+    let stages: Vec<String> = FRAME_STAGES
+        .iter()
+        .map(|s| format!("{} {} ms", named("stage", s.name()), decimal(mean(&|f| f.by_stage[*s as usize]), 1)))
+        .collect();
     let whole = mean(&|f| f.whole);
-    format!("{} frames: mean {whole:.1} ms, maximum {most:.1} ms; {}", frames.len(), stages.join(", "))
+    text!("frames-description", frames = frames.len(), whole = decimal(whole, 1), most = decimal(most, 1), stages = stages.join(", "))
 }
 
 /// Milliseconds by pass: on the GPU if it has timestamps, on the CPU in software.
@@ -91,17 +95,17 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
                 account.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
             for stage in FRAME_STAGES {
-                plot.line(Line::new(stage.name(), line(&|f| f.by_stage[stage as usize])));
+                plot.line(Line::new(named("stage", stage.name()), line(&|f| f.by_stage[stage as usize])));
             }
             // A pass that some frame lacks took no time in it.
             for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
                 let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
-                plot.line(Line::new(format!("pass {pass}"), line(&of)));
+                plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&of)));
             }
-            plot.line(Line::new("total", line(&|f| f.whole)));
+            plot.line(Line::new(text!("frames-total"), line(&|f| f.whole)));
         },
     );
-    plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Frame times"));
+    plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, text!("frames-plot")));
     // Not every platform announces the value of an image.
     ui.ctx().accesskit_node_builder(plot.response.id, |node| {
         node.set_value(description.clone());
@@ -117,35 +121,35 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.monospace(value);
             ui.end_row();
         };
-        line("renderer", drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
-        line("displayed via", if interface.on_gpu { "GPU" } else { "CPU" }.into());
-        line("image", format!("{}x{} px", drawing.width, drawing.height));
-        line("frame", format!("{:.1} ms", drawing.took_ms));
-        line("frame rate", format!("{:.1} per second", account.arrival_s.len() as f64 / RATE_INTERVAL_S));
+        line(text!("perf-renderer"), drawing.by.adapter.clone().unwrap_or_else(|| named("renderer", drawing.by.renderer).into()));
+        line(text!("perf-display"), if interface.on_gpu { "GPU" } else { "CPU" }.into());
+        line(text!("perf-image"), format!("{}x{} px", drawing.width, drawing.height));
+        line(text!("perf-frame"), format!("{} ms", decimal(drawing.took_ms, 1)));
+        line(text!("perf-frame-rate"), text!("perf-frame-rate-value", rate = decimal(account.arrival_s.len() as f64 / RATE_INTERVAL_S, 1)));
         for stage in FRAME_STAGES {
-            line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
+            line(named("stage", stage.name()), format!("{} ms", decimal(drawing.stages.spent(stage).as_secs_f64() * 1e3, 2)));
         }
         for (pass, ms) in passes_ms(drawing) {
-            line(&format!("pass {pass}"), format!("{ms:.2} ms"));
+            line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
         if let Some(timings) = &drawing.by.software {
-            line("triangles submitted", timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
-            line("triangles culled", timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
-            line("triangles clipped", timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
-            line("triangles shaded", timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
+            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
+            line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
+            line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
+            line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
         }
-        line("interface", format!("{:.2} ms", account.interface_ms));
-        line("draws", drawing.scene.draws.len().to_string());
-        line("points", drawing.scene.points.len().to_string());
+        line(text!("perf-interface"), format!("{} ms", decimal(account.interface_ms, 2)));
+        line(text!("perf-draws"), drawing.scene.draws.len().to_string());
+        line(text!("perf-points"), drawing.scene.points.len().to_string());
         let shown = drawing.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
-        line("bodies shown", format!("{shown} of {}", drawing.scene.bodies.len()));
+        line(text!("perf-bodies"), text!("perf-bodies-value", shown = shown, all = drawing.scene.bodies.len()));
         let library = &drawing.library;
-        line("shaders from memory", library.from_memory.to_string());
-        line("shaders from disk", format!("{} in {:.3} s", library.from_disk, library.reading_s));
-        line("shaders compiled", format!("{} in {:.3} s", library.emitted, library.emitting_s));
-        line("shaders written", format!("{} in {:.3} s", library.written, library.writing_s));
-        line("shaders repaired", library.healed.to_string());
-        line("memory", resident_mib().map_or("not available".into(), |m| format!("{m:.0} MiB")));
+        line(text!("perf-shaders-memory"), library.from_memory.to_string());
+        line(text!("perf-shaders-disk"), text!("perf-in-seconds", count = library.from_disk, seconds = decimal(library.reading_s, 3)));
+        line(text!("perf-shaders-compiled"), text!("perf-in-seconds", count = library.emitted, seconds = decimal(library.emitting_s, 3)));
+        line(text!("perf-shaders-written"), text!("perf-in-seconds", count = library.written, seconds = decimal(library.writing_s, 3)));
+        line(text!("perf-shaders-repaired"), library.healed.to_string());
+        line(text!("perf-memory"), resident_mib().map_or(text!("perf-not-available").into(), |m| format!("{m:.0} MiB")));
     };
     // A small window does not show all of it.
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

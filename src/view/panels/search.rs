@@ -11,6 +11,7 @@ use crate::view::app::places::SessionPositions;
 use crate::view::app::search::{Answer, Suggestion, feature_view, names, near_names, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
+use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
 use crate::wording::{did_you_mean, echo_within};
 use egui::text::{CCursor, CCursorRange};
@@ -52,11 +53,9 @@ fn select_all(ctx: &egui::Context, field: Id, text: &str) {
 
 /// The search field, with its suggestions or error.
 pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    let field = TextEdit::singleline(&mut interface.search.wanted).hint_text("Search (/)").desired_width(150.0);
-    let response = ui.add(field).on_hover_text(
-        "Bodies, stars, craters, cities, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)",
-    );
-    let response = response.accessible_name("Search");
+    let field = TextEdit::singleline(&mut interface.search.wanted).hint_text(text!("search-field-hint-text")).desired_width(150.0);
+    let response = ui.add(field).on_hover_text(text!("search-hint"));
+    let response = response.accessible_name(text!("search"));
     let is_wanted = std::mem::take(&mut interface.search.focus);
     if is_wanted {
         response.request_focus();
@@ -103,7 +102,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 fn not_found(interface: &Interface) -> String {
     let typed = interface.search.wanted.trim();
     let hint = did_you_mean(typed, names(&interface.viewer)).map_or(String::new(), |hint| format!("; {hint}"));
-    format!("Nothing is called “{}”{hint}", echo_within(typed, MAX_ECHO_CHARS))
+    text!("search-nothing", typed = echo_within(typed, MAX_ECHO_CHARS), hint = hint)
 }
 
 /// The list below the search field: suggestions, or the error and similar names.
@@ -131,7 +130,7 @@ fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::R
             for name in near {
                 let meant = suggestions(name, &interface.viewer, catalog, 1).into_iter().next();
                 if let Some(meant) = meant
-                    && ui.selectable_label(false, format!("Did you mean {name}?")).clicked()
+                    && ui.selectable_label(false, text!("search-did-you-mean", name = name)).clicked()
                 {
                     *chosen = Some(meant.answer);
                 }
@@ -165,7 +164,7 @@ fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: An
             // Events, rise and set, and the camera share one place.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
-            interface.message = format!("{}, {}: events, rise and set are told for this place from now on", city.name, city.country);
+            interface.message = text!("search-city-chosen", city = city.name, country = city.country);
         }
         Answer::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
@@ -185,7 +184,7 @@ fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: An
             let moment = catalog.moments().iter().find(|m| m.name == name);
             match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.viewer.view)) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
-                None => interface.message = format!("{name}: outside the range of the ephemeris"),
+                None => interface.message = text!("outside-ephemeris", name = name),
             }
         }
         Answer::Star(hip) => {
@@ -196,9 +195,7 @@ fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: An
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star = stars.place_of_hip(hip);
                 }
-                None => {
-                    interface.message = format!("HIP {hip}: outside the range of the ephemeris of {}", interface.viewer.name(NaifId::EARTH))
-                }
+                None => interface.message = text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH)),
             }
         }
     }

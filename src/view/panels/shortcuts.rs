@@ -3,39 +3,40 @@
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALES;
 use crate::view::app::viewer::Action;
+use crate::view::language::{plain, text};
 use egui::{Key, Modifiers, Popup};
 
-/// Keys and their effects, for the help window.
+/// Keys and their effects, for the help window, by the ids of their texts.
 const SHORTCUTS: &[(&str, &str)] = &[
-    ("Drag", "orbit the body; on its surface look around"),
-    ("Right drag, Shift+drag", "look around"),
-    ("Middle drag, [ and ]", "roll"),
-    ("Wheel, pinch, + and -", "zoom"),
-    ("Alt+wheel", "field of view: narrower, wider"),
-    ("Click", "select a body or a star"),
-    ("Ctrl+click, twice", "measure the angle between two places; Escape ends it"),
-    ("Double-click, g", "fly there"),
-    ("PageDown, PageUp", "next body, previous body"),
-    ("Arrows", "orbit"),
-    ("Home", "look at the body again and reset the roll"),
-    ("Backspace, Shift+Backspace", "previous view, next view"),
-    ("f", "rotate with the body, or not"),
-    ("/", "search for bodies, stars, dates, events, places or shader keys; set an effect such as +eclipse or -rings"),
-    ("Space", "pause"),
-    (". and ,", "time faster, slower"),
-    ("l and j", "time forward, backward"),
-    ("t", "current time, in real time"),
-    ("e and p", "next event of the chosen kind, the one before"),
-    ("i", "show the timeline; on it arrows move time and zoom"),
-    ("b, n, m, o, x", "show the list of bodies, names, markers, orbits, the outline"),
-    ("1 to 8", "panels: moments, events, effects, shader, compare, information, performance, share"),
-    ("Ctrl+S, Ctrl+C", "save an image, copy a link to the view"),
-    ("Tab", "next control"),
-    ("Escape", "leave the field, then close the menu, the measured angle, the panel, the full screen"),
-    ("Ctrl and +, - or 0", "larger text, smaller text, default size"),
-    ("F11", "full screen"),
-    ("?", "this help"),
-    ("Ctrl+Q", "quit"),
+    ("key-drag", "key-drag-does"),
+    ("key-look", "key-look-does"),
+    ("key-roll", "key-roll-does"),
+    ("key-zoom", "key-zoom-does"),
+    ("key-fov", "key-fov-does"),
+    ("key-click", "key-click-does"),
+    ("key-measure", "key-measure-does"),
+    ("key-fly", "key-fly-does"),
+    ("key-bodies", "key-bodies-does"),
+    ("key-arrows", "key-arrows-does"),
+    ("key-home", "key-home-does"),
+    ("key-history", "key-history-does"),
+    ("key-rotate", "key-rotate-does"),
+    ("key-search", "key-search-does"),
+    ("key-pause", "key-pause-does"),
+    ("key-speed", "key-speed-does"),
+    ("key-direction", "key-direction-does"),
+    ("key-now", "key-now-does"),
+    ("key-events", "key-events-does"),
+    ("key-timeline", "key-timeline-does"),
+    ("key-layers", "key-layers-does"),
+    ("key-panels", "key-panels-does"),
+    ("key-save", "key-save-does"),
+    ("key-tab", "key-tab-does"),
+    ("key-escape", "key-escape-does"),
+    ("key-text-size", "key-text-size-does"),
+    ("key-full-screen", "key-full-screen-does"),
+    ("key-help", "key-help-does"),
+    ("key-quit", "key-quit-does"),
 ];
 
 /// Rotation by an arrow key, as a drag in pixels.
@@ -107,7 +108,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
         ctx.copy_text(interface.viewer.shareable().to_link());
-        interface.message = "Link copied".into();
+        interface.message = text!("link-copied").into();
     }
     let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
     // egui closes an open menu by Escape itself; a focused control has lost the focus by now.
@@ -145,11 +146,11 @@ fn close_topmost(interface: &mut Interface) {
 }
 
 pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
-    egui::Window::new("Keys and mouse").open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
+    egui::Window::new(text!("help-title")).open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
         egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
             for (keys, does) in SHORTCUTS {
-                ui.strong(*keys);
-                ui.label(*does);
+                ui.strong(plain(keys));
+                ui.label(plain(does));
                 ui.end_row();
             }
         });

@@ -6,6 +6,8 @@ use crate::catalog::NaifId;
 use crate::scene::request::Projection;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG};
 use crate::view::app::viewer::Action;
+use crate::view::language::numbers::typed_number;
+use crate::view::language::{body_name, text};
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
 /// A place being chosen, degrees.
@@ -20,69 +22,69 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     let name = interface.viewer.name(selected).to_owned();
     ui.horizontal_wrapped(|ui| {
         let [fly, look, level] =
-            [(Icon::Fly, "Fly"), (Icon::LookAt, "Look at"), (Icon::Level, "Reset roll")].map(|(icon, word)| icons::button(ui, icon, word));
-        if ui.add(fly).on_hover_text(format!("Fly to {name} (g)")).clicked() {
+            [(Icon::Fly, text!("camera-fly")), (Icon::LookAt, text!("camera-look-at")), (Icon::Level, text!("camera-level"))]
+                .map(|(icon, word)| icons::button(ui, icon, word));
+        if ui.add(fly).on_hover_text(text!("camera-fly-hint", name = name)).clicked() {
             actions.push(Action::FlyTo(selected));
         }
-        if ui.add(look).on_hover_text(format!("Look at {name} from here")).clicked() {
+        if ui.add(look).on_hover_text(text!("camera-look-at-hint", name = name)).clicked() {
             actions.push(Action::LookAt(selected));
         }
-        if ui.add(level).on_hover_text("Look at the body again, north up (Home)").clicked() {
+        if ui.add(level).on_hover_text(text!("camera-level-hint")).clicked() {
             actions.push(Action::FaceSelected);
         }
     });
     from_another(interface, ui, selected, actions);
     let standpoint = &mut interface.standpoint;
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
-        for (label, value, most) in
-            [("Latitude", &mut standpoint.latitude_deg, 90.0), ("Longitude (E)", &mut standpoint.longitude_deg, 180.0)]
-        {
+        for (label, value, most) in [
+            (text!("camera-latitude"), &mut standpoint.latitude_deg, 90.0),
+            (text!("camera-longitude"), &mut standpoint.longitude_deg, 180.0),
+        ] {
             ui.label(label);
             let field = DragValue::new(value).range(-most..=most).speed(0.2).suffix("°");
-            accessible::number(ui, field, &format!("{label}, degrees"));
+            accessible::number(ui, field, &text!("camera-degrees", label = label));
             ui.end_row();
         }
     });
-    let stand = icons::button(ui, Icon::Stand, "Stand on surface");
-    if ui.add(stand).on_hover_text(format!("Stand on the surface of {name} at this place")).clicked() {
+    let stand = icons::button(ui, Icon::Stand, text!("camera-stand"));
+    if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(standpoint.latitude_deg, standpoint.longitude_deg));
     }
     let (orbits, mut fixed) = match interface.viewer.view.eye {
         CameraPose::Orbit { fixed, .. } => (true, fixed),
         _ => (false, false),
     };
-    let turn = ui.add_enabled(orbits, Checkbox::new(&mut fixed, "Rotate with body"));
-    if turn.on_hover_text("Body-fixed frame in place of an inertial one (f)").clicked() {
+    let turn = ui.add_enabled(orbits, Checkbox::new(&mut fixed, text!("camera-rotate")));
+    if turn.on_hover_text(text!("camera-rotate-hint")).clicked() {
         actions.push(Action::RotateWithBody(fixed));
     }
     let mut tracks = interface.viewer.view.tracks;
-    if ui.checkbox(&mut tracks, "Follow target").on_hover_text("Keep the camera pointed at the target").clicked() {
+    if ui.checkbox(&mut tracks, text!("camera-follow")).on_hover_text(text!("camera-follow-hint")).clicked() {
         actions.push(Action::Track(tracks));
     }
     let view = &mut interface.viewer.view;
     // A fisheye's angle stands with its other controls; a whole sphere has none.
     let perspective = view.composition.projection == Projection::Perspective;
-    let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).logarithmic(true).suffix("°");
-    ui.add_enabled(perspective, fov)
-        .on_hover_text("Vertical field of view, degrees")
-        .on_disabled_hover_text("Of a perspective picture only");
+    let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).custom_parser(typed_number).logarithmic(true).suffix("°");
+    ui.add_enabled(perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
 }
 
 /// Views the selected body from the centre of another.
 fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
     let now = match interface.viewer.view.eye {
         CameraPose::Centre { body } => interface.viewer.name(body),
-        _ => "choose a body",
+        _ => text!("camera-choose-body"),
     };
     ui.horizontal(|ui| {
-        ui.label("View from");
+        ui.label(text!("camera-view-from"));
         let list = ComboBox::from_id_salt("view from").selected_text(now).width(70.0).truncate().show_ui(ui, |ui| {
             for body in interface.viewer.subjects().iter().filter(|b| b.id != selected) {
-                if ui.selectable_label(false, format!("Centre of {}", body.name)).clicked() {
+                if ui.selectable_label(false, text!("camera-centre-of", body = body_name(&body.name))).clicked() {
                     actions.push(Action::LookFrom(body.id));
                 }
             }
         });
-        list.response.on_hover_text("See the selected body from the centre of another").accessible_name("View from");
+        list.response.on_hover_text(text!("camera-view-from-hint")).accessible_name(text!("camera-view-from"));
     });
 }

@@ -6,6 +6,8 @@ use crate::ephemeris::apparent::RaDec;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::scene::sky::temperature_k;
 use crate::units::RAD_PER_ARCSEC;
+use crate::view::language::numbers::localised;
+use crate::view::language::{decimal, signed, text};
 use egui::Grid;
 use glam::DVec3;
 
@@ -18,31 +20,37 @@ const MIN_PARALLAX_MAS: f64 = 1.0;
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
-        (None, 0) => "Star without a Hipparcos number".into(),
+        (None, 0) => text!("star-unnumbered").into(),
         (None, hip) => format!("HIP {hip}"),
     }
 }
 
 /// Name and brightness in a line.
 pub(super) fn title(star: &Star) -> String {
-    format!("{}, magnitude {:.2}", name(star), star.v_magnitude)
+    text!("star-title", star = name(star), magnitude = decimal(star.v_magnitude, 2))
 }
 
 /// Each fact with its label. `years`: from the catalogue's epoch to the displayed time.
 fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
-    let mut facts = vec![("magnitude V", format!("{:+.2}", star.v_magnitude))];
+    let mut facts = vec![(text!("star-magnitude-v"), signed(star.v_magnitude, 2))];
     if let Some(b_v) = star.b_v {
-        facts.push(("colour index B-V", format!("{b_v:+.3}")));
-        facts.push(("temperature", format!("about {:.0} K (from B-V)", (temperature_k(f64::from(b_v)) / 50.0).round() * 50.0)));
+        facts.push((text!("star-colour-index"), signed(b_v, 3)));
+        facts.push((
+            text!("star-temperature"),
+            text!("star-temperature-value", kelvin = decimal((temperature_k(f64::from(b_v)) / 50.0).round() * 50.0, 0)),
+        ));
     }
     let parallax_mas = star.parallax_rad / RAD_PER_ARCSEC * 1e3;
     if parallax_mas >= MIN_PARALLAX_MAS {
         let parsecs = 1e3 / parallax_mas;
-        facts.push(("parallax", format!("{parallax_mas:.2} mas")));
-        facts.push(("distance", format!("{:.1} light years ({parsecs:.1} pc)", parsecs * LIGHT_YEARS_PER_PARSEC)));
-        facts.push(("absolute magnitude", format!("{:+.2}", f64::from(star.v_magnitude) + 5.0 - 5.0 * parsecs.log10())));
+        facts.push((text!("star-parallax"), format!("{} mas", decimal(parallax_mas, 2))));
+        facts.push((
+            text!("fact-distance"),
+            text!("star-distance", years = decimal(parsecs * LIGHT_YEARS_PER_PARSEC, 1), parsecs = decimal(parsecs, 1)),
+        ));
+        facts.push((text!("star-absolute-magnitude"), signed(f64::from(star.v_magnitude) + 5.0 - 5.0 * parsecs.log10(), 2)));
     } else {
-        facts.push(("distance", "too far to tell by its parallax".into()));
+        facts.push((text!("fact-distance"), text!("star-too-far").into()));
     }
     // Directions of north and east at the star.
     let east = DVec3::Z.cross(star.direction).normalize_or_zero();
@@ -50,10 +58,13 @@ fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     let mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
     let (to_east, to_north) = (mas(east), mas(north));
     let angle_deg = to_east.atan2(to_north).to_degrees().rem_euclid(360.0);
-    facts.push(("proper motion", format!("{:.1} mas a year towards {angle_deg:.0}° (north 0°, east 90°)", to_east.hypot(to_north))));
+    facts.push((
+        text!("star-proper-motion"),
+        text!("star-proper-motion-value", mas = decimal(to_east.hypot(to_north), 1), angle_deg = decimal(angle_deg, 0)),
+    ));
     let place = RaDec::of(star_from_viewer(star, years, DVec3::ZERO));
-    facts.push(("right ascension", format!("{} (ICRS, at this date)", place.ra_text())));
-    facts.push(("declination", place.dec_text()));
+    facts.push((text!("fact-right-ascension"), text!("star-right-ascension-value", angle = localised(place.ra_text()))));
+    facts.push((text!("fact-declination"), localised(place.dec_text())));
     facts
 }
 

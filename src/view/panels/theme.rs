@@ -4,6 +4,8 @@
 //! measures it on the painted output. Not here: colours over the picture (`scene::marks`) and of source code (`shader::text`).
 
 use super::icons;
+use crate::view::language::numbers::field_text;
+use egui::style::NumberFormatter;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
 /// Text sizes in points, from captions to headings.
@@ -32,6 +34,7 @@ fn style(theme: Theme) -> Style {
         (TextStyle::Monospace, FontId::new(BODY, FontFamily::Monospace)),
     ]
     .into();
+    style.number_formatter = NumberFormatter::new(field_text);
     style.spacing.item_spacing = vec2(8.0, 4.0);
     style.spacing.button_padding = vec2(6.0, 2.0);
     style

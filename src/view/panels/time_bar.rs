@@ -10,6 +10,8 @@ use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, speed_text};
 use crate::view::app::viewer::Action;
+use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
+use crate::view::language::{plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -37,8 +39,9 @@ impl Default for TimeBar {
     }
 }
 
-/// Time steps of the buttons: seconds and name.
-const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (SECONDS_PER_DAY, "d"), (365.25 * SECONDS_PER_DAY, "yr")];
+/// Time steps of the buttons: seconds, and the id of the unit.
+const STEPS: [(f64, &str); 4] =
+    [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (365.25 * SECONDS_PER_DAY, "step-year")];
 /// Length of the search for the next event, and least distance from the displayed time, seconds: the displayed event is not the next.
 const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
 const EVENT_GAP_S: f64 = 60.0;
@@ -47,23 +50,23 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     ui.horizontal_wrapped(|ui| {
         entry(interface, ui, actions);
         calendar_button(interface, ui, actions);
-        let now = icons::button(ui, Icon::Now, "Now");
-        if ui.add(now).on_hover_text("Current time, in real time (t)").clicked() {
+        let now = icons::button(ui, Icon::Now, text!("time-now"));
+        if ui.add(now).on_hover_text(text!("time-now-hint")).clicked() {
             actions.push(Action::Now);
         }
         ui.separator();
         rate(interface, ui, actions);
         ui.separator();
-        caption(ui, "Step");
-        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{name}")));
-        let on = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{name}")));
+        caption(ui, text!("time-step"));
+        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", plain(name))));
+        let on = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", plain(name))));
         for (seconds, name) in back.chain(on) {
-            if ui.small_button(&name).on_hover_text(format!("Step time by {name}")).clicked() {
+            if ui.small_button(&name).on_hover_text(text!("time-step-hint", name = name)).clicked() {
                 actions.push(Action::Step(seconds));
             }
         }
         let shown = &mut interface.settings.panels.timeline_shown;
-        ui.toggle_value(shown, "Timeline").on_hover_text("Show the dates around the shown time, with their events (i)");
+        ui.toggle_value(shown, text!("timeline")).on_hover_text(text!("timeline-hint"));
     });
     ui.horizontal(|ui| {
         neighbours(interface, ui, worker, actions);
@@ -77,10 +80,10 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
 fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
     let clock = interface.settings.clock;
-    let shown = clock.shown(time).map_or_else(|| time.to_utc_iso(), civil_text);
+    let shown = clock.shown(time).map_or_else(|| instant_text(time), civil_text);
     let mut text = interface.clock.typed.clone().unwrap_or_else(|| shown.clone());
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(140.0));
-    let response = response.on_hover_text("Date and time, such as 8 April 2024 18:17, 2024-04-08 or now").accessible_name("Date and time");
+    let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
     if response.has_focus() && (interface.clock.typed.is_some() || text != shown) {
         interface.clock.typed = Some(text.clone());
     }
@@ -89,19 +92,14 @@ fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
         if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
             match typed_time(&typed, clock, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
-                None => {
-                    interface.message = format!(
-                        "“{}” is no date: write 8 April 2024, 2024-04-08 18:17 or now",
-                        crate::wording::echo_within(typed.trim(), 60)
-                    )
-                }
+                None => interface.message = text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), 60)),
             }
         }
     }
     let other = if clock == Clock::Utc { Clock::Local } else { Clock::Utc };
     let name = clock.name(time);
-    let tip = "Show and type times in UTC or in the time zone of this computer";
-    if ui.button(&name).on_hover_text(tip).accessible_name(format!("Time zone: {name}")).clicked() {
+    let tip = text!("time-zone-hint");
+    if ui.button(&name).on_hover_text(tip).accessible_name(text!("time-zone", name = name)).clicked() {
         interface.settings.clock = other;
     }
 }
@@ -115,16 +113,16 @@ fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
 }
 
 fn civil_text(civil: NaiveDateTime) -> String {
-    civil.format("%Y-%m-%d %H:%M:%S").to_string()
+    format!("{} {}", date_in_digits(&civil.format("%Y-%m-%d").to_string()), civil.format("%H:%M:%S"))
 }
 
 fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let clock = interface.settings.clock;
     let Some(civil) = clock.shown(interface.viewer.view.time()) else { return };
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
-    let button = icons::button(ui, Icon::Calendar, "Calendar");
+    let button = icons::button(ui, Icon::Calendar, text!("calendar"));
     let (button, content) = MenuButton::from_button(button).config(stays).ui(ui, |ui| calendar(&mut interface.clock, ui, civil));
-    button.on_hover_text("Choose a day from a calendar, and the time of day");
+    button.on_hover_text(text!("calendar-hint"));
     let Some(content) = content else {
         interface.clock.month = None;
         return;
@@ -143,17 +141,25 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         let step = |ui: &mut egui::Ui, icon: Icon, name: &str, to: Option<NaiveDate>| {
             if icons::bare(ui, icon, name).on_hover_text(name).clicked() { to } else { None }
         };
-        let earlier = step(ui, Icon::Previous, "Previous month", month.checked_sub_months(Months::new(1)));
-        ui.strong(month.format("%B").to_string());
+        let earlier = step(ui, Icon::Previous, text!("calendar-previous"), month.checked_sub_months(Months::new(1)));
+        ui.strong(month_name(month));
         let mut year = month.year();
         let field = DragValue::new(&mut year).range(-9999..=9999).speed(0.2).custom_formatter(|year, _| format!("{year:.0}"));
-        accessible::number(ui, field, "Year");
-        let later = step(ui, Icon::Next, "Next month", month.checked_add_months(Months::new(1)));
+        accessible::number(ui, field, text!("calendar-year"));
+        let later = step(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
     let first = month.checked_sub_days(Days::new(month.weekday().num_days_from_monday().into()))?;
     Grid::new("days of the month").num_columns(7).spacing([2.0, 2.0]).show(ui, |ui| {
-        for name in ["Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"] {
+        for name in [
+            text!("weekday-1"),
+            text!("weekday-2"),
+            text!("weekday-3"),
+            text!("weekday-4"),
+            text!("weekday-5"),
+            text!("weekday-6"),
+            text!("weekday-7"),
+        ] {
             ui.weak(name);
         }
         ui.end_row();
@@ -163,8 +169,8 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             let text = if day.month() == month.month() { text } else { text.weak() };
             if ui
                 .add(Button::selectable(is_shown, text))
-                .on_hover_text("Go to this day")
-                .accessible_name(day.format("%-d %B %Y").to_string())
+                .on_hover_text(text!("calendar-day-hint"))
+                .accessible_name(long_date(day))
                 .clicked()
             {
                 chosen = Some(day.and_time(civil.time()));
@@ -176,7 +182,11 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
     });
     ui.horizontal(|ui| {
         let (mut hour, mut minute, mut second) = (civil.hour(), civil.minute(), civil.second());
-        for (value, most, name) in [(&mut hour, 23, "Hour"), (&mut minute, 59, "Minute"), (&mut second, 59, "Second")] {
+        for (value, most, name) in [
+            (&mut hour, 23, text!("calendar-hour")),
+            (&mut minute, 59, text!("calendar-minute")),
+            (&mut second, 59, text!("calendar-second")),
+        ] {
             accessible::number(ui, DragValue::new(value).range(0..=most).custom_formatter(|v, _| format!("{v:02.0}")), name);
         }
         let time =
@@ -192,23 +202,23 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let paused = time_rate.is_paused();
     let backward = time_rate.rate() < 0.0;
     for (icon, name, tip, on, action) in [
-        (Icon::Reverse, "Reverse", "Run time backward (j)", backward, Action::Backward),
-        (Icon::Pause, "Pause", "Pause (Space)", paused, Action::TogglePause),
-        (Icon::Play, "Play", "Run time forward (l)", !paused && !backward, Action::Forward),
+        (Icon::Reverse, text!("time-reverse"), text!("time-reverse-hint"), backward, Action::Backward),
+        (Icon::Pause, text!("time-pause"), text!("time-pause-hint"), paused, Action::TogglePause),
+        (Icon::Play, text!("time-play"), text!("time-play-hint"), !paused && !backward, Action::Forward),
     ] {
         if icons::selectable(ui, icon, on, name).on_hover_text(tip).clicked() {
             actions.push(action);
         }
     }
-    caption(ui, "Rate");
+    caption(ui, text!("time-rate-caption"));
     let mut speed = time_rate.speed();
     let slider = Slider::new(&mut speed, MIN_SPEED..=MAX_SPEED).logarithmic(true).show_value(false);
-    let slider = ui.add(slider).on_hover_text("Rate of time: from real time to a year a second (, and .)").accessible_name("Rate of time");
+    let slider = ui.add(slider).on_hover_text(text!("time-rate-hint")).accessible_name(text!("time-rate"));
     if slider.changed() {
         actions.push(Action::SetSpeed(speed));
     }
     // As wide as the longest text, so that nothing beside it moves.
-    let text = if paused { format!("paused ({})", speed_text(speed)) } else { time_rate.label() };
+    let text = if paused { text!("time-paused-at", speed = speed_text(speed)) } else { time_rate.label() };
     let size = [100.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }
@@ -219,17 +229,17 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
         interface.clock.coming = None;
         match found {
             Ok(Some(event)) => events::show(interface, worker, Arc::new(event), actions),
-            Ok(None) => interface.message = format!("{}: none within 130 years", interface.clock.kind.name()),
+            Ok(None) => interface.message = text!("event-none-near", kind = interface.clock.kind.name()),
             Err(why) => interface.message = why,
         }
     }
     let kind = interface.clock.kind;
     let mut backward = None;
     let look = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
-        icons::bare(ui, icon, name).on_hover_text(format!("{name}: {} ({key})", kind.name())).clicked()
+        icons::bare(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
     let [before, after] = std::mem::take(&mut interface.clock.wants);
-    if look(ui, Icon::Previous, "Previous event", "p") || before {
+    if look(ui, Icon::Previous, text!("event-previous"), "p") || before {
         backward = Some(true);
     }
     let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(100.0).show_ui(ui, |ui| {
@@ -237,8 +247,8 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
             ui.selectable_value(&mut interface.clock.kind, kind, kind.name());
         }
     });
-    list.response.on_hover_text("Which events the buttons beside go to").accessible_name("Kind of event");
-    if look(ui, Icon::Next, "Next event", "e") || after {
+    list.response.on_hover_text(text!("event-kind-hint")).accessible_name(text!("event-kind"));
+    if look(ui, Icon::Next, text!("event-next"), "e") || after {
         backward = Some(false);
     }
     if let Some(backward) = backward {
@@ -249,7 +259,7 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
             Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| e.to_string())));
     }
     if interface.clock.coming.is_some() {
-        accessible::coming(ui, "looking for the event");
+        accessible::coming(ui, text!("event-looking"));
     }
 }
 

@@ -9,9 +9,10 @@ use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::event_search::{EventKind, SkyEvent};
 use crate::view::app::known_events::{KnownEvent, KnownEvents, NextSearch};
-use crate::view::app::time_text::utc_minute;
 use crate::view::app::timeline::{TimeAxis, span_text, usable_span_s, zoomed_span_s};
 use crate::view::app::viewer::Action;
+use crate::view::language::dates::minute_text;
+use crate::view::language::text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Color32, EventFilter, Key, Rect, Response, Sense, Stroke, TextStyle, Ui, pos2, vec2};
 use std::sync::Arc;
@@ -82,10 +83,10 @@ impl EventTrack {
 pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
     let mut notches = 0.0;
-    if icons::bare(ui, Icon::Minus, "Longer timeline").on_hover_text("Show a longer time (wheel, arrow down)").clicked() {
+    if icons::bare(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {
         notches = -2.0;
     }
-    if icons::bare(ui, Icon::Plus, "Shorter timeline").on_hover_text("Show a shorter time (wheel, arrow up)").clicked() {
+    if icons::bare(ui, Icon::Plus, text!("timeline-shorter")).on_hover_text(text!("timeline-shorter-hint")).clicked() {
         notches = 2.0;
     }
     let size = [64.0, ui.spacing().interact_size.y];
@@ -170,20 +171,20 @@ fn announce(interface: &Interface, response: &Response) {
     let time = interface.viewer.view.time();
     let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
     response.widget_info(|| egui::WidgetInfo {
-        current_text_value: Some(utc_minute(time)),
-        ..egui::WidgetInfo::slider(true, minutes * 60.0 / SECONDS_PER_DAY, "Timeline")
+        current_text_value: Some(minute_text(time)),
+        ..egui::WidgetInfo::slider(true, minutes * 60.0 / SECONDS_PER_DAY, text!("timeline"))
     });
 }
 
 /// The tooltip of the event or date under the pointer.
 fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis) -> Response {
     let Some(at) = response.hover_pos() else {
-        return response.on_hover_text("Drag to move time, scroll to zoom, click an event to show it");
+        return response.on_hover_text(text!("timeline-drag-hint"));
     };
     let points = f64::from(at.x - rect.left());
     let said = match event_at(interface, axis, points) {
         Some(event) => format!("{}\n{}", event.title, event.event.summary()),
-        None => utc_minute(Instant::from_tdb_seconds_past_j2000(axis.time_s(points))),
+        None => minute_text(Instant::from_tdb_seconds_past_j2000(axis.time_s(points))),
     };
     response.on_hover_text_at_pointer(said)
 }

@@ -5,6 +5,7 @@
 use super::icons::{self, Icon};
 use super::{Interface, Tab, search};
 use crate::view::app::viewer::Action;
+use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{PopupCloseBehavior, Ui};
@@ -29,13 +30,13 @@ impl Tab {
 
 pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
-        caption(ui, "Explore");
-        icons::toggle(ui, Icon::Bodies, &mut interface.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
+        caption(ui, text!("bar-explore"));
+        icons::toggle(ui, Icon::Bodies, &mut interface.bodies_shown, text!("bar-bodies")).on_hover_text(text!("bar-bodies-hint"));
         search::field(interface, ui, worker, actions);
         let can_go = [interface.viewer.has_previous_view(), interface.viewer.has_next_view()];
         for (can_go, icon, name, hover, action) in [
-            (can_go[0], Icon::Back, "Back", "Previous view (Backspace)", Action::PreviousView),
-            (can_go[1], Icon::Forward, "Forward", "Next view (Shift+Backspace)", Action::NextView),
+            (can_go[0], Icon::Back, text!("bar-back"), text!("bar-back-hint"), Action::PreviousView),
+            (can_go[1], Icon::Forward, text!("bar-forward"), text!("bar-forward-hint"), Action::NextView),
         ] {
             let button = ui.add_enabled_ui(can_go, |ui| icons::bare(ui, icon, name)).inner;
             if button.on_hover_text(hover).clicked() {
@@ -44,15 +45,15 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
         }
         tabs(interface, ui, &[Tab::Moments, Tab::Events]);
         ui.separator();
-        caption(ui, "See");
+        caption(ui, text!("bar-see"));
         tabs(interface, ui, &[Tab::Effects]);
         layers_menu(interface, ui);
         ui.separator();
-        caption(ui, "Understand");
+        caption(ui, text!("bar-understand"));
         tabs(interface, ui, &[Tab::Information, Tab::Shader, Tab::Compare, Tab::Performance]);
         ui.separator();
         tabs(interface, ui, &[Tab::Share]);
-        icons::toggle(ui, Icon::Help, &mut interface.help_shown, "Help").on_hover_text("Keyboard and mouse help (?)");
+        icons::toggle(ui, Icon::Help, &mut interface.help_shown, text!("bar-help")).on_hover_text(text!("bar-help-hint"));
     });
 }
 
@@ -62,7 +63,7 @@ fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
         let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |at| at + 1);
         let is_open = interface.tab == Some(*tab);
         let button = icons::selectable(ui, tab.icon(), is_open, tab.title());
-        if button.on_hover_text(format!("{} ({key})", tab.about())).clicked() {
+        if button.on_hover_text(text!("bar-tab-hint", about = tab.about(), key = key)).clicked() {
             interface.tab = (!is_open).then_some(*tab);
         }
     }
@@ -71,27 +72,27 @@ fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
 /// A menu of switches that stays open while they are pressed.
 fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
-    let button = icons::button(ui, Icon::Layers, "Layers");
+    let button = icons::button(ui, Icon::Layers, text!("bar-layers"));
     let (button, _) = MenuButton::from_button(button).config(stays).ui(ui, |ui| layers(interface, ui));
-    button.on_hover_text("Names, markers, orbits, outline (n, m, o, x)");
+    button.on_hover_text(text!("bar-layers-hint"));
 }
 
 /// Switches of everything besides the bodies.
 fn layers(interface: &mut Interface, ui: &mut Ui) {
     let settings = &mut interface.settings;
-    ui.toggle_value(&mut settings.names, "Names").on_hover_text("Label bodies with their names (n)");
-    ui.toggle_value(&mut settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
-    ui.toggle_value(&mut interface.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
-    ui.toggle_value(&mut settings.outline, "Outline").on_hover_text("Outline the selected body, unless it is the target (x)");
+    ui.toggle_value(&mut settings.names, text!("layer-names")).on_hover_text(text!("layer-names-hint"));
+    ui.toggle_value(&mut settings.markers, text!("layer-markers")).on_hover_text(text!("layer-markers-hint"));
+    ui.toggle_value(&mut interface.viewer.view.orbits, text!("layer-orbits")).on_hover_text(text!("layer-orbits-hint"));
+    ui.toggle_value(&mut settings.outline, text!("layer-outline")).on_hover_text(text!("layer-outline-hint"));
     let layers = &mut interface.viewer.view.layers;
     for (shown, name, about) in [
-        (&mut layers.traces, "Traces", "Show where bodies have been, as seen from the target"),
-        (&mut layers.minor_planets, "Minor planets", "Show minor planets, marked where they are too faint"),
-        (&mut layers.comets, "Comets", "Show comets and their tails"),
-        (&mut layers.features, "Features", "Name craters, mountains and landing sites of bodies that are large enough"),
-        (&mut layers.caption, "Caption", "Write body, date, standpoint and field of view into the picture"),
-        (&mut layers.scale_bar, "Scale", "Show a scale bar: a length at the target's distance, or an angle"),
-        (&mut layers.compass, "Compass", "Show where the target's north is"),
+        (&mut layers.traces, text!("layer-traces"), text!("layer-traces-hint")),
+        (&mut layers.minor_planets, text!("layer-minor-planets"), text!("layer-minor-planets-hint")),
+        (&mut layers.comets, text!("layer-comets"), text!("layer-comets-hint")),
+        (&mut layers.features, text!("layer-features"), text!("layer-features-hint")),
+        (&mut layers.caption, text!("layer-caption"), text!("layer-caption-hint")),
+        (&mut layers.scale_bar, text!("layer-scale"), text!("layer-scale-hint")),
+        (&mut layers.compass, text!("layer-compass"), text!("layer-compass-hint")),
     ] {
         ui.toggle_value(shown, name).on_hover_text(about);
     }

@@ -10,6 +10,7 @@ use crate::session::Session;
 use crate::view::app::tour::{MAX_BYTES, Tour};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
+use crate::view::language::{text, translated};
 use crate::wording::echo;
 use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
 use std::path::Path;
@@ -105,32 +106,38 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
     place.fixed_pos(sky.center_bottom() - Vec2::new(0.0, 16.0)).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(TEXT_WIDTH.min(sky.width() - 40.0).max(120.0));
-            ui.add(Label::new(RichText::new(format!("{}: {} of {}", playing.tour.title, stop + 1, playing.tour.stops())).small()));
-            let text = ui.label(playing.tour.text(stop));
+            ui.add(Label::new(
+                RichText::new(text!("tour-stop", tour = translated(&playing.tour.title), stop = stop + 1, stops = playing.tour.stops()))
+                    .small(),
+            ));
+            let text = ui.label(translated(playing.tour.text(stop)));
             // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
             let part = playing.passed_s / playing.tour.length_s().max(1e-9);
             ui.horizontal(|ui| {
                 let button =
                     |ui: &mut egui::Ui, on: bool, name: &str, tip: &str| ui.add_enabled(on, Button::new(name)).on_hover_text(tip).clicked();
-                if button(ui, stop > 0, "Previous", "Back to the stop before") {
+                if button(ui, stop > 0, text!("tour-previous"), text!("tour-previous-hint")) {
                     go_to = Some(stop - 1);
                 }
-                let (name, tip) =
-                    if playing.is_paused { ("Play tour", "Go on") } else { ("Pause tour", "Stay here; you can move the view") };
+                let (name, tip) = if playing.is_paused {
+                    (text!("tour-play"), text!("tour-play-hint"))
+                } else {
+                    (text!("tour-pause"), text!("tour-pause-hint"))
+                };
                 if button(ui, true, name, tip) {
                     playing.is_paused = !playing.is_paused;
                     if playing.passed_s >= playing.tour.length_s() {
                         playing.passed_s = 0.0;
                     }
                 }
-                if button(ui, stop + 1 < playing.tour.stops(), "Next", "On to the next stop") {
+                if button(ui, stop + 1 < playing.tour.stops(), text!("tour-next"), text!("tour-next-hint")) {
                     go_to = Some(stop + 1);
                 }
-                let record = icons::button(ui, Icon::Record, "Record tour");
-                let hover = "Save the whole tour as an animation, with the file, size and rate of the Share panel";
+                let record = icons::button(ui, Icon::Record, text!("tour-record"));
+                let hover = text!("tour-record-hint");
                 records = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
-                ended = button(ui, true, "End tour", "Close the tour and keep the view (Escape)");
+                ended = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
                 let bar = ProgressBar::new(part.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
                 ui.add(bar.fill(Color32::from_gray(140)));
             });

@@ -10,6 +10,7 @@ use crate::scene::marks::{
 };
 use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
+use crate::view::language::{body_name, text};
 use crate::view::panels::theme::{BODY, HEADING};
 use crate::view::window::primitives::ON_GPU;
 use crate::view::worker::render_worker::RenderWorker;
@@ -32,13 +33,13 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
     interface.viewport.size_px = [side(rect.width()), side(rect.height())];
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
-    let description = format!("The sky: {}", interface.viewer.name(interface.viewer.view.target));
+    let description = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     tour::show(interface, ui, rect);
     let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
         if interface.message_line().is_empty() {
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(HEADING), NAME_COLOUR);
+            ui.painter().text(rect.center(), Align2::CENTER_CENTER, text!("drawing"), FontId::proportional(HEADING), NAME_COLOUR);
         } else {
             show_message(interface, ui, rect);
         }
@@ -127,7 +128,7 @@ fn show_message(interface: &Interface, ui: &egui::Ui, rect: Rect) {
 /// Hints for the first three gestures of a new user, each until it has been used.
 fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let used = interface.settings.hints;
-    let all = [(used.drag, "Drag to turn"), (used.scroll, "Scroll to zoom"), (used.search, "Press / to search")];
+    let all = [(used.drag, text!("hint-drag")), (used.scroll, text!("hint-scroll")), (used.search, text!("hint-search"))];
     if all.iter().all(|(used, _)| *used) || !interface.message_line().is_empty() || rect.width() < HINTS_WIDTH {
         return;
     }
@@ -160,17 +161,17 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
         if let Some(body) = interface.viewport.menu_body {
             ui.strong(interface.viewer.name(body));
             for (name, hover, action) in [
-                ("Fly there", "Fly to its lit side (double-click, g)", Action::FlyTo(body)),
-                ("Look at it from here", "Turn the camera towards it", Action::LookAt(body)),
+                (text!("menu-fly"), text!("menu-fly-hint"), Action::FlyTo(body)),
+                (text!("menu-look-at"), text!("menu-look-at-hint"), Action::LookAt(body)),
             ] {
                 if ui.button(name).on_hover_text(hover).clicked() {
                     actions.push(action);
                 }
             }
             for (name, tab) in [
-                ("Information about it", super::Tab::Information),
-                ("Its effects", super::Tab::Effects),
-                ("Its shader", super::Tab::Shader),
+                (text!("menu-information"), super::Tab::Information),
+                (text!("menu-effects"), super::Tab::Effects),
+                (text!("menu-shader"), super::Tab::Shader),
             ] {
                 if ui.button(name).on_hover_text(tab.about()).clicked() {
                     interface.tab = Some(tab);
@@ -178,19 +179,19 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
             }
             ui.separator();
         }
-        let measures = icons::button(ui, Icon::Measure, "Measure from here");
-        let hover = "Measure the angle to another place: Ctrl+click it, or choose this there (Ctrl+click)";
+        let measures = icons::button(ui, Icon::Measure, text!("menu-measure"));
+        let hover = text!("menu-measure-hint");
         if ui.add(measures).on_hover_text(hover).clicked()
             && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.drawing.as_ref())
         {
             let at_px = snapped_px(&interface.viewport.marks, &drawing.scene, at_px);
             measure(interface, at_px, interface.viewport.menu_body);
         }
-        if ui.button("Copy link to this view").on_hover_text("A link that restores it (Ctrl+C)").clicked() {
+        if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
             ui.ctx().copy_text(interface.viewer.shareable().to_link());
-            interface.message = "Link copied".into();
+            interface.message = text!("link-copied").into();
         }
-        if ui.button("Save image").on_hover_text("As the Share panel says (Ctrl+S)").clicked() {
+        if ui.button(text!("menu-save-image")).on_hover_text(text!("menu-save-image-hint")).clicked() {
             interface.share.wants_picture = true;
         }
     });
@@ -216,8 +217,8 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePl
             let place = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(place + Vec2::splat(1.0), end, &mark.name, font.clone(), Color32::from_black_alpha(180));
-            painter.text(place, end, &mark.name, font, colour);
+            painter.text(place + Vec2::splat(1.0), end, body_name(&mark.name), font.clone(), Color32::from_black_alpha(180));
+            painter.text(place, end, body_name(&mark.name), font, colour);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! An error from before the window opened, shown until it is closed.
 
 use super::Interface;
+use crate::view::language::text;
 use egui::accesskit::Live;
 use egui::{Align2, Context, Label, Window};
 
@@ -8,13 +9,13 @@ const WIDTH_POINTS: f32 = 460.0;
 
 pub(crate) fn show(interface: &mut Interface, ctx: &Context) {
     let Some(line) = &interface.warning else { return };
-    let window = Window::new("This view could not be opened").collapsible(false).resizable(false);
+    let window = Window::new(text!("warning-title")).collapsible(false).resizable(false);
     let shown = window.anchor(Align2::CENTER_TOP, [0.0, 60.0]).show(ctx, |ui| {
         ui.set_max_width(WIDTH_POINTS);
         let told = ui.add(Label::new(line).wrap());
         ui.ctx().accesskit_node_builder(told.id, |node| node.set_live(Live::Assertive));
-        ui.weak("The default view is shown instead.");
-        let close = ui.button("Close").on_hover_text("Close the message (Enter, Escape)");
+        ui.weak(text!("warning-default"));
+        let close = ui.button(text!("warning-close")).on_hover_text(text!("warning-close-hint"));
         if ui.memory(|memory| memory.focused().is_none()) {
             close.request_focus();
         }

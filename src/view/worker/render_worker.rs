@@ -8,6 +8,7 @@ use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
 use crate::session::{DrawnBy, Session, SessionError, Stages};
 use crate::shader::library::Statistics;
+use crate::view::language;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -83,7 +84,12 @@ impl<T> Pending<T> {
 pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    worker.run(Box::new(move |session| *locked(&answer) = Some(query(session))));
+    // Answers may hold texts: in the language of the window that asked.
+    let language = language::current();
+    worker.run(Box::new(move |session| {
+        language::set(language);
+        *locked(&answer) = Some(query(session));
+    }));
     Pending(slot)
 }
 

@@ -7,6 +7,7 @@ use super::pair;
 use crate::measure::error_bounds;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
+use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -31,9 +32,9 @@ fn colour_index(levels: u8) -> usize {
 /// The label of a colour.
 fn name_of(step: usize) -> String {
     match (step, COLOUR_STEPS[step].0) {
-        (0, max) => format!("up to {max}"),
-        (k, u8::MAX) => format!("over {}", COLOUR_STEPS[k - 1].0),
-        (k, max) => format!("{} to {max}", COLOUR_STEPS[k - 1].0 + 1),
+        (0, max) => text!("bound-up-to", max = max),
+        (k, u8::MAX) => text!("bound-over", least = COLOUR_STEPS[k - 1].0),
+        (k, max) => text!("bound-range", least = COLOUR_STEPS[k - 1].0 + 1, max = max),
     }
 }
 
@@ -98,16 +99,16 @@ impl BoundView {
         }
         if self.coming.is_some() {
             ui.horizontal(|ui| {
-                accessible::coming(ui, "Computing the error bound");
-                ui.weak("computing the error bound");
+                accessible::coming(ui, text!("bound-coming"));
+                ui.weak(text!("bound-coming-label"));
             });
         }
         match &self.found {
             Some(Ok((bounds, texture))) => {
                 legend(ui, bounds);
                 let size = Vec2::new(bounds.width as f32, bounds.height as f32);
-                pair::picture(ui, texture.id(), size, &format!("Error bound of each pixel of {name}"));
-                ui.label(format!("mean {:.1}, maximum {} of 255; against the reference quality", bounds.mean, bounds.max));
+                pair::picture(ui, texture.id(), size, &text!("bound-picture", name = name));
+                ui.label(text!("bound-statistics", mean = decimal(bounds.mean, 1), max = bounds.max));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => {}
@@ -118,11 +119,11 @@ impl BoundView {
 /// Colours with their bounds and fractions.
 fn legend(ui: &mut Ui, bounds: &Bounds) {
     ui.horizontal_wrapped(|ui| {
-        ui.label("Error bound, 255ths:");
+        ui.label(text!("bound-legend"));
         for (k, (_, colour)) in COLOUR_STEPS.iter().enumerate() {
             let (rect, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
             ui.painter().rect_filled(rect, 2.0, *colour);
-            ui.label(format!("{} ({:.1} %)", name_of(k), 100.0 * bounds.fractions[k]));
+            ui.label(text!("bound-fraction", range = name_of(k), percent = decimal(100.0 * bounds.fractions[k], 1)));
         }
     });
 }

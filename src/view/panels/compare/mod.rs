@@ -16,6 +16,7 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::Session;
 use crate::view::app::view_state::ViewState;
+use crate::view::language::{named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
@@ -34,10 +35,10 @@ enum Renderer {
 
 impl Renderer {
     const ALL: [(Self, &'static str); 3] =
-        [(Self::Window, "as in the window"), (Self::Software, "software, f32"), (Self::Double, "software, f64")];
+        [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::Double, "variant-f64")];
 
     fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| name)
+        Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| plain(name))
     }
 }
 
@@ -110,26 +111,26 @@ impl ComparePanel {
         let view = &interface.viewer.view;
         let mut variants = self.variants.take().unwrap_or_else(|| initial_variants(view));
         ui.columns(2, |columns| {
-            for ((ui, variant), side) in columns.iter_mut().zip(&mut variants).zip(["Left", "Right"]) {
+            for ((ui, variant), side) in columns.iter_mut().zip(&mut variants).zip([text!("compare-left"), text!("compare-right")]) {
                 choose(ui, variant, side);
             }
         });
         let mut swapped = false;
         ui.horizontal(|ui| {
-            swapped = ui.button("Swap").on_hover_text("Swap left and right").clicked();
-            if ui.button("Reset").on_hover_text("Compare the current view with draft quality").clicked() {
+            swapped = ui.button(text!("compare-swap")).on_hover_text(text!("compare-swap-hint")).clicked();
+            if ui.button(text!("compare-reset")).on_hover_text(text!("compare-reset-hint")).clicked() {
                 variants = initial_variants(view);
             }
             if self.coming.is_some() {
-                accessible::coming(ui, "Drawing both images");
-                ui.weak("drawing both images");
+                accessible::coming(ui, text!("compare-coming"));
+                ui.weak(text!("compare-coming-label"));
             }
         });
         if swapped {
             variants.swap(0, 1);
         }
         ui.separator();
-        let wrong = variants.iter().zip(["Left", "Right"]).find_map(|(variant, side)| {
+        let wrong = variants.iter().zip([text!("compare-left"), text!("compare-right")]).find_map(|(variant, side)| {
             let e = EffectOverrides::parse(&variant.effects).err()?;
             Some(format!("{side}: {e}"))
         });
@@ -148,7 +149,7 @@ impl ComparePanel {
                 self.view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.bound.show(ui, name)));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
-            None => drop(ui.weak("The images are drawn once the view stops moving.")),
+            None => drop(ui.weak(text!("compare-waits"))),
         });
     }
 
@@ -195,28 +196,31 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     ui.strong(side);
     ui.horizontal(|ui| {
         for quality in Quality::ALL {
-            let hover = format!("{side}: {} quality", quality.name());
-            ui.selectable_value(&mut variant.quality, quality, quality.name()).on_hover_text(hover);
+            let hover = text!("compare-quality-hint", side = side, quality = named("quality", quality.name()));
+            ui.selectable_value(&mut variant.quality, quality, named("quality", quality.name())).on_hover_text(hover);
         }
     });
     ui.horizontal(|ui| {
-        ui.label("Show");
-        accessible::pixel_views(ui, &mut variant.pixels, &format!("{side}: show"));
+        ui.label(text!("effects-show"));
+        accessible::pixel_views(ui, &mut variant.pixels, &text!("compare-show", side = side));
     });
     ui.horizontal(|ui| {
-        let shown = ComboBox::new((side, "renderer"), "renderer").width(150.0).selected_text(variant.renderer.name()).show_ui(ui, |ui| {
-            for (renderer, name) in Renderer::ALL {
-                ui.selectable_value(&mut variant.renderer, renderer, name);
-            }
-        });
-        shown.response.on_hover_text(format!("{side}: renderer"));
+        let shown = ComboBox::new((side, "renderer"), text!("compare-renderer"))
+            .width(150.0)
+            .selected_text(variant.renderer.name())
+            .show_ui(ui, |ui| {
+                for (renderer, name) in Renderer::ALL {
+                    ui.selectable_value(&mut variant.renderer, renderer, plain(name));
+                }
+            });
+        shown.response.on_hover_text(text!("compare-renderer-of", side = side));
     });
     let field = TextEdit::singleline(&mut variant.effects).hint_text("+eclipse=linear,-normal").desired_width(f32::INFINITY);
-    ui.add(field).on_hover_text(format!("{side}: effects in addition to those of the view"));
+    ui.add(field).on_hover_text(text!("compare-effects-hint", side = side));
 }
 
 fn name_of(variant: &Variant) -> String {
-    let mut words = vec![variant.quality.name()];
+    let mut words = vec![named("quality", variant.quality.name())];
     words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view(variant.pixels)));
     words.extend((!variant.effects.trim().is_empty()).then_some(variant.effects.trim()));
     words.extend((variant.renderer != Renderer::Window).then_some(variant.renderer.name()));

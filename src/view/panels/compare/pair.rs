@@ -3,6 +3,7 @@
 //! In: drawn pictures. Out: shapes. Always: everything shown belongs to one pair; differences are of display bytes, as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
+use crate::view::language::{decimal, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::panels::theme::BODY;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
@@ -27,8 +28,8 @@ impl Pair {
     /// # Errors
     /// Why one could not be drawn, or that the sizes differ.
     pub(crate) fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
-        let left = left.map_err(|e| format!("left: {e}"))?;
-        let right = right.map_err(|e| format!("right: {e}"))?;
+        let left = left.map_err(|e| text!("pair-left-failed", e = e))?;
+        let right = right.map_err(|e| text!("pair-right-failed", e = e))?;
         let apart = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
         let difference = left.picture.difference_picture(&right.picture).map_err(|e| e.to_string())?;
         Ok(Self { halves: [left, right], apart, difference })
@@ -47,10 +48,10 @@ enum Shows {
 
 impl Shows {
     const ALL: [(Self, &'static str, &'static str); 4] = [
-        (Self::Split, "Split", "Both images in one place, with a divider that can be dragged"),
-        (Self::Beside, "Side by side", "One image beside the other"),
-        (Self::Difference, "Difference", "Absolute difference of each channel, scaled so that the largest is white"),
-        (Self::Bound, "Error bound", "How far each pixel of the left image may be from reference quality, as colours"),
+        (Self::Split, "pair-split", "pair-split-hint"),
+        (Self::Beside, "pair-beside", "pair-beside-hint"),
+        (Self::Difference, "pair-difference", "pair-difference-hint"),
+        (Self::Bound, "pair-bound", "pair-bound-hint"),
     ];
 }
 
@@ -85,11 +86,12 @@ impl PairView {
         self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
             for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
-                ui.selectable_value(&mut self.shows, shows, name).on_hover_text(about);
+                ui.selectable_value(&mut self.shows, shows, plain(name)).on_hover_text(plain(about));
             }
             if self.shows == Shows::Split {
                 let split = self.split.get_or_insert(0.5);
-                ui.add(Slider::new(split, 0.0..=1.0).show_value(false).text("divider")).on_hover_text("Position of the divider");
+                ui.add(Slider::new(split, 0.0..=1.0).show_value(false).text(text!("pair-divider")))
+                    .on_hover_text(text!("pair-divider-hint"));
             }
         });
         let [left, right] = names;
@@ -107,7 +109,7 @@ impl PairView {
                 });
             }
             Shows::Bound => return bound.map_or((), |show| show(ui, left)),
-            Shows::Difference => picture(ui, d, size, &format!("Difference of {left} and {right}")),
+            Shows::Difference => picture(ui, d, size, &text!("pair-difference-of", left = left, right = right)),
         }
         figures(ui, pair);
     }
@@ -124,7 +126,7 @@ impl PairView {
 
     fn show_split(&mut self, ui: &mut egui::Ui, size: Vec2, textures: [egui::TextureId; 2], [left, right]: [&str; 2]) {
         let (rect, response) = ui.allocate_exact_size(fitted(ui, size), Sense::click_and_drag());
-        let about = format!("{left} to the left of the divider, {right} to the right");
+        let about = text!("pair-split-of", left = left, right = right);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &about));
         if let Some(at) = response.interact_pointer_pos() {
             self.split = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
@@ -173,14 +175,19 @@ pub(crate) fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, n
 
 /// The statistics as two lines, also for the clipboard.
 pub(crate) fn figures_text(pair: &Pair) -> [String; 2] {
-    let psnr = pair.apart.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
+    let psnr = pair.apart.psnr_db.map_or(text!("pair-infinite").to_owned(), |db| format!("{} dB", decimal(db, 2)));
     let d = &pair.apart;
     let [left, right] = &pair.halves;
     [
-        format!("mean {:.4}, 99.9 % {}, maximum {} of 255, PSNR {psnr}", d.mean, d.p999, d.max),
-        format!(
-            "{}x{}; left {:.1} ms ({}), right {:.1} ms ({})",
-            pair.difference.width, pair.difference.height, left.took_ms, left.by, right.took_ms, right.by
+        text!("pair-statistics", mean = decimal(d.mean, 4), p999 = d.p999, max = d.max, psnr = psnr),
+        text!(
+            "pair-times",
+            width = pair.difference.width,
+            height = pair.difference.height,
+            left = decimal(left.took_ms, 1),
+            left_by = named("renderer", &left.by),
+            right = decimal(right.took_ms, 1),
+            right_by = named("renderer", &right.by)
         ),
     ]
 }

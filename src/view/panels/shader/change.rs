@@ -7,6 +7,7 @@ use crate::scene::request::ViewRequest;
 use crate::shader::ModuleId;
 use crate::shader::compare::FeatureDiff;
 use crate::shader::key::ShaderKey;
+use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::compare::pair::{Pair, PairView};
 use crate::view::panels::theme::SMALL;
@@ -27,9 +28,9 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
     let (drawn, key) = (inspected.drawn?, inspected.key()?);
     Some(match panel.pins {
         [Some(a), Some(b)] => ([a, b], ["A", "B"]),
-        [Some(a), None] => ([a, key], ["A", "this key"]),
-        [None, Some(b)] => ([key, b], ["this key", "B"]),
-        [None, None] => ([drawn, key], ["the drawn key", "this key"]),
+        [Some(a), None] => ([a, key], ["A", text!("change-this-key")]),
+        [None, Some(b)] => ([key, b], [text!("change-this-key"), "B"]),
+        [None, None] => ([drawn, key], [text!("change-drawn-key"), text!("change-this-key")]),
     })
 }
 
@@ -39,27 +40,27 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
         let of = reachable.len();
         match reachable.contains(&key) {
-            true => ui.label(format!("Reachable: one of {of} keys that views of this catalog can need.")),
-            false => ui.label(format!("Not reachable: none of the {of} keys that views of this catalog can need.")),
+            true => ui.label(text!("change-reachable", of = of)),
+            false => ui.label(text!("change-unreachable", of = of)),
         };
     }
     for (pin, name) in panel.pins.iter_mut().zip(["A", "B"]) {
         let Some(key) = *pin else { continue };
         ui.horizontal_wrapped(|ui| {
-            ui.label(format!("{name} is pinned:"));
+            ui.label(text!("change-pinned", name = name));
             ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(SMALL)).wrap());
-            if ui.small_button(format!("Unpin {name}")).on_hover_text("Forget the key that was kept for comparison").clicked() {
+            if ui.small_button(text!("change-unpin", name = name)).on_hover_text(text!("change-unpin-hint")).clicked() {
                 *pin = None;
             }
         });
     }
     if keys[0] == keys[1] {
-        ui.weak("Change a dimension to see what would change in source, cost and picture.");
+        ui.weak(text!("change-nothing"));
         return;
     }
     let ids = keys.map(ModuleId::Planet);
     let Some((first, second)) = both(&mut panel.queries, inspected.worker, &ids) else {
-        accessible::coming(ui, "Loading both modules");
+        accessible::coming(ui, text!("change-loading"));
         return;
     };
     let lines = match panel.queries.difference(inspected.worker, &ids) {
@@ -69,9 +70,12 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     };
     let [a, b] = names;
     let change = |what: &str, of: fn(&LoadedModule) -> usize| format!("{what} {}", signed(of(&first), of(&second)));
-    let costs =
-        [change("operations", lane_operations), change("texture reads", |m| m.ir.texture_reads as usize), change("registers", registers)];
-    ui.label(RichText::new(format!("From {a} to {b}: {lines}; {}.", costs.join(", "))).strong());
+    let costs = [
+        change(text!("change-operations"), lane_operations),
+        change(text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
+        change(text!("change-registers"), registers),
+    ];
+    ui.label(RichText::new(text!("change-summary", a = a, b = b, lines = lines, costs = costs.join(", "))).strong());
 }
 
 fn both(queries: &mut ShaderQueries, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<(Arc<LoadedModule>, Arc<LoadedModule>)> {
@@ -83,12 +87,16 @@ fn both(queries: &mut ShaderQueries, worker: &dyn RenderWorker, ids: &[ModuleId;
 fn lines_text(by_feature: &[FeatureDiff]) -> String {
     let count = |of: fn(&FeatureDiff) -> usize| by_feature.iter().map(of).sum::<usize>();
     let (gone, new) = (count(|d| d.only_first.len()), count(|d| d.only_second.len()));
-    format!("{} features differ, {gone} lines removed, {new} added", by_feature.len())
+    text!("change-lines", features = by_feature.len(), gone = gone, new = new)
 }
 
 /// `from` and `to` with the difference between them.
 fn signed(from: usize, to: usize) -> String {
-    if from == to { format!("{to} (unchanged)") } else { format!("{from} to {to} ({:+})", to as i64 - from as i64) }
+    if from == to {
+        text!("change-unchanged", to = to)
+    } else {
+        text!("change-from-to", from = from, to = to, by = format!("{:+}", to as i64 - from as i64))
+    }
 }
 
 /// Lane operations of the software renderer's tapes.
@@ -111,12 +119,12 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     pictures(panel, ui, inspected, &keys, names);
     in_view(panel, ui, inspected);
     let Some((first, second)) = both(&mut panel.queries, inspected.worker, &ids) else { return };
-    CollapsingHeader::new("Cost of both").default_open(true).show(ui, |ui| {
+    CollapsingHeader::new(text!("change-cost")).default_open(true).show(ui, |ui| {
         grid(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
         timing(&mut panel.queries, ui, inspected.worker, &ids, names);
     });
     if let Some(Ok(by_feature)) = panel.queries.difference(inspected.worker, &ids) {
-        CollapsingHeader::new("Source by feature").default_open(true).show(ui, |ui| {
+        CollapsingHeader::new(text!("change-source")).default_open(true).show(ui, |ui| {
             by_feature.iter().for_each(|d| feature(ui, d));
         });
     }
@@ -126,18 +134,18 @@ fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_
     ui.horizontal(|ui| {
         for (key, name) in keys.iter().zip(names) {
             ui.vertical(|ui| {
-                super::gallery::sample(&mut panel.queries, ui, inspected.worker, key, &format!("The sample body drawn by {name}"));
+                super::gallery::sample(&mut panel.queries, ui, inspected.worker, key, &text!("change-sample", name = name));
                 ui.weak(name);
             });
         }
-        ui.add(egui::Label::new("The sample body: slightly flattened, lit from the side, the same maps for every key.").wrap());
+        ui.add(egui::Label::new(text!("change-sample-about")).wrap());
     });
 }
 
 /// The current view with this key in place of the drawn one.
 fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(draw), Some(key), true) = (inspected.draw, inspected.key(), inspected.is_changed()) else { return };
-    ui.checkbox(&mut panel.change.in_view, "Draw in this view").on_hover_text("Draw the current view with this key in place of its own");
+    ui.checkbox(&mut panel.change.in_view, text!("change-in-view")).on_hover_text(text!("change-in-view-hint"));
     if !panel.change.in_view {
         return;
     }
@@ -149,9 +157,9 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>
     }
     // The last picture of this key stays until the next one arrives.
     match change.last.as_ref().filter(|(of, _)| *of == key) {
-        Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"], None),
+        Some((_, Ok(pair))) => change.pair.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => drop(accessible::coming(ui, "Drawing both images")),
+        None => drop(accessible::coming(ui, text!("compare-coming"))),
     }
 }
 
@@ -162,13 +170,13 @@ fn reduced_request(request: &ViewRequest) -> ViewRequest {
 }
 
 fn timing(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[ModuleId; 2], names: [&str; 2]) {
-    if ui.button("Time both").on_hover_text("Draw a megapixel of the sample body with each key, in software").clicked() {
+    if ui.button(text!("change-time")).on_hover_text(text!("change-time-hint")).clicked() {
         ids.iter().for_each(|id| queries.time(worker, id));
     }
     for (id, name) in ids.iter().zip(names) {
         match queries.timed(id) {
-            Some(Ok(Some(ms))) => drop(ui.label(format!("{name}: {ms:.1} ms per megapixel in software"))),
-            Some(Ok(None)) => drop(ui.label(format!("{name}: not timed (only ray-traced bodies are)"))),
+            Some(Ok(Some(ms))) => drop(ui.label(text!("change-timed", name = name, ms = decimal(ms, 1)))),
+            Some(Ok(None)) => drop(ui.label(text!("change-not-timed", name = name))),
             Some(Err(e)) => drop(ui.label(e)),
             None => {}
         }
@@ -177,7 +185,7 @@ fn timing(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWor
 
 fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
     let dark = ui.visuals().dark_mode;
-    let title = format!("{}: {} lines removed, {} added", d.feature, d.only_first.len(), d.only_second.len());
+    let title = text!("change-feature", feature = d.feature, gone = d.only_first.len(), new = d.only_second.len());
     let title = RichText::new(title).color(feature_colour(&d.feature, dark));
     CollapsingHeader::new(title).id_salt(&d.feature).default_open(false).show(ui, |ui| {
         let font = TextStyle::Monospace.resolve(ui.style());
@@ -198,16 +206,16 @@ pub(crate) fn cost_rows() -> [CostRow; 10] {
     let fragment = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
     let vertex = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
     [
-        ("lines of WGSL", |m| m.ir.lines as usize),
-        ("functions", |m| m.ir.functions as usize),
-        ("branches", |m| m.ir.branches as usize),
-        ("operations in the IR", |m| m.ir.operations.values().sum::<u32>() as usize),
-        ("texture reads", |m| m.ir.texture_reads as usize),
-        ("uniform bytes", |m| m.ir.uniform_bytes as usize),
-        ("operations per pixel", fragment),
-        ("operations per vertex", vertex),
-        ("operations per draw", |m| m.tapes.iter().map(|t| t.uniform_operations).sum()),
-        ("slots and registers", registers),
+        (text!("cost-lines"), |m| m.ir.lines as usize),
+        (text!("cost-functions"), |m| m.ir.functions as usize),
+        (text!("cost-branches"), |m| m.ir.branches as usize),
+        (text!("cost-ir-operations"), |m| m.ir.operations.values().sum::<u32>() as usize),
+        (text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
+        (text!("cost-uniform-bytes"), |m| m.ir.uniform_bytes as usize),
+        (text!("cost-per-pixel"), fragment),
+        (text!("cost-per-vertex"), vertex),
+        (text!("cost-per-draw"), |m| m.tapes.iter().map(|t| t.uniform_operations).sum()),
+        (text!("cost-slots"), registers),
     ]
 }
 

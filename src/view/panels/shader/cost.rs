@@ -3,6 +3,7 @@
 use super::change::grid;
 use super::{Inspected, ShaderPanel};
 use crate::shader::library::{CacheOutcome, Statistics};
+use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
@@ -10,48 +11,53 @@ use std::collections::BTreeMap;
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
-        accessible::coming(ui, "Loading the module");
+        accessible::coming(ui, text!("module-loading"));
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        grid(ui, "cost", &[("count", &module)]);
+        grid(ui, "cost", &[(text!("cost-count"), &module)]);
         if inspected.key().is_some() {
             ui.horizontal(|ui| {
-                if ui.button("Time it").on_hover_text("Draw the sample body in software; best of five").clicked() {
+                if ui.button(text!("cost-time")).on_hover_text(text!("cost-time-hint")).clicked() {
                     panel.queries.time(inspected.worker, &inspected.id);
                 }
                 match panel.queries.timed(&inspected.id) {
-                    Some(Ok(Some(ms))) => drop(ui.label(format!("{ms:.1} ms per megapixel in software"))),
-                    Some(Ok(None)) => drop(ui.label("not timed (only ray-traced bodies are)")),
+                    Some(Ok(Some(ms))) => drop(ui.label(text!("cost-timed", ms = decimal(ms, 1)))),
+                    Some(Ok(None)) => drop(ui.label(text!("cost-not-timed"))),
                     Some(Err(e)) => drop(ui.label(e)),
                     None => {}
                 }
             });
         }
         ui.separator();
-        ui.strong("Library");
+        ui.strong(text!("cost-library"));
         if let Some(origin) = module.origin {
             let how = match origin.how {
-                CacheOutcome::Read => "loaded from disk",
-                CacheOutcome::Emitted => "compiled",
-                CacheOutcome::Rebuilt => "recompiled, because its entry was damaged,",
+                CacheOutcome::Read => text!("cost-loaded"),
+                CacheOutcome::Emitted => text!("cost-compiled"),
+                CacheOutcome::Rebuilt => text!("cost-recompiled"),
             };
-            ui.label(format!("This module was {how} in {:.2} ms and is now in memory.", origin.took_ms));
+            ui.label(text!("cost-origin", how = how, ms = decimal(origin.took_ms, 2)));
         }
         match &module.entry {
-            Some((path, bytes)) => drop(ui.label(format!("{:.1} kB in {}", *bytes as f64 / 1e3, path.display()))),
-            None => drop(ui.label("In memory only.")),
+            Some((path, bytes)) => drop(ui.label(text!("cost-entry", size = decimal(*bytes as f64 / 1e3, 1), path = path.display()))),
+            None => drop(ui.label(text!("cost-memory-only"))),
         }
         statistics(ui, &inspected.drawing.library);
         ui.separator();
         let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(k, n)| (k.as_str(), *n as usize)).collect();
-        kinds(ui, "Operations in the IR", &operations);
+        kinds(ui, text!("cost-ir"), &operations);
         for tape in &module.tapes {
             let operations: BTreeMap<&str, usize> = tape.operations.iter().map(|(k, n)| (k.as_str(), *n)).collect();
-            kinds(ui, &format!("Operations of the {} tape", tape.stage), &operations);
-            let line = format!(
-                "{}: {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
-                tape.stage, tape.uniform_operations, tape.texture_reads, tape.jumps, tape.slots, tape.registers
+            kinds(ui, &text!("cost-tape", stage = tape.stage), &operations);
+            let line = text!(
+                "cost-tape-line",
+                stage = tape.stage,
+                operations = tape.uniform_operations,
+                reads = tape.texture_reads,
+                jumps = tape.jumps,
+                slots = tape.slots,
+                registers = tape.registers
             );
             ui.label(line);
         }
@@ -60,14 +66,14 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 
 /// Statistics of the library since the session was opened.
 fn statistics(ui: &mut egui::Ui, s: &Statistics) {
-    let each = |seconds: f64, n: u64| if n == 0 { String::new() } else { format!("{:.2} ms each", 1e3 * seconds / n as f64) };
+    let each = |seconds: f64, n: u64| if n == 0 { String::new() } else { text!("cost-each", ms = decimal(1e3 * seconds / n as f64, 2)) };
     Grid::new("library").num_columns(3).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         let rows = [
-            ("from memory", s.from_memory, String::new()),
-            ("from disk", s.from_disk, each(s.reading_s, s.from_disk)),
-            ("compiled", s.emitted, each(s.emitting_s, s.emitted)),
-            ("written", s.written, each(s.writing_s, s.written)),
-            ("repaired", s.healed, String::new()),
+            (text!("library-memory"), s.from_memory, String::new()),
+            (text!("library-disk"), s.from_disk, each(s.reading_s, s.from_disk)),
+            (text!("cost-compiled"), s.emitted, each(s.emitting_s, s.emitted)),
+            (text!("library-written"), s.written, each(s.writing_s, s.written)),
+            (text!("library-repaired"), s.healed, String::new()),
         ];
         for (what, n, took) in rows {
             ui.label(what);

@@ -5,6 +5,7 @@ use super::queries::{SAMPLE_PX, ShaderQueries};
 use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
+use crate::view::language::text;
 use crate::view::panels::theme::SMALL;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
@@ -24,23 +25,23 @@ struct Tile {
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
-        ui.label("This module has no key and no neighbours.");
+        ui.label(text!("gallery-none"));
         return;
     };
     ui.horizontal(|ui| {
-        let label = ui.label("Vary");
-        let chosen = panel.gallery.dimension.unwrap_or("every dimension");
+        let label = ui.label(text!("gallery-vary"));
+        let chosen = panel.gallery.dimension.unwrap_or(text!("gallery-every"));
         let list = ComboBox::from_id_salt("gallery dimension").selected_text(chosen).width(160.0).show_ui(ui, |ui| {
-            ui.selectable_value(&mut panel.gallery.dimension, None, "every dimension");
+            ui.selectable_value(&mut panel.gallery.dimension, None, text!("gallery-every"));
             for d in DIMENSIONS {
                 ui.selectable_value(&mut panel.gallery.dimension, Some(d.name), d.name);
             }
         });
-        list.response.labelled_by(label.id).on_hover_text("The dimension of the key that varies from image to image");
+        list.response.labelled_by(label.id).on_hover_text(text!("gallery-hint"));
     });
     let base = panel.edited.unwrap_or(inspected.draw.map_or(*drawn.features(), |d| d.features));
     let tiles = tiles(&base, panel.gallery.dimension);
-    ui.weak(format!("{} keys one step away; click one to inspect it.", tiles.len().saturating_sub(1)));
+    ui.weak(text!("gallery-count", count = tiles.len().saturating_sub(1)));
     let mut clicked = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let side = SAMPLE_PX as f32;
@@ -50,7 +51,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
                 ui.allocate_ui(Vec2::new(side + 24.0, side + 34.0), |ui| {
                     ui.vertical(|ui| {
                         ui.set_width(side + 24.0);
-                        let name = format!("Inspect {}", tile.words);
+                        let name = text!("gallery-inspect", key = tile.words);
                         let response = sample(&mut panel.queries, ui, inspected.worker, &tile.key, &name);
                         if tile.key == key {
                             let frame = Stroke::new(2.0, Color32::from_rgb(255, 206, 110));
@@ -75,7 +76,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 
 /// The key itself, then those one step away, each once.
 fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
-    let mut all = vec![Tile { words: "this key".into(), features: *base, key: ShaderKey::for_draw(base) }];
+    let mut all = vec![Tile { words: text!("change-this-key").into(), features: *base, key: ShaderKey::for_draw(base) }];
     for d in DIMENSIONS.iter().filter(|d| dimension.is_none_or(|name| name == d.name)) {
         for value in 0..d.texts.len() {
             let mut features = *base;
@@ -83,8 +84,8 @@ fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
             let key = ShaderKey::for_draw(&features);
             if all.iter().all(|t| t.key != key) {
                 let words = match (is_switch(d), value) {
-                    (true, 0) => format!("without {}", d.name),
-                    (true, _) => format!("with {}", d.name),
+                    (true, 0) => text!("gallery-without", dimension = d.name),
+                    (true, _) => text!("gallery-with", dimension = d.name),
                     (false, _) => format!("{}: {}", d.name, value_text(d, value)),
                 };
                 all.push(Tile { words, features, key });

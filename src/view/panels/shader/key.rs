@@ -4,6 +4,7 @@ use super::descriptions::{is_switch, meaning, value_text};
 use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
+use crate::view::language::text;
 use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
@@ -15,7 +16,7 @@ pub(crate) struct KeyPage {
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
-        ui.label("This module has no key: there is one variant of it.");
+        ui.label(text!("key-none"));
         return;
     };
     let base = inspected.draw.map_or(*drawn.features(), |d| d.features);
@@ -36,9 +37,9 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatures) {
     let page = &mut panel.key;
     ui.horizontal(|ui| {
-        let label = ui.label("Another key");
+        let label = ui.label(text!("key-another"));
         let field = TextEdit::singleline(&mut page.typed).hint_text("lambert.albedo.sun1.ellipsoid").desired_width(f32::INFINITY);
-        let response = ui.add(field).labelled_by(label.id).on_hover_text("Type a key and press Enter");
+        let response = ui.add(field).labelled_by(label.id).on_hover_text(text!("key-another-hint"));
         if response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
             match page.typed.trim().parse::<ShaderKey>() {
                 Ok(key) => {
@@ -69,10 +70,10 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
             let changed = effective != (d.get)(drawn);
             let name = if first { RichText::new(d.name) } else { RichText::new(format!("  {}", d.name)) };
             let name = if changed { name.strong().color(ui.visuals().warn_fg_color) } else { name };
-            let label = ui.label(name).on_hover_text(format!("Part of the key: {}", d.part.name()));
+            let label = ui.label(name).on_hover_text(text!("key-part", part = d.part.name()));
             control(ui, d, value, edited, label.id);
             let (words, weak) = match because(d).filter(|_| value != effective) {
-                Some(why) => (format!("no effect: {why}"), true),
+                Some(why) => (text!("key-no-effect", why = why), true),
                 None => (meaning(d, effective).to_owned(), effective == 0 && is_switch(d)),
             };
             let text = RichText::new(words).size(SMALL);
@@ -90,8 +91,8 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
 fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, edited: &mut DrawFeatures, label: egui::Id) {
     if is_switch(d) {
         let mut on = value == 1;
-        let word = if on { "on" } else { "off" };
-        if ui.checkbox(&mut on, word).labelled_by(label).on_hover_text(format!("Switch {}", d.name)).changed() {
+        let word = if on { text!("key-on") } else { text!("key-off") };
+        if ui.checkbox(&mut on, word).labelled_by(label).on_hover_text(text!("key-switch", dimension = d.name)).changed() {
             (d.set)(edited, usize::from(on));
         }
         return;
@@ -103,5 +104,5 @@ fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, edited: &mut DrawFeat
             }
         }
     });
-    list.response.labelled_by(label).on_hover_text(format!("Choose {}", d.name));
+    list.response.labelled_by(label).on_hover_text(text!("key-choose", dimension = d.name));
 }

@@ -20,6 +20,7 @@ use crate::scene::draw::{Draw, DrawFeatures};
 use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
+use crate::view::language::{named, plain, text};
 use crate::view::worker::render_worker::{RenderWorker, RenderedView};
 use egui::{RichText, ScrollArea};
 use queries::ShaderQueries;
@@ -37,12 +38,12 @@ enum Page {
 
 impl Page {
     const ALL: [(Self, &'static str, &'static str); 6] = [
-        (Self::Key, "Key", "The key by dimension: change one and see its effect"),
-        (Self::Source, "Source", "The generated source, with the feature that needs each line"),
-        (Self::Values, "Values", "Uniforms by name, layout and textures"),
-        (Self::Cost, "Cost", "Operations, texture reads, registers and compile time"),
-        (Self::Probe, "Probe", "Every value of one pixel in f32 and f64"),
-        (Self::Gallery, "Gallery", "Images of neighbouring keys"),
+        (Self::Key, "page-key", "page-key-hint"),
+        (Self::Source, "page-source", "page-source-hint"),
+        (Self::Values, "page-values", "page-values-hint"),
+        (Self::Cost, "page-cost", "page-cost-hint"),
+        (Self::Probe, "page-probe", "page-probe-hint"),
+        (Self::Gallery, "page-gallery", "page-gallery-hint"),
     ];
 }
 
@@ -130,7 +131,7 @@ impl ShaderPanel {
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.queries.reset_on_new_fragments(worker);
         let Some(drawing) = interface.drawing() else {
-            ui.label("The first image is being drawn.");
+            ui.label(text!("shader-first"));
             return;
         };
         let body = interface.viewer.selected;
@@ -162,7 +163,7 @@ impl ShaderPanel {
         self.name(ui, &inspected);
         ui.horizontal_wrapped(|ui| {
             for (page, name, about) in Page::ALL {
-                ui.selectable_value(&mut self.page, page, name).on_hover_text(about);
+                ui.selectable_value(&mut self.page, page, plain(name)).on_hover_text(plain(about));
             }
         });
         ui.separator();
@@ -186,18 +187,18 @@ impl ShaderPanel {
         ui.horizontal_wrapped(|ui| {
             ui.strong(name);
             if draws.is_empty() {
-                ui.weak("is drawn as a point, or not visible.");
+                ui.weak(text!("shader-point"));
             }
             for draw in draws {
                 let part = InspectedModule::Part(draw.part.name());
-                let hover = format!("The draw of {name}'s {}", draw.part.name());
-                if ui.selectable_label(current == Some(part), draw.part.name()).on_hover_text(hover).clicked() {
+                let hover = text!("shader-part-hint", name = name, part = named("part", draw.part.name()));
+                if ui.selectable_label(current == Some(part), named("part", draw.part.name())).on_hover_text(hover).clicked() {
                     self.wanted = Some(part);
                 }
             }
             ui.separator();
             for shared in SIMPLE_MODULES {
-                let hover = "A utility shader that all bodies share";
+                let hover = text!("shader-shared-hint");
                 if ui
                     .selectable_label(current == Some(InspectedModule::Shared(shared)), shared.replace('_', " "))
                     .on_hover_text(hover)
@@ -213,21 +214,21 @@ impl ShaderPanel {
     fn name(&mut self, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
         ui.add(egui::Label::new(RichText::new(inspected.id.to_string()).monospace().strong()).wrap());
         ui.horizontal_wrapped(|ui| {
-            if ui.small_button("Copy").on_hover_text("Copy the module's name, as orrery shader emit takes it").clicked() {
+            if ui.small_button(text!("shader-copy")).on_hover_text(text!("shader-copy-hint")).clicked() {
                 ui.ctx().copy_text(inspected.id.to_string());
             }
             if let Some(key) = inspected.key() {
                 for (pin, name) in self.pins.iter_mut().zip(["A", "B"]) {
                     let pinned = *pin == Some(key);
-                    let hover = format!("Keep this key as {name} for comparison");
-                    if ui.selectable_label(pinned, format!("Pin {name}")).on_hover_text(hover).clicked() {
+                    let hover = text!("shader-pin-hint", name = name);
+                    if ui.selectable_label(pinned, text!("shader-pin", name = name)).on_hover_text(hover).clicked() {
                         *pin = if pinned { None } else { Some(key) };
                     }
                 }
             }
             if inspected.is_changed() {
-                ui.colored_label(ui.visuals().warn_fg_color, "changed by hand");
-                if ui.small_button("Back to the drawn key").on_hover_text("Drop what was changed by hand").clicked() {
+                ui.colored_label(ui.visuals().warn_fg_color, text!("shader-changed"));
+                if ui.small_button(text!("shader-back")).on_hover_text(text!("shader-back-hint")).clicked() {
                     self.edited = None;
                 }
             }
@@ -237,7 +238,7 @@ impl ShaderPanel {
 
 fn show_broken(ui: &mut egui::Ui, broken: &queries::ModuleFailure) {
     ui.colored_label(ui.visuals().error_fg_color, &broken.why);
-    ui.weak("The last valid image stays.");
+    ui.weak(text!("shader-broken"));
     ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         ui.add(egui::Label::new(RichText::new(&broken.diagnosis).monospace()).extend());
     });

@@ -9,6 +9,8 @@ use crate::probe::{ProbeError, Prober};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
+use crate::view::language::dates::instant_text;
+use crate::view::language::{body_name, named, signed, text};
 use crate::view::panels::theme::SMALL;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
@@ -43,15 +45,15 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         page.inspected = Some(done);
     }
     let Some(pixel) = interface.viewport.picked_px else {
-        ui.label("Click the image to see every value computed for that pixel, in f32 and in f64.");
-        if ui.button("Centre of the image").on_hover_text("Tell about the pixel in the middle").clicked() {
+        ui.label(text!("probe-begin"));
+        if ui.button(text!("probe-centre")).on_hover_text(text!("probe-centre-hint")).clicked() {
             page.typed_px = Some(interface.viewport.size_px.map(|side| side / 2));
         }
         return;
     };
     page.ask(inspected, interface, pixel);
     let Some(answer) = &page.inspected else {
-        accessible::coming(ui, "Computing the pixel");
+        accessible::coming(ui, text!("probe-coming"));
         return;
     };
     let [single, double] = match answer {
@@ -60,28 +62,28 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     let level = single.radiance.map(number_text).join(", ");
     ui.horizontal(|ui| {
-        ui.strong("Pixel");
+        ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
         let most = interface.viewport.size_px.map(|side| side.saturating_sub(1));
-        let across = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), "Pixels from the left");
-        let down = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), "Pixels from the top");
+        let across = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), text!("probe-x"));
+        let down = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), text!("probe-y"));
         if across.changed() || down.changed() {
             page.typed_px = Some([x, y]);
         }
         if page.coming.is_some() {
-            accessible::coming(ui, "Computing another pixel");
+            accessible::coming(ui, text!("probe-another"));
         }
     });
-    ui.label(format!("radiance {level}; exposure {:+.2} stops; {}", single.exposure_stops, single.time.to_utc_iso()));
+    ui.label(text!("probe-radiance", level = level, stops = signed(single.exposure_stops, 2), time = instant_text(single.time)));
     if single.draws.is_empty() {
-        ui.label("No draw shades this pixel: it is background, a point or glare.");
+        ui.label(text!("probe-empty"));
         return;
     }
     let mut chosen = page.draw.min(single.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
         for (k, draw) in single.draws.iter().enumerate() {
-            let name = format!("{} {}", draw.name, draw.part.name());
-            if ui.selectable_label(k == chosen, name).on_hover_text("This draw's values at the pixel").clicked() {
+            let name = format!("{} {}", body_name(&draw.name), named("part", draw.part.name()));
+            if ui.selectable_label(k == chosen, name).on_hover_text(text!("probe-draw-hint")).clicked() {
                 chosen = k;
             }
         }
@@ -90,16 +92,14 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let first = &single.draws[chosen];
     ui.add(egui::Label::new(RichText::new(first.module.to_string()).monospace().size(SMALL)).wrap());
     if let Some([latitude, longitude]) = first.ground_deg {
-        ui.label(format!("surface at latitude {latitude:+.4}°, longitude {longitude:+.4}° (E)"));
+        ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
     }
     // The precisions may disagree on the coverage of an edge pixel.
     let second = double.draws.iter().find(|d| d.body == first.body && d.part == first.part);
     ui.horizontal(|ui| {
-        let label = ui.label("Filter");
-        ui.add(TextEdit::singleline(&mut page.wanted).desired_width(160.0))
-            .labelled_by(label.id)
-            .on_hover_text("Show only values whose name contains this text");
-        if ui.small_button("Copy").on_hover_text("Copy all values").clicked() {
+        let label = ui.label(text!("probe-filter"));
+        ui.add(TextEdit::singleline(&mut page.wanted).desired_width(160.0)).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
+        if ui.small_button(text!("shader-copy")).on_hover_text(text!("probe-copy-hint")).clicked() {
             ui.ctx().copy_text(rows(first, second).iter().map(|r| format!("{}\n", r.text())).collect());
         }
     });
@@ -133,8 +133,8 @@ struct Row {
 
 impl Row {
     fn text(&self) -> String {
-        let number = |v: f64, digits: usize| if v.is_nan() { "not evaluated".to_owned() } else { format!("{v:.digits$e}") };
-        let double = self.double.map_or("no value".to_owned(), |v| number(v, 9));
+        let number = |v: f64, digits: usize| if v.is_nan() { text!("probe-not-evaluated").to_owned() } else { format!("{v:.digits$e}") };
+        let double = self.double.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
         let apart = self.double.map(|d| (self.single - d).abs()).filter(|a| a.is_finite());
         let apart = apart.map_or(String::new(), |a| if a == 0.0 { "0".to_owned() } else { format!("{a:.1e}") });
         format!("{:<34} {:>14} {double:>17} {apart:>10}", self.name, number(self.single, 7))
@@ -145,8 +145,8 @@ impl Row {
 fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
     let of = |name: &str, k: usize| second.and_then(|s| s.seen.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
-    for (k, c) in ["red", "green", "blue", "coverage"].iter().enumerate() {
-        all.push(Row { name: format!("colour {c}"), single: first.seen.colour[k], double: second.map(|s| s.seen.colour[k]) });
+    for (k, c) in [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")].iter().enumerate() {
+        all.push(Row { name: text!("probe-colour", c = c), single: first.seen.colour[k], double: second.map(|s| s.seen.colour[k]) });
     }
     for value in &first.seen.values {
         for (k, single) in value.numbers.iter().enumerate() {
@@ -161,7 +161,10 @@ fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
 fn table(ui: &mut egui::Ui, rows: &[Row], wanted: &str) {
     let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(wanted.trim())).collect();
     let small = |text: String| RichText::new(text).monospace().size(SMALL);
-    ui.label(small(format!("{:<34} {:>14} {:>17} {:>10}", format!("{} values", shown.len()), "f32", "f64", "difference")).strong());
+    ui.label(
+        small(format!("{:<34} {:>14} {:>17} {:>10}", text!("probe-count", count = shown.len()), "f32", "f64", text!("probe-difference")))
+            .strong(),
+    );
     ui.spacing_mut().item_spacing.y = 1.0;
     let height = ui.text_style_height(&TextStyle::Monospace);
     ScrollArea::both().auto_shrink(false).show_rows(ui, height, shown.len(), |ui, range| {

@@ -16,6 +16,7 @@ use crate::shader::library::Origin;
 use crate::shader::module::diagnosis;
 use crate::shader::translate::Language;
 use crate::shader::{Emitted, ModuleId, ShaderModule};
+use crate::view::language::text;
 use crate::view::panels::compare::pair::{ComparedPicture, Pair};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::query_cache::QueryCache;
@@ -165,7 +166,7 @@ impl ShaderQueries {
             .get(worker, &(role, file.to_owned()), move |session| {
                 let reading = plan::map_decoding(role, Shape::Ellipsoid);
                 let map = session.map(&named, reading).map_err(|e| e.to_string())?;
-                let first = map.levels.first().ok_or("the map is empty")?;
+                let first = map.levels.first().ok_or(text!("map-empty"))?;
                 let bytes = map.levels.iter().map(|l| l.bytes.len()).sum();
                 Ok(MapFacts { width: first.width, height: first.height, levels: map.levels.len(), bytes })
             })
@@ -230,7 +231,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
             draw.features = *swap.key.features();
         }
     }
-    let plan = plan::plan(&scene, session, sampling).map_err(|e| format!("this view has no uniforms for that key: {e}"))?;
+    let plan = plan::plan(&scene, session, sampling).map_err(|e| text!("swap-no-uniforms", e = e.to_string()))?;
     let start = Moment::now();
     let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;

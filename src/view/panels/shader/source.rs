@@ -6,6 +6,7 @@
 use super::text::{Text, feature_colour, find_all, layout_job};
 use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
+use crate::view::language::text;
 use crate::view::panels::accessible;
 use crate::view::panels::theme::{CODE, SMALL};
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
@@ -40,13 +41,13 @@ pub(crate) struct SourcePage {
 
 fn language_name(language: Language) -> (&'static str, &'static str) {
     match language {
-        Language::Wgsl => ("WGSL", "As emitted"),
-        Language::Hlsl => ("HLSL", "For Direct3D"),
-        Language::Glsl => ("GLSL", "OpenGL 4.30"),
-        Language::Msl => ("MSL", "For Metal"),
-        Language::Spirv => ("SPIR-V", "For Vulkan: the words in hexadecimal, as orrery shader emit prints them"),
-        Language::Assembly => ("SPIR-V text", "For Vulkan, an instruction a line"),
-        Language::Ir => ("IR", "naga's intermediate representation"),
+        Language::Wgsl => ("WGSL", text!("language-wgsl")),
+        Language::Hlsl => ("HLSL", text!("language-hlsl")),
+        Language::Glsl => ("GLSL", text!("language-glsl")),
+        Language::Msl => ("MSL", text!("language-msl")),
+        Language::Spirv => ("SPIR-V", text!("language-spirv")),
+        Language::Assembly => (text!("language-spirv-text-name"), text!("language-spirv-text")),
+        Language::Ir => ("IR", text!("language-ir")),
     }
 }
 
@@ -64,7 +65,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'
     let text = match panel.queries.text(inspected.worker, &inspected.id, language) {
         Some(Ok(text)) => text,
         Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => return drop(accessible::coming(ui, "Generating the source")),
+        None => return drop(accessible::coming(ui, text!("source-coming"))),
     };
     page.show_requested(&text);
     page.find(ui, &text);
@@ -103,26 +104,26 @@ impl SourcePage {
     fn find(&mut self, ui: &mut Ui, text: &Arc<Text>) {
         let mut step = 0;
         ui.horizontal(|ui| {
-            let label = ui.label("Find");
+            let label = ui.label(text!("source-find"));
             let response = ui.add(TextEdit::singleline(&mut self.needle).desired_width(150.0)).labelled_by(label.id);
-            let response = response.on_hover_text("Find in the source; Enter goes to the next");
+            let response = response.on_hover_text(text!("source-find-hint"));
             if response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
                 step = 1;
                 response.request_focus();
             }
             if !text.features.is_empty() {
                 let mut margin = !self.no_margin;
-                ui.checkbox(&mut margin, "Show features").on_hover_text("Name the feature that needs each line");
+                ui.checkbox(&mut margin, text!("source-features")).on_hover_text(text!("source-features-hint"));
                 self.no_margin = !margin;
             }
             if self.needle.is_empty() {
-                ui.weak(format!("{} lines", text.lines.len()));
+                ui.weak(text!("source-count", count = text.lines.len()));
                 return;
             }
-            if ui.small_button("Previous").on_hover_text("The match before").clicked() {
+            if ui.small_button(text!("source-previous")).on_hover_text(text!("source-previous-hint")).clicked() {
                 step = -1;
             }
-            if ui.small_button("Next").on_hover_text("The next match (Enter)").clicked() {
+            if ui.small_button(text!("source-next")).on_hover_text(text!("source-next-hint")).clicked() {
                 step = 1;
             }
             let current = self.found.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
@@ -135,14 +136,14 @@ impl SourcePage {
             }
             let Some((_, _, lines)) = &self.found else { return };
             if lines.is_empty() {
-                ui.weak("no match");
+                ui.weak(text!("source-no-match"));
                 return;
             }
             if step != 0 {
                 self.at = (self.at as i64 + step).rem_euclid(lines.len() as i64) as usize;
                 self.jump = lines.get(self.at).copied();
             }
-            ui.weak(format!("match {} of {}", self.at + 1, lines.len()));
+            ui.weak(text!("source-match", at = self.at + 1, count = lines.len()));
         });
     }
 
@@ -160,7 +161,7 @@ impl SourcePage {
                 for (k, (name, lines)) in all {
                     let chosen = self.feature.as_ref() == Some(name);
                     let words = RichText::new(format!("{name} {lines}")).size(SMALL).color(feature_colour(name, dark));
-                    let hover = format!("{lines} lines for {name}: click to go to the longest block, again for the next one");
+                    let hover = text!("source-feature-hint", lines = lines, name = name);
                     if ui.selectable_label(chosen, words).on_hover_text(hover).clicked() {
                         self.asked = None;
                         self.go_to(text, k, chosen);
@@ -171,8 +172,8 @@ impl SourcePage {
         ui.horizontal(|ui| {
             // Another module may lack it.
             if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
-                ui.checkbox(&mut self.only, format!("Only lines for {feature}")).on_hover_text("Leave out all other lines");
-                if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
+                ui.checkbox(&mut self.only, text!("source-only", feature = feature)).on_hover_text(text!("source-only-hint"));
+                if ui.small_button(text!("source-all")).on_hover_text(text!("source-all-hint")).clicked() {
                     (self.feature, self.only, self.asked) = (None, false, None);
                 }
             }
@@ -214,7 +215,7 @@ impl SourcePage {
         let margin = !text.features.is_empty();
         let mut clicked = None;
         let stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
-        let about = "Lines of the source: arrow keys move between them, Enter marks the feature of a line";
+        let about = text!("source-lines");
         stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, about));
         let (at_keys, moved) = keys(ui, &stop, row_of(self.at_keys).min(count.saturating_sub(1)), count);
         if moved {
@@ -250,7 +251,9 @@ impl SourcePage {
                         ui.ctx().accesskit_node_builder(stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
                         let feature = text.features.get(usize::from(line.feature)).filter(|_| margin);
                         if let Some((feature, _)) = feature {
-                            ui.ctx().accesskit_node_builder(shown.id, |node| node.set_description(format!("needed by {feature}")));
+                            ui.ctx().accesskit_node_builder(shown.id, |node| {
+                                node.set_description(text!("source-needed-by", feature = feature))
+                            });
                         }
                     }
                 });
@@ -281,7 +284,7 @@ impl SourcePage {
                 let painter = ui.painter().with_clip_rect(names.intersect(ui.clip_rect()));
                 painter.text(names.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
             }
-            let said = format!("Line {}, needed by {name}", i + 1);
+            let said = text!("source-line", line = i + 1, name = name);
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &said));
         }
         response.on_hover_text(format!("{name}\n{}", line.origin)).clicked()

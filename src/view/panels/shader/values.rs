@@ -6,6 +6,7 @@ use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
 use crate::shader::reflect::Field;
 use crate::shader::{Layout, ModuleId};
+use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
@@ -19,7 +20,7 @@ pub(crate) struct ValuesPage {
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
-        accessible::coming(ui, "Loading the module");
+        accessible::coming(ui, text!("module-loading"));
         return;
     };
     let layout = &module.module.layout;
@@ -29,22 +30,22 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         (None, _) => None,
     };
     ui.horizontal(|ui| {
-        ui.strong(format!("{} uniforms, {} bytes", layout.fields.len(), layout.uniform_size));
-        let label = ui.label("Filter");
+        ui.strong(text!("values-count", count = layout.fields.len(), bytes = layout.uniform_size));
+        let label = ui.label(text!("probe-filter"));
         ui.add(TextEdit::singleline(&mut panel.values.wanted).desired_width(120.0))
             .labelled_by(label.id)
-            .on_hover_text("Show only uniforms whose name contains this text");
+            .on_hover_text(text!("values-filter-hint"));
     });
     match &bytes {
-        None => drop(ui.weak("This image does not use the module.")),
-        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, format!("this draw has no uniforms for this key: {e}"))),
+        None => drop(ui.weak(text!("values-unused"))),
+        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = e.to_string()))),
         Some(Ok(_)) => {}
     }
     let bytes = bytes.and_then(Result::ok);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         uniform_bytes(ui, layout, bytes.as_deref(), &panel.values.wanted);
         ui.separator();
-        ui.strong(format!("Textures: {}, samplers: {}", layout.textures.len(), layout.samplers.len()));
+        ui.strong(text!("values-textures", textures = layout.textures.len(), samplers = layout.samplers.len()));
         textures(panel, ui, inspected, layout);
     });
 }
@@ -55,12 +56,12 @@ fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspecte
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
-        let list = ComboBox::from_label("draw").selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
+        let list = ComboBox::from_label(text!("values-draw")).selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
             for (k, draw) in draws.iter().enumerate() {
                 ui.selectable_value(chosen, k, draw.label.as_str());
             }
         });
-        list.response.on_hover_text("The draw whose values are shown");
+        list.response.on_hover_text(text!("values-draw-hint"));
     } else {
         ui.weak(draws[*chosen].label.as_str());
     }
@@ -87,7 +88,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
     /// Rows shown of a long array.
     const ROWS: usize = 3;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for head in ["offset", "bytes", "type", "name", "value"] {
+        for head in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
             ui.weak(head);
         }
         ui.end_row();
@@ -102,7 +103,8 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
             let more = rows.len().saturating_sub(ROWS);
             let mut text = rows[..rows.len().min(ROWS)].join("\n");
             if more > 0 {
-                text.push_str(&format!("\nand {more} more rows"));
+                text.push('\n');
+                text.push_str(&text!("values-more", more = more));
             }
             let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL)).wrap());
             if more > 0 {
@@ -115,7 +117,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
 
 fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
     Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for head in ["binding", "name", "file", "size"] {
+        for head in [text!("values-binding"), text!("values-name"), text!("values-file"), text!("values-size")] {
             ui.weak(head);
         }
         ui.end_row();
@@ -129,18 +131,24 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_
                     ui.label(file);
                     match panel.queries.map(inspected.worker, role, file) {
                         Some(Ok(m)) => {
-                            ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
+                            ui.label(text!(
+                                "values-map",
+                                width = m.width,
+                                height = m.height,
+                                levels = m.levels,
+                                megabytes = decimal(m.bytes as f64 / 1e6, 1)
+                            ));
                         }
                         Some(Err(why)) => drop(ui.label(why)),
-                        None => drop(accessible::coming(ui, "Loading the map")),
+                        None => drop(accessible::coming(ui, text!("values-map-loading"))),
                     }
                 }
                 (None, Some(table)) => {
-                    ui.label("ring profile");
+                    ui.label(text!("values-ring-profile"));
                     ui.label(format!("{}x{}, f32", table.width, table.height));
                 }
                 (None, None) => {
-                    ui.weak("not used by this draw");
+                    ui.weak(text!("values-not-used"));
                     ui.label("");
                 }
             }
@@ -149,8 +157,8 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_
         for s in &layout.samplers {
             ui.monospace(s.binding.to_string());
             ui.label(&s.name);
-            ui.weak("sampler");
-            ui.label(format!("linear; at most {} taps a pixel", inspected.drawing.job.sampling.anisotropy));
+            ui.weak(text!("values-sampler"));
+            ui.label(text!("values-taps", taps = inspected.drawing.job.sampling.anisotropy));
             ui.end_row();
         }
     });

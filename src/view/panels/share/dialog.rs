@@ -3,6 +3,7 @@
 //! In: the purpose of a file. Out: its path, some time later. Always: the field beside the button also takes a typed name; without dialogs there is no button. The window provides the dialogs, tests
 //! provide their own.
 
+use crate::view::language::text;
 use crate::view::panels::Interface;
 use crate::view::panels::icons::{self, Icon};
 use crate::view::worker::render_worker::Pending;
@@ -44,12 +45,22 @@ pub(crate) struct OpenDialog {
 const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 impl FileField {
+    /// The accessible name of the button.
+    fn button_name(self) -> &'static str {
+        match self {
+            Self::View => text!("dialog-choose-view"),
+            Self::Picture => text!("dialog-choose-image"),
+            Self::Animation => text!("dialog-choose-animation"),
+            Self::Tour => text!("dialog-choose-tour"),
+        }
+    }
+
     fn question(self, name: &str) -> FileRequest {
         let (title, endings, opens): (_, &'static [&'static str], _) = match self {
-            Self::View => ("View file", &["json"], false),
-            Self::Picture => ("Image file", &["png", "exr"], false),
-            Self::Animation => ("Animation file", &["gif", "apng"], false),
-            Self::Tour => ("Tour file", &["json"], true),
+            Self::View => (text!("share-view-file"), &["json"], false),
+            Self::Picture => (text!("dialog-image"), &["png", "exr"], false),
+            Self::Animation => (text!("dialog-animation"), &["gif", "apng"], false),
+            Self::Tour => (text!("tours-file"), &["json"], true),
         };
         FileRequest { title, endings, name: name.to_owned(), opens }
     }
@@ -69,10 +80,10 @@ fn text(interface: &mut Interface, field: FileField) -> &mut String {
 pub(crate) fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let Some(open) = interface.file_dialog else { return };
     let question = field.question(text(interface, field));
-    let name = format!("Choose: {}", question.title.to_lowercase());
+    let name = field.button_name();
     let is_free = interface.share.dialog.is_none();
-    let pressed = ui.add_enabled_ui(is_free, |ui| icons::bare(ui, Icon::Open, &name)).inner;
-    if pressed.on_hover_text("Choose a file in a dialog").clicked() {
+    let pressed = ui.add_enabled_ui(is_free, |ui| icons::bare(ui, Icon::Open, name)).inner;
+    if pressed.on_hover_text(text!("dialog-hint")).clicked() {
         interface.share.dialog = Some(OpenDialog { field, answer: open(question) });
     }
 }
@@ -87,7 +98,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
             interface.share.dialog = None;
             match answer {
                 Some(path) => *text(interface, field) = path.display().to_string(),
-                None => interface.message = "No file was chosen. Where no dialog opens, type the name into the field".into(),
+                None => interface.message = text!("dialog-none").into(),
             }
         }
     }

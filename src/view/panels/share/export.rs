@@ -12,6 +12,7 @@ use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_pi
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
+use crate::view::language::{decimal, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -86,10 +87,10 @@ impl Export {
     /// # Errors
     /// An extension that is no animation format's, or a size or rate that the format does not support.
     pub(crate) fn of_animation(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
-        let form = animation_format(Path::new(name)).ok_or_else(|| format!("{name}: an animation's file ends in .gif or .apng"))?;
+        let form = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
-            return Err(format!("more than {:.0} million pixels in all: choose fewer or smaller frames", MAX_PIXELS / 1e6));
+            return Err(text!("export-too-large", millions = decimal(MAX_PIXELS / 1e6, 0)));
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| e.to_string())?;
@@ -119,7 +120,7 @@ impl Export {
             (0, _) => String::new(),
             (done, passed_s) => format!(", {}", remaining_text(passed_s / f64::from(done) * f64::from(self.count - done))),
         };
-        format!("{} of {}{left}", self.done, self.count)
+        text!("export-progress", done = self.done, count = self.count, left = left)
     }
 
     /// Takes a finished frame and starts the next one. `Some`: a message, and whether the export has ended.
@@ -137,9 +138,9 @@ impl Export {
             self.next(worker);
         }
         let said = match (&self.output, path) {
-            (Output::Files(_), Some(path)) => format!("{} of {}: {}", self.done, self.count, saved(&path)),
+            (Output::Files(_), Some(path)) => text!("export-saved-frame", done = self.done, count = self.count, saved = saved(&path)),
             (_, Some(path)) => saved(&path),
-            (_, None) => format!("Recording: {} of {} frames", self.done, self.count),
+            (_, None) => text!("export-recording", done = self.done, count = self.count),
         };
         Some((said, is_over))
     }
@@ -163,10 +164,10 @@ impl Export {
 /// `about 2 min left`.
 fn remaining_text(seconds: f64) -> String {
     match seconds {
-        s if s < 1.0 => "a moment left".into(),
-        s if s < 90.0 => format!("about {s:.0} s left"),
-        s if s < 5400.0 => format!("about {:.0} min left", s / 60.0),
-        s => format!("about {:.1} h left", s / 3600.0),
+        s if s < 1.0 => text!("export-moment-left").into(),
+        s if s < 90.0 => text!("export-seconds-left", s = decimal(s, 0)),
+        s if s < 5400.0 => text!("export-minutes-left", minutes = decimal(s / 60.0, 0)),
+        s => text!("export-hours-left", hours = decimal(s / 3600.0, 1)),
     }
 }
 
@@ -200,7 +201,7 @@ pub(crate) fn save(session: &Session, view: &ViewState, format: Format, files: i
     let path = files.peek().cloned().unwrap_or_default();
     let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);
     if !known {
-        return Err(format!("{}: an image file ends in .png or .exr", path.display()));
+        return Err(text!("export-image-ending", file = path.display()));
     }
     let (request, drawn) = drawn(session, view, format, is_exr(&path))?;
     let text = vec![

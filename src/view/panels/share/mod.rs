@@ -17,6 +17,9 @@ use crate::view::app::file_names::{absolute_path, free_names};
 use crate::view::app::settings::{Bookmark, UI_SCALES};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
+use crate::view::language::dates::minute_in_digits;
+use crate::view::language::numbers::typed_number;
+use crate::view::language::{Language, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ScrollArea, TextEdit};
@@ -112,28 +115,29 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 }
 
 fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, actions: &mut Vec<Action>) {
-    ui.strong("This view");
+    ui.strong(text!("share-view"));
     let link = interface.viewer.shareable().to_link();
     ui.horizontal(|ui| {
-        let copy = icons::button(ui, Icon::Link, "Copy link");
-        if ui.add(copy).on_hover_text("Copy a link that restores this view").clicked() {
+        let copy = icons::button(ui, Icon::Link, text!("share-copy-link"));
+        if ui.add(copy).on_hover_text(text!("share-copy-link-hint")).clicked() {
             ui.ctx().copy_text(link.clone());
-            interface.message = "Link copied".into();
+            interface.message = text!("link-copied").into();
         }
         ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
     });
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0)).on_hover_text("A link to open");
-        if ui.button("Open link").on_hover_text("Show the view of the link in the field").clicked() {
+        ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0))
+            .on_hover_text(text!("share-link-field"));
+        if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() {
             let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
             opened(interface, read, actions);
         }
     });
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text("View file");
+        ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text(text!("share-view-file"));
         dialog::button(interface, ui, FileField::View);
         let path = PathBuf::from(&interface.share.file);
-        if ui.button("Save view").on_hover_text("Write this view to the file; the next free number is added to its name").clicked() {
+        if ui.button(text!("share-save-view")).on_hover_text(text!("share-save-view-hint")).clicked() {
             let text = interface.viewer.shareable().to_json();
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| e.to_string());
             let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
@@ -143,7 +147,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             }
             interface.message = written.map_or_else(|why| why, |path| saved(&path));
         }
-        if ui.button("Open view").on_hover_text("Show the view of the file").clicked() {
+        if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| e.to_string());
             let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
             opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
@@ -159,7 +163,7 @@ fn opened(interface: &mut Interface, read: Result<ViewState, String>, actions: &
 }
 
 fn saved(path: &Path) -> String {
-    format!("Saved {}", absolute_path(path))
+    text!("share-saved", file = absolute_path(path))
 }
 
 /// Starts requested exports and takes finished frames, whether the panel is open or not.
@@ -168,13 +172,13 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     let panel = &mut interface.share;
     let (picture, wanted) = (std::mem::take(&mut panel.wants_picture), panel.wants.take());
     if (picture || wanted.is_some()) && panel.is_busy() {
-        interface.message = "An image or an animation is already being saved".into();
+        interface.message = text!("share-busy").into();
     } else if picture {
         match free_names(&panel.picture) {
             Ok(files) => {
                 let (view, format) = (interface.viewer.shareable(), panel.picture_format);
                 panel.shot = Some(ask(worker, move |session| export::save(session, &view, format, files)));
-                interface.message = format!("Saving an image of {}×{} pixels", format.size[0], format.size[1]);
+                interface.message = text!("share-saving", width = format.size[0], height = format.size[1]);
             }
             Err(e) => interface.message = e.to_string(),
         }
@@ -210,7 +214,7 @@ fn planned(interface: &Interface, wanted: Wanted) -> Result<Export, String> {
             Export::of_animation(steps(first), file, panel.frames, *rate, *format)
         }
         Wanted::Tour => {
-            let tour = interface.tour.playing_tour().ok_or("No tour is open")?;
+            let tour = interface.tour.playing_tour().ok_or(text!("share-no-tour"))?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
             Export::of_animation(Frames::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *format)
         }
@@ -218,17 +222,17 @@ fn planned(interface: &Interface, wanted: Wanted) -> Result<Export, String> {
 }
 
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    ui.strong("Bookmarks");
+    ui.strong(text!("bookmarks"));
     let name_now = || {
         let view = interface.viewer.destination();
-        format!("{} {}", interface.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default())
+        format!("{} {}", interface.viewer.name(view.target), minute_in_digits(view.time()))
     };
     let usual = name_now();
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&usual).desired_width(180.0))
-            .on_hover_text("Name of the bookmark");
-        let add = icons::button(ui, Icon::Bookmark, "Add bookmark");
-        if ui.add(add).on_hover_text("Add this view to the bookmarks").clicked() {
+            .on_hover_text(text!("bookmarks-name"));
+        let add = icons::button(ui, Icon::Bookmark, text!("bookmarks-add"));
+        if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() {
             let typed = std::mem::take(&mut interface.share.bookmark);
             let name = if typed.trim().is_empty() { usual.clone() } else { typed.trim().to_owned() };
             interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shareable() });
@@ -237,10 +241,10 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     let mut removed = None;
     for (i, kept) in interface.settings.bookmarks.iter().enumerate() {
         ui.horizontal(|ui| {
-            if ui.button(&kept.name).on_hover_text("Show this view").clicked() {
+            if ui.button(&kept.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
                 actions.push(Action::Show(Box::new(kept.view.clone())));
             }
-            let name = format!("Remove the bookmark {}", kept.name);
+            let name = text!("bookmarks-remove", name = kept.name);
             if icons::bare(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
                 removed = Some(i);
             }
@@ -249,9 +253,9 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     if let Some(i) = removed {
         interface.settings.bookmarks.remove(i);
     }
-    ui.collapsing("Recent views", |ui| {
+    ui.collapsing(text!("recent-views"), |ui| {
         for kept in &interface.settings.recent {
-            if ui.button(&kept.name).on_hover_text("Show this view").clicked() {
+            if ui.button(&kept.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
                 actions.push(Action::Show(Box::new(kept.view.clone())));
             }
         }
@@ -259,19 +263,29 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
 }
 
 fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
-    ui.strong("Appearance");
+    ui.strong(text!("appearance"));
     ui.horizontal(|ui| {
-        for (name, dark) in [("Dark", Some(true)), ("Light", Some(false)), ("Follow system", None)] {
-            ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text("Colours of the panels");
+        for (name, dark) in
+            [(text!("appearance-dark"), Some(true)), (text!("appearance-light"), Some(false)), (text!("appearance-system"), None)]
+        {
+            ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text(text!("appearance-colours-hint"));
         }
     });
-    ui.add(egui::Slider::new(&mut interface.settings.zoom, UI_SCALES).text("Text size"))
-        .on_hover_text("Size of text and controls (Ctrl and + or -)");
     ui.horizontal(|ui| {
-        ui.label("Panels");
-        for (name, on_left) in [("at the left", true), ("at the right", false)] {
-            ui.selectable_value(&mut interface.settings.panels.on_left, on_left, name)
-                .on_hover_text("Side of the sky on which panels open");
+        ui.label(text!("appearance-language"));
+        for language in Language::ALL {
+            let choice = ui.selectable_value(&mut interface.language, language, language.own_name());
+            if choice.on_hover_text(text!("appearance-language-hint")).clicked() {
+                interface.settings.language = Some(language);
+            }
+        }
+    });
+    ui.add(egui::Slider::new(&mut interface.settings.zoom, UI_SCALES).custom_parser(typed_number).text(text!("appearance-text-size")))
+        .on_hover_text(text!("appearance-text-size-hint"));
+    ui.horizontal(|ui| {
+        ui.label(text!("appearance-panels"));
+        for (name, on_left) in [(text!("appearance-left"), true), (text!("appearance-right"), false)] {
+            ui.selectable_value(&mut interface.settings.panels.on_left, on_left, name).on_hover_text(text!("appearance-side-hint"));
         }
     });
 }

@@ -1,0 +1,118 @@
+//! Dates as the window's language writes them.
+//!
+//! In: instants, ISO 8601 text, dates of a calendar. Out: text. Always: the messages `date-*` choose order, marks and names of months; what ISO 8601 cannot write (a Julian date)
+//! stays as it is. Not here: what a user types (`date_text`).
+
+use super::numbers::localised;
+use super::{named, text};
+use crate::time::Instant;
+use chrono::{Datelike, NaiveDate};
+
+/// An instant in UTC, to the millisecond if it has any.
+pub(crate) fn instant_text(t: Instant) -> String {
+    let iso = t.to_utc_iso();
+    match iso.trim_end_matches('Z').split_once('T') {
+        Some((date, clock)) => text!("date-instant", date = day_of(date), clock = localised(clock.to_owned())),
+        None => iso,
+    }
+}
+
+/// An instant in UTC, rounded to the minute.
+pub(crate) fn minute_text(t: Instant) -> String {
+    let iso = t.plus_seconds(30.0).to_utc_iso();
+    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
+        Some((date, clock)) => text!("date-minute", date = day_of(date), clock = clock),
+        None => iso,
+    }
+}
+
+/// The same in digits, for names.
+pub(crate) fn minute_in_digits(t: Instant) -> String {
+    let iso = t.to_utc_iso();
+    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
+        Some((date, clock)) => format!("{} {clock}", date_in_digits(date)),
+        None => iso,
+    }
+}
+
+/// Month, day and time of day in UTC, rounded to the second: for lists of one event's instants.
+pub(crate) fn month_day_second_text(t: Instant) -> String {
+    let iso = t.plus_seconds(0.5).to_utc_iso();
+    let parts = iso.split_once('T').and_then(|(date, clock)| Some((fields(date)?, clock.get(.."hh:mm:ss".len())?)));
+    match parts {
+        Some((Fields { month, day, .. }, clock)) => {
+            text!("date-month-day-second", month = month, day = day, clock = clock)
+        }
+        None => iso,
+    }
+}
+
+/// The day of an instant, UTC.
+pub(crate) fn day_text(t: Instant) -> String {
+    let iso = t.to_utc_iso();
+    iso.split_once('T').map_or(iso.clone(), |(date, _)| day_of(date))
+}
+
+/// An ISO 8601 date for reading.
+fn day_of(date: &str) -> String {
+    let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
+    let month_name = named("month", month.trim_start_matches('0'));
+    text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = number(day))
+}
+
+/// An ISO 8601 date in digits, as in a field that can be edited.
+pub(crate) fn date_in_digits(date: &str) -> String {
+    let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
+    text!("date-digits", year = year_text(year), month = month, day = day)
+}
+
+/// The fields of an ISO 8601 date.
+struct Fields<'d> {
+    year: &'d str,
+    month: &'d str,
+    day: &'d str,
+}
+
+fn fields(date: &str) -> Option<Fields<'_>> {
+    let mut from_end = date.rsplitn(3, '-');
+    let (day, month, year) = (from_end.next()?, from_end.next()?, from_end.next()?);
+    Some(Fields { year, month, day })
+}
+
+fn number(digits: &str) -> u32 {
+    digits.parse().unwrap_or_default()
+}
+
+/// An ISO 8601 year: the language chooses by `era` how it writes those up to 0, which are before Christ.
+fn year_text(iso: &str) -> String {
+    match iso.trim_start_matches('+').parse::<i64>() {
+        Ok(year) if year <= 0 => text!("date-iso-year-bc", iso = iso, year = 1 - year),
+        _ => iso.to_owned(),
+    }
+}
+
+/// The full name of a date's month.
+pub(crate) fn month_name(date: NaiveDate) -> &'static str {
+    named("month", month_number(date))
+}
+
+/// A few letters of it.
+pub(crate) fn month_short(date: NaiveDate) -> &'static str {
+    named("month-short", month_number(date))
+}
+
+fn month_number(date: NaiveDate) -> &'static str {
+    const NUMBERS: [&str; 12] = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"];
+    NUMBERS[date.month0() as usize % NUMBERS.len()]
+}
+
+/// Day, month and year: `8 April 2024`.
+pub(crate) fn long_date(date: NaiveDate) -> String {
+    // Years before 1 as chrono counts them, as everywhere in the calendar.
+    text!("date-long", day = date.day(), month = month_name(date), year = date.format("%Y").to_string())
+}
+
+/// Day and month: `8 Apr`.
+pub(crate) fn day_and_month(date: NaiveDate) -> String {
+    text!("date-short", day = date.day(), month = month_short(date))
+}

@@ -1,0 +1,48 @@
+# Well-known moments, what to see now, tours.
+
+now-moon = Der Mond heute Nacht
+now-eclipse = Nächste Finsternis
+now-saturn = Saturn jetzt
+now-shadows = Dreifacher Schatten
+now-shader = Shader einer Finsternis
+now-moon-about = zu { $percent } % beleuchtet
+now-dated = { $day }: { $what }
+now-saturn-about = Ringe und ihr Schatten
+now-shader-about = Zeilen zum { $day }
+now = Was jetzt zu sehen ist
+now-also = auch unter Momente
+now-close-hint = Schließen; sie stehen auch unter Momente
+now-close = Was jetzt zu sehen ist schließen
+moments-filter = Filter
+moments-filter-hint = Momente zeigen, deren Name diesen Text enthält
+moments-hint =
+    { $about }
+    { $time }
+    Quelle: { $source }
+outside-ephemeris = { $name }: außerhalb des Bereichs der Ephemeride
+moments-line = { $day } · { $about }
+tours = Touren
+tours-file-hint = Tourdatei (JSON); `orrery render --help` beschreibt ihre Felder
+tours-file = Tourdatei
+tours-open = Tour öffnen
+tours-open-hint = Die Tour der Datei abspielen
+moment-kind-solar-eclipse = Sonnenfinsternis
+moment-kind-lunar-eclipse = Mondfinsternis
+moment-kind-transit = Transit
+moment-kind-shadows = Schatten
+moment-kind-rings = Ringe
+moment-kind-conjunction = Konjunktion
+moment-kind-photograph = Fotografie
+tour-stop = { $tour }: { $stop } von { $stops }
+tour-previous = Zurück
+tour-previous-hint = Zurück zur vorigen Station
+tour-play = Tour abspielen
+tour-play-hint = Weiter
+tour-pause = Tour anhalten
+tour-pause-hint = Hier bleiben; die Ansicht lässt sich bewegen
+tour-next = Weiter
+tour-next-hint = Weiter zur nächsten Station
+tour-record = Tour aufzeichnen
+tour-record-hint = Die ganze Tour als Animation speichern, mit Datei, Größe und Bildrate aus Teilen
+tour-end = Tour beenden
+tour-end-hint = Die Tour schließen und die Ansicht behalten (Esc)

@@ -1,0 +1,30 @@
+# The Performance panel.
+
+frames-none = noch kein Bild
+frames-description = { $frames } Bilder: Mittel { $whole } ms, Maximum { $most } ms; { $stages }
+frames-total = insgesamt
+frames-pass = Durchgang { $pass }
+frames-plot = Bildzeiten
+perf-renderer = Renderer
+perf-display = angezeigt durch
+perf-image = Bild
+perf-frame = Bildzeit
+perf-frame-rate = Bildrate
+perf-frame-rate-value = { $rate } pro Sekunde
+perf-triangles-submitted = Dreiecke eingereicht
+perf-triangles-culled = Dreiecke verworfen
+perf-triangles-clipped = Dreiecke beschnitten
+perf-triangles-shaded = Dreiecke schattiert
+perf-interface = Oberfläche
+perf-draws = Zeichenaufrufe
+perf-points = Punkte
+perf-bodies = gezeigte Körper
+perf-bodies-value = { $shown } von { $all }
+perf-shaders-memory = Shader aus dem Speicher
+perf-shaders-disk = Shader von der Platte
+perf-shaders-compiled = Shader übersetzt
+perf-shaders-written = Shader geschrieben
+perf-shaders-repaired = Shader repariert
+perf-memory = Speicher
+perf-not-available = nicht verfügbar
+perf-in-seconds = { $count } in { $seconds } s

@@ -1,0 +1,22 @@
+# The search field and its suggestions.
+
+search-date = Datum
+search-place = Ort auf: { $body }
+search-events = Ereignisse suchen
+search-city = Stadt, { $country }
+search-key = Shader-Schlüssel
+search-near = bei: { $body }
+search-body = Körper
+search-star = Stern, Helligkeit { $magnitude }
+search-moment = Moment, { $day }
+search-on = auf: { $body }
+search-effect = Effekt: öffnet die Effekte
+search-of-year = {" "}{ $y }
+search-and = {" "}und{" "}
+search-field-hint-text = Suche (/)
+search-hint = Körper, Sterne, Krater, Städte, Momente, Daten, Ereignisse (Finsternis 2027), Orte (51.5, -0.1), Effekte, Shader-Schlüssel (/)
+search = Suche
+search-nothing = Nichts heißt „{ $typed }“{ $hint }
+search-did-you-mean = Vielleicht { $name }?
+search-city-chosen = { $city }, { $country }: Ereignisse, Auf- und Untergang gelten ab jetzt für diesen Ort
+search-star-outside = HIP { $hip }: außerhalb des Bereichs der Ephemeride für: { $body }

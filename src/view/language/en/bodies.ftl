@@ -1,0 +1,19 @@
+# Names of bodies that differ between languages, and those beside them; every other body is called as in the catalog.
+
+body-sun = Sun
+body-mercury = Mercury
+body-venus = Venus
+body-earth = Earth
+body-moon = Moon
+body-mars = Mars
+body-jupiter = Jupiter
+body-saturn = Saturn
+body-uranus = Uranus
+body-neptune = Neptune
+body-pluto = Pluto
+body-callisto = Callisto
+body-ganymede = Ganymede
+body-nereid = Nereid
+body-io = Io
+body-europa = Europa
+body-titan = Titan

@@ -1,0 +1,30 @@
+# The Performance panel.
+
+frames-none = no frame yet
+frames-description = { $frames } frames: mean { $whole } ms, maximum { $most } ms; { $stages }
+frames-total = total
+frames-pass = pass { $pass }
+frames-plot = Frame times
+perf-renderer = renderer
+perf-display = displayed via
+perf-image = image
+perf-frame = frame
+perf-frame-rate = frame rate
+perf-frame-rate-value = { $rate } per second
+perf-triangles-submitted = triangles submitted
+perf-triangles-culled = triangles culled
+perf-triangles-clipped = triangles clipped
+perf-triangles-shaded = triangles shaded
+perf-interface = interface
+perf-draws = draws
+perf-points = points
+perf-bodies = bodies shown
+perf-bodies-value = { $shown } of { $all }
+perf-shaders-memory = shaders from memory
+perf-shaders-disk = shaders from disk
+perf-shaders-compiled = shaders compiled
+perf-shaders-written = shaders written
+perf-shaders-repaired = shaders repaired
+perf-memory = memory
+perf-not-available = not available
+perf-in-seconds = { $count } in { $seconds } s

@@ -1,0 +1,22 @@
+# The search field and its suggestions.
+
+search-date = date
+search-place = place on { $body }
+search-events = search for events
+search-city = city, { $country }
+search-key = shader key
+search-near = near { $body }
+search-body = body
+search-star = star, magnitude { $magnitude }
+search-moment = moment, { $day }
+search-on = on { $body }
+search-effect = effect: opens the Effects panel
+search-of-year = {" "}of { $y }
+search-and = {" "}and{" "}
+search-field-hint-text = Search (/)
+search-hint = Bodies, stars, craters, cities, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)
+search = Search
+search-nothing = Nothing is called “{ $typed }”{ $hint }
+search-did-you-mean = Did you mean { $name }?
+search-city-chosen = { $city }, { $country }: events, rise and set are told for this place from now on
+search-star-outside = HIP { $hip }: outside the range of the ephemeris of { $body }

@@ -1,0 +1,45 @@
+//! Numbers as the window's language writes them.
+//!
+//! In: a number and its digits, typed text. Out: text with the language's decimal mark and grouping, or the number. Always: a decimal point is understood in every language, its own
+//! mark besides. Not for files, links or the command line.
+
+use super::text;
+use std::fmt::Display;
+
+/// A number with fixed decimals.
+pub(crate) fn decimal(value: impl Display, digits: usize) -> String {
+    localised(format!("{value:.digits$}"))
+}
+
+/// The same, with its sign.
+pub(crate) fn signed(value: impl Display, digits: usize) -> String {
+    localised(format!("{value:+.digits$}"))
+}
+
+/// A number's text with the decimal mark of the language in place of the point.
+pub(crate) fn localised(number: String) -> String {
+    match text!("number-decimal-mark") {
+        "." => number,
+        mark => number.replace('.', mark),
+    }
+}
+
+/// What separates thousands.
+pub(crate) fn group_mark() -> &'static str {
+    text!("number-group-mark")
+}
+
+/// The text of sliders and number fields, for egui.
+pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) -> String {
+    localised(egui::emath::format_with_decimals_in_range(value, decimals))
+}
+
+/// A typed number, with a decimal point, or with the decimal mark of the language.
+pub(crate) fn typed_number(text: &str) -> Option<f64> {
+    let plain: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
+    match text!("number-decimal-mark") {
+        // A text with the decimal mark of the language may have its group marks, too.
+        mark if mark != "." && plain.contains(mark) => plain.replace(group_mark(), "").replace(mark, ".").parse().ok(),
+        _ => plain.parse().ok(),
+    }
+}

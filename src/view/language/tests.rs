@@ -1,0 +1,288 @@
+//! The files of all languages have the same messages with the same arguments, and each message is used.
+
+use super::*;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// The arguments of each message of some files, by its id; an id that occurs twice is reported.
+fn messages<'f>(files: &[&'f str], faults: &mut Vec<String>) -> BTreeMap<&'f str, BTreeSet<&'f str>> {
+    let mut found: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for file in files {
+        let mut id = "";
+        for line in file.lines().filter(|line| !line.starts_with('#')) {
+            if let Some(begun) = files::ids(line).next() {
+                id = begun;
+                if found.insert(id, BTreeSet::new()).is_some() {
+                    faults.push(format!("{id} occurs twice"));
+                }
+            }
+            let arguments = line.split("{ $").skip(1).filter_map(|rest| rest.split([' ', '}']).next());
+            found.entry(id).or_default().extend(arguments);
+        }
+    }
+    found.remove("");
+    found
+}
+
+/// What one language has and the other lacks.
+fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
+    let mut faults = Vec::new();
+    let [first, second] = [first, second].map(|files| messages(files, &mut faults));
+    for (id, arguments) in &first {
+        match second.get(id) {
+            None => faults.push(format!("{id} is missing in the second")),
+            // Dates are made of those of the offered parts that a language needs.
+            Some(others) if id.starts_with("date-") && !others.is_empty() && !arguments.is_empty() => {}
+            Some(others) if others != arguments => faults.push(format!("{id} has other arguments: {arguments:?}, {others:?}")),
+            Some(_) => {}
+        }
+    }
+    faults.extend(second.keys().filter(|id| !first.contains_key(*id)).map(|id| format!("{id} is missing in the first")));
+    faults
+}
+
+#[test]
+fn all_languages_have_the_same_messages() {
+    for language in Language::ALL {
+        assert_eq!(differences(files::of(Language::English), files::of(language)), Vec::<String>::new(), "{language:?}");
+    }
+}
+
+#[test]
+fn a_missing_message_or_argument_is_found() {
+    let english = "one = One\ntwo = Two of { $all }\n";
+    assert!(differences(&[english], &[english]).is_empty());
+    assert_eq!(differences(&[english], &["one = Eins\n"]), ["two is missing in the second"]);
+    assert_eq!(differences(&["one = One\n"], &[english]), ["two is missing in the first"]);
+    assert_eq!(differences(&[english], &["one = Eins\ntwo = Zwei\n"]).len(), 1);
+    assert_eq!(differences(&[english, "one = Again\n"], &[english]), ["one occurs twice"]);
+}
+
+/// Fluent reads every file without an error, and each message that takes no argument is ready to show.
+#[test]
+fn every_file_is_valid_fluent() {
+    for language in Language::ALL {
+        for file in files::of(language) {
+            let fault = FluentResource::try_new((*file).to_owned()).err().map(|(_, errors)| format!("{errors:?}"));
+            assert_eq!(fault, None, "{language:?}: {}", file.lines().next().unwrap_or_default());
+        }
+        let all = messages(files::of(language), &mut Vec::new());
+        let ready = &MESSAGES[language as usize].plain;
+        for (id, arguments) in all {
+            assert_eq!(ready.contains_key(id), arguments.is_empty(), "{language:?}: {id}");
+        }
+    }
+    assert!(FluentResource::try_new("one = { $\n".to_owned()).is_err(), "a broken file is found");
+}
+
+/// Prefixes of messages for names that come from elsewhere: [`named`] looks them up.
+const NAMED: [&str; 15] = [
+    "body",
+    "contact",
+    "direction",
+    "effect",
+    "model",
+    "moment-kind",
+    "month",
+    "month-short",
+    "part",
+    "pass",
+    "pixels",
+    "quality",
+    "renderer",
+    "stage",
+    "tone",
+];
+
+/// Sources of the window, without this folder.
+fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
+        if entry.is_dir() && !entry.ends_with("language") {
+            sources(&entry, out);
+        } else if entry.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&entry).expect("a source");
+            let code = text.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or_default().to_owned();
+            out.push((entry.display().to_string(), code));
+        }
+    }
+}
+
+fn window_sources() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view");
+    let mut all = Vec::new();
+    sources(&root, &mut all);
+    for name in ["dates.rs", "numbers.rs"] {
+        all.push((name.into(), std::fs::read_to_string(root.join("language").join(name)).expect("a source")));
+    }
+    all
+}
+
+/// Ids in calls of `text!`.
+fn ids_in_calls(code: &str) -> impl Iterator<Item = &str> {
+    code.split("text!(\"").skip(1).filter_map(|rest| rest.split('"').next())
+}
+
+#[test]
+fn each_message_is_used_and_each_used_one_exists() {
+    let known = messages(files::of(Language::English), &mut Vec::new());
+    let sources = window_sources();
+    for (path, code) in &sources {
+        for id in ids_in_calls(code) {
+            assert!(known.contains_key(id), "{path}: no file has the message {id}");
+        }
+    }
+    let is_used = |id: &str| {
+        let quoted = format!("\"{id}\"");
+        let is_named = NAMED.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
+        // Found by their text.
+        let is_elsewhere = files::ENGLISH_ELSEWHERE.iter().any(|file| files::ids(file).any(|known| known == id));
+        is_named || is_elsewhere || sources.iter().any(|(_, code)| code.contains(&quoted))
+    };
+    let unused: Vec<_> = known.keys().filter(|id| !is_used(id)).collect();
+    assert!(unused.is_empty(), "no source uses {unused:?}");
+    assert!(!is_used("nobody-uses-this"));
+    assert_eq!(ids_in_calls("f(text!(\"a-b\"), text!(\"c\", n = 1))").collect::<Vec<_>>(), ["a-b", "c"]);
+}
+
+/// Calls that show their text.
+const SHOWN: [&str; 20] = [
+    "label(",
+    "button(",
+    "on_hover_text(",
+    "heading(",
+    "strong(",
+    "weak(",
+    "small(",
+    "checkbox(",
+    "hint_text(",
+    "small_button(",
+    "accessible_name(",
+    "coming(",
+    "selectable_label(",
+    "toggle_value(",
+    "collapsing(",
+    "CollapsingHeader::new(",
+    "Window::new(",
+    "RichText::new(",
+    "line(ui, ",
+    ".text(",
+];
+
+/// Units, names of files and examples of what is typed, which are the same in every language.
+const SAME_IN_ALL: [&str; 5] = ["ms", "tour.json", "shaders/{}:{}", "+eclipse=linear,-normal", "lambert.albedo.sun1.ellipsoid"];
+
+/// Literals with a word in calls that show them.
+fn shown_literals(code: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for call in SHOWN {
+        for rest in code.split(call).skip(1) {
+            let first = rest.trim_start().trim_start_matches(['&', '(']);
+            let literal = first.strip_prefix('"').or_else(|| first.strip_prefix("format!(\"")).and_then(|rest| rest.split('"').next());
+            // What a format fills in is no literal.
+            let words = |text: &str| {
+                let plain: String = text.split('{').map(|part| part.rsplit('}').next().unwrap_or_default()).collect::<Vec<_>>().join(" ");
+                plain.split_whitespace().filter(|word| word.chars().filter(|c| c.is_alphabetic()).count() > 1).count()
+            };
+            found.extend(literal.filter(|text| words(text) >= 1 && !SAME_IN_ALL.contains(text)).map(str::to_owned));
+        }
+    }
+    found
+}
+
+#[test]
+fn no_panel_shows_a_text_of_its_own() {
+    let left: Vec<String> = window_sources()
+        .iter()
+        .flat_map(|(path, code)| shown_literals(code).into_iter().map(move |text| format!("{path}: {text}")))
+        .collect();
+    assert!(left.is_empty(), "{left:#?}");
+    assert_eq!(
+        shown_literals("ui.label(\"one\"); ui.button(format!(\"open {x} now\")); ui.label(\"ms\"); ui.label(\"{km}: {}\")").len(),
+        2
+    );
+}
+
+/// A message that a language lacks is English; one that none has shows its id; nobody panics about arguments.
+#[test]
+fn what_is_missing_falls_back() {
+    set(Language::German);
+    assert_eq!(plain("tab-effects"), "Effekte");
+    assert_eq!(plain("no-such-message"), "no-such-message");
+    assert_eq!(filled("no-such-message", &[]), "no-such-message");
+    assert_eq!(filled("perf-bodies-value", &[]), "perf-bodies-value", "its arguments are missing");
+    assert_eq!((body_name("Earth"), body_name("Himalia")), ("Erde", "Himalia"));
+    set(Language::English);
+    assert_eq!((plain("tab-effects"), body_name("Earth")), ("Effects", "Earth"));
+}
+
+#[test]
+fn numbers_and_dates_are_those_of_the_language() {
+    use crate::time::Instant;
+    let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    let early = Instant::parse("-0584-05-28T14:00:00Z").expect("a time");
+    let day = chrono::NaiveDate::from_ymd_opt(2024, 3, 8).expect("a day");
+    let all = || {
+        [
+            decimal(1.25, 2),
+            signed(0.5, 1),
+            dates::instant_text(time),
+            dates::day_text(early),
+            dates::long_date(day),
+            dates::day_and_month(day),
+            dates::minute_text(time),
+            dates::month_day_second_text(time),
+            dates::date_in_digits("2024-04-08"),
+            dates::date_in_digits("-0584-05-28"),
+            numbers::field_text(1.5, 0..=2),
+        ]
+    };
+    assert_eq!(
+        all(),
+        [
+            "1.25",
+            "+0.5",
+            "2024-04-08T18:17:16Z",
+            "-0584-05-28",
+            "8 March 2024",
+            "8 Mar",
+            "2024-04-08 18:17 UTC",
+            "04-08 18:17:16",
+            "2024-04-08",
+            "-0584-05-28",
+            "1.5"
+        ]
+    );
+    assert_eq!((numbers::typed_number("1.5"), numbers::typed_number("1,5"), numbers::typed_number(" −2 ")), (Some(1.5), None, Some(-2.0)));
+    set(Language::German);
+    assert_eq!(
+        all(),
+        [
+            "1,25",
+            "+0,5",
+            "8. April 2024, 18:17:16 UTC",
+            "28. Mai 585 v. Chr.",
+            "8. März 2024",
+            "8. März",
+            "8. April 2024, 18:17 UTC",
+            "08.04. 18:17:16",
+            "08.04.2024",
+            "28.05.585 v. Chr.",
+            "1,5"
+        ]
+    );
+    assert_eq!((numbers::typed_number("1,5"), numbers::typed_number("1.5")), (Some(1.5), Some(1.5)));
+    assert_eq!((numbers::typed_number("1.234,5"), numbers::typed_number("x")), (Some(1234.5), None));
+    set(Language::English);
+}
+
+#[test]
+fn times_are_rounded_and_carry_over() {
+    use crate::time::Instant;
+    let at = |text: &str| Instant::parse(text).expect(text);
+    assert_eq!(dates::minute_text(at("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
+    assert_eq!(dates::month_day_second_text(at("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
+    assert_eq!(dates::month_day_second_text(at("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
+    assert_eq!(dates::minute_text(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
+    let far = Instant::from_tdb_seconds_past_j2000(1e15);
+    assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
+}

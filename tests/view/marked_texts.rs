@@ -1,0 +1,475 @@
+//! Each text of the window comes from its Fluent files: in the marked language whatever is painted, hovered or told to a screen reader stands between marks, or is of a stated kind.
+
+use crate::view::interface::{harness, interface, session, settle};
+use egui::accesskit::Role;
+use egui::epaint::{ClippedShape, Shape};
+use egui::{Event, FontFamily, Modifiers, PointerButton, Pos2, Rect};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::scene::effects::Effect;
+use orrery::shader::key::{DIMENSIONS, Dimension};
+use orrery::view::app::settings::{HintsUsed, Home};
+use orrery::view::language::{Language, translated};
+use orrery::view::panels::{Interface, Tab};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+const SATURN: NaifId = NaifId(699);
+const EQUINOX: &str = "2017-05-17T00:00:00Z";
+
+type Window = Harness<'static, Interface>;
+
+/// The parts of a text that no message gives: those outside of `«»`, and those in it between `‹›`, which are filled in.
+fn given_elsewhere(text: &str) -> Vec<String> {
+    let mut parts = vec![String::new()];
+    let mut open = Vec::new();
+    for c in text.chars() {
+        match c {
+            '«' | '‹' => open.push(c),
+            '»' | '›' => drop(open.pop()),
+            _ if open.last() != Some(&'«') => parts.last_mut().expect("a part").push(c),
+            _ => {}
+        }
+        if "«»‹›".contains(c) {
+            parts.push(String::new());
+        }
+    }
+    parts.into_iter().map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
+}
+
+/// Signs of units, which are the same in every language.
+const UNITS: [&str; 22] = [
+    "km",
+    "m",
+    "px",
+    "dB",
+    "s",
+    "ms",
+    "µs",
+    "kB",
+    "MB",
+    "MiB",
+    "GiB",
+    "K",
+    "pc",
+    "mag",
+    "mas",
+    "UTC",
+    "UTC+00:00",
+    "h",
+    "min",
+    "d",
+    "x",
+    "e",
+];
+
+/// Names that are written alike in every language: of this program, languages, hardware, shading languages; places and stars that the searches below find; keys and pins of one letter.
+const NAMES: [&str; 37] = [
+    "C1",
+    "C2",
+    "C3",
+    "C4",
+    "Tycho Brahe",
+    "iau",
+    "Orrery",
+    "English",
+    "Deutsch",
+    "GPU",
+    "CPU",
+    "WGSL",
+    "HLSL",
+    "GLSL",
+    "MSL",
+    "SPIR-V",
+    "IR",
+    "Sirius",
+    "Vega",
+    "HIP",
+    "Paris",
+    "France",
+    "Dallas",
+    "United States",
+    "Tycho",
+    "A",
+    "B",
+    "p",
+    "j",
+    "l",
+    "t",
+    "PSNR",
+    "RGB",
+    "R",
+    "G",
+    "Alpha",
+    "V",
+];
+
+/// What egui itself tells screen readers, in English.
+const OF_EGUI: [&str; 3] = ["Resize panel", "Close window", "Hide"];
+
+/// A number in digits, with its units and marks: no decimal point.
+fn is_number(word: &str) -> bool {
+    word.chars().all(|c| c.is_ascii_digit() || "°′″%±×".contains(c))
+        || word
+            .strip_suffix(['h', 'm', 's', 'e', 'x'])
+            .is_some_and(|digits| !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit()))
+        || word.split_once('e').is_some_and(|(a, b)| !a.is_empty() && is_number(a) && !b.is_empty() && is_number(b))
+        || word.split_once('x').is_some_and(|(a, b)| is_number(a) && is_number(b) && !a.is_empty() && !b.is_empty())
+}
+
+/// Names of the catalogs that have no message: bodies, rings, features of surfaces, moments' sources.
+fn catalog_names() -> BTreeSet<String> {
+    let catalog = session().catalog();
+    let mut all = BTreeSet::new();
+    for body in catalog.bodies() {
+        // One that has a message is shown by it.
+        if translated(&body.name) == body.name && !MESSAGE_BODIES.contains(&body.name.as_str()) {
+            all.insert(body.name.clone());
+        }
+        all.extend(body.rings.iter().map(|ring| ring.name.clone()));
+    }
+    all.extend(catalog.moments().iter().map(|moment| moment.source.clone()));
+    // Comets, constellations and instruments, and the features that the searches below find.
+    for file in ["comets.csv", "constellation_names.json", "instruments.toml", "nomenclature_usgs.csv"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("catalogs").join(file);
+        let text = std::fs::read_to_string(path).expect(file);
+        all.extend(
+            text.split([',', '"', '\n'])
+                .map(|name| name.trim().to_owned())
+                .filter(|name| name.len() > 2 && !name.starts_with(char::is_lowercase) && name.parse::<f64>().is_err()),
+        );
+    }
+    all
+}
+
+/// Bodies whose names differ between languages.
+const MESSAGE_BODIES: [&str; 10] = ["Sun", "Mercury", "Earth", "Moon", "Neptune", "Pluto", "Callisto", "Ganymede", "Nereid", "Saturn"];
+
+/// Names of shader modules, as their files are called.
+fn module_names() -> BTreeSet<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/entry");
+    let stems =
+        std::fs::read_dir(folder).expect("a folder").filter_map(|entry| entry.ok()?.path().file_stem()?.to_str().map(str::to_owned));
+    stems.flat_map(|stem| [stem.replace('_', " "), stem]).collect()
+}
+
+/// Dimensions of keys with their values and features, stages of a module, effects as the Shader panel's features name them.
+fn key_names() -> BTreeSet<String> {
+    let of_dimension = |d: &'static Dimension| std::iter::once(d.name).chain(d.texts.iter().copied()).chain(d.features.iter().copied());
+    let effects = Effect::ALL.into_iter().map(|effect| effect.name());
+    DIMENSIONS.iter().flat_map(of_dimension).chain(effects).chain(["limb-heights", "vertex", "fragment", "y"]).map(str::to_owned).collect()
+}
+
+/// Parts of texts that are neither messages nor of a stated kind.
+pub struct Scan {
+    names: BTreeSet<String>,
+    modules: BTreeSet<String>,
+    keys: BTreeSet<String>,
+    pub faults: BTreeSet<String>,
+    pub seen: usize,
+}
+
+impl Scan {
+    pub fn new() -> Self {
+        Self { names: catalog_names(), modules: module_names(), keys: key_names(), faults: BTreeSet::new(), seen: 0 }
+    }
+
+    fn is_stated(&self, place: &str, part: &str) -> bool {
+        let code = |text: &str| place.contains("Shader") && self.keys.contains(text);
+        let known = |text: &str| {
+            code(text)
+                || self.names.contains(text)
+                || self.modules.contains(text)
+                || NAMES.contains(&text)
+                || UNITS.contains(&text)
+                || OF_EGUI.contains(&text)
+        };
+        // Links, files and folders; the fields of effects and keys with what is typed there.
+        let folder = env!("CARGO_MANIFEST_DIR").trim_matches('/');
+        let is_typed = |word: &str| {
+            word.contains("/orrery/")
+                || word == folder
+                || [".json", ".png", ".gif", ".jpg", ".wesl"].iter().any(|ending| word.contains(ending))
+                || word.starts_with("eclipse=")
+                || word.contains('_')
+        };
+        // Keys of shaders and names of their features: `lambert.albedo.sun1`, `not shape.mesh`.
+        let is_key = |word: &str| {
+            word == "not"
+                || word.contains('.')
+                    && word
+                        .split('.')
+                        .all(|name| !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '-' || c.is_ascii_digit()))
+                    && !is_decimal(word)
+        };
+        let is_mark = |word: &str| !word.chars().any(char::is_alphanumeric) || !word.chars().any(|c| c.is_ascii());
+        let word = |word: &str| {
+            let bare = word.trim_matches(|c: char| ",;:()[]·+-−…/'".contains(c));
+            is_mark(word)
+                || known(bare)
+                || is_typed(bare)
+                || is_key(bare)
+                || bare.split([':', '-', '+', ',', '/', '(', '−']).all(|piece| is_number(piece) || known(piece))
+        };
+        let trimmed = part.trim_matches(|c: char| ",;:()·+-−… ".contains(c));
+        part.starts_with("orrery://")
+            || known(part)
+            || known(trimmed)
+            || place.contains("Shader") && is_value_list(part)
+            || trimmed.split(", ").all(&known)
+            || part.split_whitespace().all(word)
+    }
+
+    pub fn check(&mut self, place: &str, texts: impl IntoIterator<Item = String>) {
+        for text in texts {
+            self.seen += 1;
+            for part in given_elsewhere(&text) {
+                if !self.is_stated(place, &part) {
+                    let whole: String = text.chars().take(160).collect();
+                    self.faults.insert(format!("{place}: {part}   in: {whole}"));
+                }
+            }
+        }
+    }
+}
+
+/// Values of a pixel, as the probe copies them: `5.3, 4.7, 2.9`.
+fn is_value_list(part: &str) -> bool {
+    part.contains(", ") && part.split(", ").all(is_decimal)
+}
+
+/// `1.5`: a number that was not written in the window's language.
+fn is_decimal(word: &str) -> bool {
+    word.split('.').all(|digits| !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit()))
+}
+
+/// Everything that is painted or told to a screen reader. `code`: source text, which stands in a font of its own, is left out.
+fn texts<S>(window: &Harness<'static, S>, code: bool) -> BTreeSet<String> {
+    fn painted(shape: &Shape, code: bool, out: &mut BTreeSet<String>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| painted(shape, code, out)),
+            Shape::Text(text) => {
+                let is_code = text.galley.job.sections.iter().all(|section| section.format.font_id.family == FontFamily::Monospace);
+                if !(code && is_code) {
+                    out.insert(text.galley.job.text.clone());
+                }
+            }
+            _ => {}
+        }
+    }
+    fn told(node: &egui_kittest::Node<'_>, code: bool, out: &mut BTreeSet<String>) {
+        let n = node.accesskit_node();
+        // A text run repeats its label. Lines of source and values beside them are told as they are painted.
+        if n.role() != Role::TextRun && !(code && n.role() == Role::Label) {
+            out.extend([n.label(), n.value(), n.description()].into_iter().flatten());
+        }
+        node.children().for_each(|child| told(&child, code, out));
+    }
+    let mut out = BTreeSet::new();
+    window.output().shapes.iter().for_each(|ClippedShape { shape, .. }| painted(shape, code, &mut out));
+    told(&window.root(), code, &mut out);
+    out
+}
+
+/// Name, role and rectangle of each control that the window shows.
+fn controls(window: &Window) -> Vec<(String, Role, Rect)> {
+    fn walk(node: &egui_kittest::Node<'_>, out: &mut Vec<(String, Role, Rect)>) {
+        let n = node.accesskit_node();
+        // The harness draws one pixel a point.
+        if let Some(b) = n.bounding_box() {
+            let rect = Rect::from_min_max(Pos2::new(b.x0 as f32, b.y0 as f32), Pos2::new(b.x1 as f32, b.y1 as f32));
+            out.push((n.label().unwrap_or_default(), n.role(), rect));
+        }
+        node.children().for_each(|child| walk(&child, out));
+    }
+    let mut out = Vec::new();
+    walk(&window.root(), &mut out);
+    let size = window.input().screen_rect.unwrap_or(Rect::EVERYTHING);
+    let is_control =
+        |role: Role| !matches!(role, Role::Window | Role::Pane | Role::GenericContainer | Role::TextRun | Role::ScrollBar | Role::Unknown);
+    out.retain(|(_, role, rect)| is_control(*role) && size.contains(rect.center()) && rect.area() > 1.0);
+    out
+}
+
+fn press(window: &mut Window, at: Pos2, button: PointerButton, modifiers: Modifiers) {
+    window.hover_at(at);
+    window.run_steps(1);
+    for pressed in [true, false] {
+        window.event(Event::PointerButton { pos: at, button, pressed, modifiers });
+        window.run_steps(1);
+    }
+    window.run_steps(1);
+}
+
+/// Scans what is shown, then each tooltip that was not seen before.
+fn scan_with_tooltips(scan: &mut Scan, window: &mut Window, place: &str, hovered: &mut BTreeSet<String>) {
+    let code = window.state().tab == Some(Tab::Shader);
+    scan.check(place, texts(window, code));
+    for (name, role, rect) in controls(window) {
+        if hovered.insert(format!("{role:?} {name}")) {
+            window.hover_at(rect.center());
+            window.run_steps(2);
+            scan.check(&format!("{place}, over {name}"), texts(window, code));
+        }
+    }
+    window.hover_at(Pos2::new(640.0, 300.0));
+    window.run_steps(1);
+}
+
+fn marked_window(target: NaifId, utc: &str) -> Window {
+    let mut shown = interface(target, utc);
+    shown.settings.panels.timeline_shown = true;
+    shown.settings.hints = HintsUsed::default();
+    shown.language = Language::Marked;
+    let mut window = harness(shown);
+    window.set_size([1280.0, 800.0].into());
+    settle(&mut window);
+    window.ctx.all_styles_mut(|style| {
+        style.interaction.tooltip_delay = 0.0;
+        style.interaction.show_tooltips_only_when_still = false;
+    });
+    window
+}
+
+/// Opens what is folded, each list and each menu, and scans them.
+fn scan_lists(scan: &mut Scan, window: &mut Window, place: &str, hovered: &mut BTreeSet<String>) {
+    for (name, role, rect) in controls(window) {
+        let is_menu = role == Role::ComboBox || role == Role::Button && ["«Layers»", "«Calendar»"].contains(&name.as_str());
+        if is_menu && hovered.insert(format!("list {name}")) {
+            press(window, rect.center(), PointerButton::Primary, Modifiers::NONE);
+            scan_with_tooltips(scan, window, &format!("{place}, list {name}"), hovered);
+            press(window, rect.center(), PointerButton::Primary, Modifiers::NONE);
+        }
+    }
+}
+
+#[test]
+fn every_panel_shows_only_messages() {
+    let mut window = marked_window(SATURN, EQUINOX);
+    let (mut scan, mut hovered) = (Scan::new(), BTreeSet::new());
+    for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
+        window.state_mut().tab = tab;
+        settle(&mut window);
+        let folded: Vec<_> = controls(&window)
+            .into_iter()
+            .filter(|(name, role, ..)| *role == Role::DisclosureTriangle && !name.contains("Moons of"))
+            .collect();
+        for (name, ..) in folded {
+            window.get_by_role_and_label(Role::DisclosureTriangle, &name).click_accesskit();
+            window.run_steps(1);
+        }
+        settle(&mut window);
+        let place = format!("{tab:?}");
+        scan_with_tooltips(&mut scan, &mut window, &place, &mut hovered);
+        scan_lists(&mut scan, &mut window, &place, &mut hovered);
+    }
+    window.state_mut().tab = None;
+    window.state_mut().help_shown = true;
+    settle(&mut window);
+    scan.check("help", texts(&window, false));
+    assert!(scan.seen > 5000, "{} texts", scan.seen);
+    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.seen, scan.faults);
+}
+
+/// What the window shows after something was done: searches, menus, measured angles, tours, events, pages of the shader, comparisons, a warning.
+#[test]
+fn what_actions_bring_up_shows_only_messages() {
+    let mut window = marked_window(NaifId::EARTH, "2024-04-08T18:30:00Z");
+    window.state_mut().settings.home = Home { latitude_deg: 32.8, longitude_deg: -96.8 };
+    let (mut scan, mut hovered) = (Scan::new(), BTreeSet::new());
+    for typed in [
+        "sat",
+        "2027",
+        "eclipse 2027",
+        "51.5, -0.1",
+        "paris",
+        "sirius",
+        "tycho",
+        "hip 91262",
+        "ring-sh",
+        "lambert.albedo",
+        "great",
+        "nowhere at all",
+    ] {
+        window.get_by_role_and_label(Role::TextInput, "«Search»").focus();
+        window.run_steps(1);
+        window.get_by_role_and_label(Role::TextInput, "«Search»").type_text(typed);
+        window.run_steps(3);
+        let shown: Vec<String> = texts(&window, false).into_iter().filter(|text| !text.contains(typed)).collect();
+        scan.check(&format!("searching {typed}"), shown);
+        window.key_press(egui::Key::Escape);
+        window.run_steps(2);
+    }
+    let sky = Pos2::new(640.0, 330.0);
+    press(&mut window, sky, PointerButton::Secondary, Modifiers::NONE);
+    scan_with_tooltips(&mut scan, &mut window, "menu", &mut hovered);
+    window.key_press(egui::Key::Escape);
+    window.run_steps(2);
+    for at in [sky, Pos2::new(700.0, 250.0)] {
+        press(&mut window, at, PointerButton::Primary, Modifiers::CTRL);
+    }
+    scan.check("measured angle", texts(&window, false));
+    // The line itself is an error of a link.
+    window.state_mut().warning = Some("orrery://view?".into());
+    window.run_steps(3);
+    scan.check("warning", texts(&window, false));
+    window.state_mut().warning = None;
+    for (tab, buttons) in [
+        (Tab::Information, &[][..]),
+        (Tab::Events, &["«Search»", "«Partial solar eclipse»", "«Total solar eclipse»", "«Greatest»", "«From this place»"][..]),
+        (Tab::Compare, &["«Side by side»", "«Difference»", "«Error bound»"][..]),
+        (Tab::Shader, &["«Key»", "«Values»", "«Cost»", "«Probe»", "«Centre»", "«Gallery»", "«Source»"][..]),
+        (Tab::Moments, &["«A day on Mars»", "«Pause tour»", "«End tour»"][..]),
+    ] {
+        window.state_mut().tab = Some(tab);
+        settle(&mut window);
+        scan_with_tooltips(&mut scan, &mut window, &format!("{tab:?}"), &mut hovered);
+        for button in buttons {
+            let found = controls(&window)
+                .into_iter()
+                .find(|(name, role, ..)| name.contains(button) && matches!(role, Role::Button | Role::RadioButton));
+            let Some((_, _, rect)) = found else { continue };
+            press(&mut window, rect.center(), PointerButton::Primary, Modifiers::NONE);
+            settle(&mut window);
+            scan_with_tooltips(&mut scan, &mut window, &format!("{tab:?} after {button}"), &mut hovered);
+        }
+    }
+    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.seen, scan.faults);
+}
+
+/// A label, a number or a tooltip that does not come from a message is found.
+#[test]
+fn a_text_of_the_code_is_found() {
+    let scan = Scan::new();
+    for text in ["Save image", "Save", "«Saved» file", "«Open ‹the file›»", "1.5 km", "12 kilometres", "Sun", "paused", "«km» per second"]
+    {
+        assert!(given_elsewhere(text).iter().any(|part| !scan.is_stated("here", part)), "{text}");
+    }
+    for text in [
+        "«Save image»",
+        "1«.»5 km",
+        "‹12› km",
+        "Mimas",
+        "«Fly to ‹Mimas› (g)»",
+        "-22° 01′ 07«.»8″",
+        "18:20:00",
+        "orrery.png",
+        "lambert.albedo.sun1",
+    ] {
+        assert!(given_elsewhere(text).iter().all(|part| scan.is_stated("here", part)), "{text}");
+    }
+    let mut window = Harness::new_ui(|ui| {
+        ui.label("painted");
+        ui.button("pressed").on_hover_text("hovered");
+    });
+    window.run_steps(2);
+    window.ctx.all_styles_mut(|style| {
+        style.interaction.tooltip_delay = 0.0;
+        style.interaction.show_tooltips_only_when_still = false;
+    });
+    window.get_by_label("pressed").hover();
+    window.run_steps(3);
+    let found = texts(&window, false);
+    assert!(["painted", "pressed", "hovered"].iter().all(|text| found.contains(*text)), "{found:?}");
+}
