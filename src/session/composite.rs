@@ -5,8 +5,7 @@
 
 use super::{Session, SessionError, Stage};
 use crate::render::plan::{self, Plan, PlanError, SamplingQuality};
-use crate::scene::camera::geometry::ImageGeometry;
-use crate::scene::camera::warped::WarpedGeometry;
+use crate::scene::camera::geometry::{ImageGeometry, WarpedGeometry};
 use crate::scene::composite::{Composite, FrameRequest, Frames};
 use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};

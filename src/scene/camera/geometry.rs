@@ -5,8 +5,9 @@
 
 use super::Camera;
 use super::sphere::{ImageProjection, SpherePicture};
-use super::warped::WarpedGeometry;
+use crate::scene::request::warp_mesh::WarpMesh;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// How a finished picture shows directions.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -58,6 +59,45 @@ impl ImageProjection for LeftPicture<'_> {
     fn field_of_view(&self) -> String {
         self.camera.field_of_view()
     }
+}
+
+/// A finished picture on a mesh. Both directions use the triangles that the renderer draws, so that a mark stands on what it marks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WarpedGeometry {
+    /// How the picture on the mesh shows directions.
+    pub picture: Box<ImageGeometry>,
+    /// Its size.
+    pub picture_px: [u32; 2],
+    pub mesh: Arc<WarpMesh>,
+    /// Size of the screen.
+    pub screen_px: [u32; 2],
+}
+
+impl WarpedGeometry {
+    /// The pixel of the screen that shows a pixel of the picture; `None` if none does. Of several the first in the mesh.
+    pub(crate) fn screen_of_picture(&self, pixel: DVec2) -> Option<DVec2> {
+        let part = pixel / size(self.picture_px);
+        let place = self.mesh.screen_of_picture(DVec2::new(part.x, 1.0 - part.y))?;
+        let screen = size(self.screen_px);
+        Some(DVec2::new(0.5 * screen.x + 0.5 * screen.y * place.x, 0.5 * screen.y * (1.0 - place.y)))
+    }
+
+    /// The pixel of the picture that a pixel of the screen shows; `None` beside the mesh.
+    pub(crate) fn picture_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
+        let screen = size(self.screen_px);
+        let place = (pixel - 0.5 * screen) / (0.5 * screen.y);
+        let part = self.mesh.picture_of_screen(DVec2::new(place.x, -place.y))?;
+        Some(DVec2::new(part.x, 1.0 - part.y) * size(self.picture_px))
+    }
+
+    /// Pixels of the screen per pixel of the picture, where both have one height.
+    pub(crate) fn scale(&self) -> f64 {
+        f64::from(self.screen_px[1]) / f64::from(self.picture_px[1])
+    }
+}
+
+fn size([width, height]: [u32; 2]) -> DVec2 {
+    DVec2::new(f64::from(width), f64::from(height))
 }
 
 /// A picture on a warp mesh.
@@ -144,8 +184,6 @@ impl ImageGeometry {
 mod tests {
     use super::*;
     use crate::scene::request::composition::Projection;
-    use crate::scene::request::warp_mesh::WarpMesh;
-    use std::sync::Arc;
 
     fn camera(width: u32, height: u32) -> Camera {
         Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, width, height)

@@ -8,7 +8,6 @@ pub mod geometry;
 pub mod silhouette;
 pub mod sphere;
 pub mod viewpoint;
-pub mod warped;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 
