@@ -22,7 +22,7 @@ impl Session {
             let modules = plan::composite_modules(&composite, mesh.is_some());
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
-                Ok(plan) => return Ok((shown_on(composite.whole, request), plan)),
+                Ok(plan) => return Ok((with_warped_geometry(composite.whole, request), plan)),
                 Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
@@ -65,8 +65,8 @@ impl Session {
     }
 }
 
-/// Tells where the mesh has moved the picture, once all that is drawn in it has its place.
-fn shown_on(mut whole: Scene, request: &ViewRequest) -> Scene {
+/// The scene with the geometry of the screen. Only a planned scene: what is drawn in the picture is placed without the mesh.
+fn with_warped_geometry(mut whole: Scene, request: &ViewRequest) -> Scene {
     if let Some(mesh) = &request.composition.warp {
         let picture = Box::new(std::mem::take(&mut whole.geometry));
         let picture_px = picture.projection(&whole.camera).size_px().to_array().map(|px| px.round() as u32);

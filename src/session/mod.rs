@@ -425,9 +425,10 @@ impl Session {
         }
     }
 
-    /// Draws a plan in linear light by the preferred renderer.
-    pub(crate) fn draw_plan(&self, plan: &Plan) -> Result<Frame, SessionError> {
-        Ok(self.devices.draw(self.renderer(), plan, &self.library, RequestedOutput::Linear)?.frame)
+    /// Draws a plan by the preferred renderer, as `draw` does.
+    pub(crate) fn draw_plan(&self, plan: &Plan, keep_hdr: bool) -> Result<Frame, SessionError> {
+        let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
+        Ok(self.devices.draw(self.renderer(), plan, &self.library, requested)?.frame)
     }
 
     /// Whether any module was rejected because its file had been forged on disk, and has been rebuilt. Each is replaced at most once.

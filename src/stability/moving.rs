@@ -152,8 +152,8 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let request =
                 ViewRequest { position, fov_deg, exposure: ExposureRequest::Auto, width: 24, height: 24, ..ViewRequest::of(body, time) };
             let view = bench.plan_view(&request, PLAIN)?;
-            let (frame, _) = bench.dual.renderer(Precision::F32).render(&view.plan, bench.session().library(), false)?;
-            let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
+            let display = bench.display(&view, Precision::F32)?;
+            let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
             let step = before.map_or(0.0, |before: f64| (stops - before).abs() / part);
             let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };

@@ -225,10 +225,7 @@ fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
 /// Difference of display bytes.
 pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
-        let bytes = |view: &PlannedView| {
-            bench.dual.renderer(Precision::F32).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
-        };
-        let (chosen, all) = (bytes(&frames.chosen)?, bytes(&frames.all)?);
+        let (chosen, all) = (bench.display(&frames.chosen, Precision::F32)?, bench.display(&frames.all, Precision::F32)?);
         let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         Ok(WorstPixel::of(chosen.iter().zip(&all).map(apart)))
     })

@@ -339,9 +339,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let mut found = SweepResult::none();
     for (name, request) in views {
         let view = bench.plan_view(&request, PLAIN)?;
-        let bytes =
-            |precision| bench.dual.renderer(precision).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display);
-        let (single, double) = (bytes(Precision::F32)?, bytes(Precision::F64)?);
+        let (single, double) = (bench.display(&view, Precision::F32)?, bench.display(&view, Precision::F64)?);
         let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         let differences: Vec<f64> = single.iter().zip(&double).map(apart).collect();
         let (at, worst) = worst_of(&differences);

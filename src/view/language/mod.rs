@@ -150,24 +150,33 @@ fn argument_marked<'v>(value: &FluentValue<'v>) -> FluentValue<'v> {
     }
 }
 
-const WITH_MARKED: [Language; 3] = [Language::English, Language::German, Language::Marked];
+static ENGLISH: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::English));
+static GERMAN: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::German));
+static MARKED: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::Marked));
 
-static MESSAGES: LazyLock<[Messages; WITH_MARKED.len()]> = LazyLock::new(|| WITH_MARKED.map(Messages::of));
+/// Read at the first use of a language: a window has one.
+fn messages(language: Language) -> &'static Messages {
+    match language {
+        Language::English => &ENGLISH,
+        Language::German => &GERMAN,
+        Language::Marked => &MARKED,
+    }
+}
 
-/// The messages of the current language, then the English ones.
-fn in_turn() -> [&'static Messages; 2] {
-    [&MESSAGES[current() as usize], &MESSAGES[Language::English as usize]]
+/// What the current language has, else English.
+fn in_turn<T>(find: impl Fn(&'static Messages) -> Option<T>) -> Option<T> {
+    find(messages(current())).or_else(|| find(messages(Language::English)))
 }
 
 /// A message without arguments.
 pub(crate) fn plain(id: &'static str) -> &'static str {
-    in_turn().into_iter().find_map(|messages| messages.plain.get(id)).map_or(id, String::as_str)
+    in_turn(|messages| messages.plain.get(id)).map_or(id, String::as_str)
 }
 
 /// A message with its arguments.
 pub(crate) fn filled(id: &'static str, arguments: &[(&'static str, FluentValue<'_>)]) -> String {
     let arguments: FluentArgs<'_> = arguments.iter().map(|(name, value)| (*name, value.clone())).collect();
-    in_turn().into_iter().find_map(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
+    in_turn(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
 }
 
 /// A message whose arguments are texts.
@@ -179,7 +188,7 @@ fn filled_by_text(id: &'static str, arguments: &[(&'static str, String)]) -> Str
 /// What a thing is called whose name comes from elsewhere (an effect, a body): the message `kind-name`, else the name itself.
 pub(crate) fn named<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
-    in_turn().into_iter().find_map(|messages| messages.plain.get(&id)).map_or(name, String::as_str)
+    in_turn(|messages| messages.plain.get(&id)).map_or(name, String::as_str)
 }
 
 /// The name of a body of the catalog.

@@ -88,7 +88,7 @@ pub(crate) fn run(
                 if let Err(e) = keep(settings)
                     && !std::mem::replace(&mut said, true)
                 {
-                    session.notify(&format!("the settings were not kept: {e}"));
+                    session.notify(&format!("the settings could not be saved: {e}"));
                 }
             });
         });
