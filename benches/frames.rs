@@ -1,7 +1,8 @@
-//! The stages of a frame, criterion's way: scene, plan and draw of each standard scene; a shader emitted, built and read back; texture sampling.
+//! Criterion benchmarks of the stages of a frame: scene, plan and drawing of each standard scene; emitting, building and reading back a
+//! shader; texture sampling.
 //!
-//! `cargo bench --bench frames`, or `cargo bench --bench frames -- draw/saturn`. Frames are 512 pixels wide and high, 4 samples, all
-//! threads. Wall times: nothing else should run beside.
+//! `cargo bench --bench frames`, or `cargo bench --bench frames -- draw/saturn`. Frames are 512 pixels wide and high, with 4 samples, on
+//! all threads. Times are wall times, so nothing else should run at the same time.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use orrery::image::{TexelFormat, Texture};
@@ -23,7 +24,7 @@ const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 
 fn session(cache: &tempfile::TempDir) -> Session {
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
-    Session::open(&sources, |line| eprintln!("{line}")).expect("what is built in opens")
+    Session::open(&sources, |line| eprintln!("{line}")).expect("the built-in data opens")
 }
 
 fn frames(c: &mut Criterion) {
@@ -31,7 +32,7 @@ fn frames(c: &mut Criterion) {
     let session = session(&cache);
     let renderer: &SoftwareRenderer = session.renderer();
     for scene in standard_scenes(SIZE, SIZE) {
-        // Maps and modules come in here, once.
+        // This first plan loads the maps and modules.
         let (built, planned) = session.plan(&scene.request, SAMPLING).expect("a standard scene");
         c.bench_function(&format!("scene/{}", scene.name), |b| {
             b.iter(|| Scene::build(session.catalog(), session.ephemeris(), black_box(&scene.request)).expect("a scene"));
@@ -45,7 +46,7 @@ fn frames(c: &mut Criterion) {
     }
 }
 
-/// The Earth's module of the first standard scene: the richest one that a default view asks for.
+/// The Earth's module in the first standard scene: the module with the most features of any default view.
 fn shader(c: &mut Criterion) {
     let cache = tempfile::tempdir().expect("a folder");
     let first = session(&cache);
@@ -63,7 +64,7 @@ fn shader(c: &mut Criterion) {
     assert_eq!(library.statistics().from_disk, 1, "what was measured did not come from disk");
 }
 
-/// A batch of 128 lanes from a map of 2048 x 1024, along a row of pixels.
+/// Reads a batch of 128 lanes, along a row of pixels, from a map of 2048 x 1024.
 fn sampling(c: &mut Criterion) {
     const LANES: usize = 128;
     let texels: Vec<u8> = (0..2048 * 1024 * 4_u32).map(|k| (k.wrapping_mul(0x9e37_79b9) >> 24) as u8).collect();

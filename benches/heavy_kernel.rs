@@ -1,6 +1,7 @@
-//! The tape against a kernel written by hand, on one thread, in turns within one process: CPU time and the median of the rounds' ratios.
+//! The software renderer's tape against a hand-written kernel, on one thread, in turns within one process: CPU time and the median ratio
+//! over the rounds.
 //!
-//! `cargo bench --bench heavy_kernel`. Prints one line a kernel class, then what the tone map takes.
+//! `cargo bench --bench heavy_kernel`. Prints one line per kernel class, then the times of the tone map.
 
 #[cfg(target_arch = "x86_64")]
 #[path = "heavy/by_hand.rs"]
@@ -62,7 +63,7 @@ fn main() {
     }
     let (plan, module) = (tone_map_plan(SIZE as u32), shared_module("tone_map"));
     for class in &classes {
-        // A renderer of its own: one keeps its modules by name.
+        // A separate renderer, because a renderer caches modules by name.
         let renderer = SoftwareRenderer::new(Options { threads: 1, kernels: *class, precision: Precision::F32 }).expect("a renderer");
         let times = (0..ROUNDS).map(|_| {
             let start = cpu_seconds();

@@ -1,4 +1,4 @@
-//! Prints where a body is seen from the Earth's centre, with the bound of the error:
+//! Prints the apparent position of a body seen from the Earth's centre, with its error bound:
 //!
 //!     cargo run --release --example ask_position -- jupiter 2040-09-08T12:00:00Z
 

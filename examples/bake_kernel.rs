@@ -1,8 +1,8 @@
 //! Bakes `orrery_1900_2100.bsp` and `pluto_1551_2646.bsp` from JPL's DE440: `cargo run --release --features bake --example bake_kernel -- de440.bsp catalogs`.
 //!
-//! Each body is refitted with Chebyshev polynomials through the Chebyshev nodes of equal intervals. For a list of interval lengths the
-//! lowest degree that keeps the stated error is found, and the smallest of these choices is written as an SPK of type 2
-//! (NAIF's SPK and DAF Required Reading). The worst error against DE440, at points between the nodes, is printed per body.
+//! Each body is refitted with Chebyshev polynomials, interpolated at Chebyshev nodes in intervals of equal length. For each of several
+//! interval lengths the lowest degree that keeps the stated error is determined; the smallest result is written as an SPK of type 2 (NAIF's
+//! SPK and DAF Required Reading). The worst error against DE440, at points between the nodes, is printed per body.
 
 use glam::DVec3;
 use orrery::ephemeris::chebyshev::{fit_nodes, value_and_slope};
@@ -18,28 +18,28 @@ struct Baked {
     title: &'static str,
     start_days: f64,
     end_days: f64,
-    bodies: &'static [Wanted],
+    bodies: &'static [BodySpec],
 }
 
-/// 1899-12-31T12:00 to 2100-01-02T00:00 TDB: the 200 years with half a day to spare, whatever Delta T is.
+/// 1899-12-31T12:00 to 2100-01-02T00:00 TDB: 200 years with a margin of half a day, for any Delta T.
 const KERNEL: Baked = Baked {
     file: "orrery_1900_2100.bsp",
     title: "ORRERY 1900-2100, REFITTED FROM DE440",
     start_days: -36_525.0,
     end_days: 36_525.5,
-    bodies: WANTED,
+    bodies: BODIES,
 };
 
-/// Pluto for the dates that the series cover and DE440 knows: no short published series reaches so far.
+/// Pluto for the dates that both the series and DE440 cover, because no short published series covers them.
 const PLUTO: Baked = Baked {
     file: "pluto_1551_2646.bsp",
     title: "ORRERY PLUTO 1551-2646, REFITTED FROM DE440",
     start_days: -164_000.0,
     end_days: 236_000.0,
-    bodies: &[Wanted { name: "PLUTO BARYCENTER", target: 9, center: 0, error_km: 500.0 }],
+    bodies: &[BodySpec { name: "PLUTO BARYCENTER", target: 9, center: 0, error_km: 500.0 }],
 };
 
-struct Wanted {
+struct BodySpec {
     name: &'static str,
     target: i32,
     center: i32,
@@ -47,23 +47,23 @@ struct Wanted {
     error_km: f64,
 }
 
-/// Half of the contract: 0.05 km for the Moon from the Earth, 0.01 arcsec from the Sun at the perihelion for the rest; less for the Sun,
-/// which every heliocentric direction needs.
-const WANTED: &[Wanted] = &[
-    Wanted { name: "MERCURY BARYCENTER", target: 1, center: 0, error_km: 0.5 },
-    Wanted { name: "VENUS BARYCENTER", target: 2, center: 0, error_km: 0.5 },
-    Wanted { name: "EARTH-MOON BARYCENTER", target: 3, center: 0, error_km: 0.3 },
-    Wanted { name: "MARS BARYCENTER", target: 4, center: 0, error_km: 1.0 },
-    Wanted { name: "JUPITER BARYCENTER", target: 5, center: 0, error_km: 2.0 },
-    Wanted { name: "SATURN BARYCENTER", target: 6, center: 0, error_km: 2.0 },
-    Wanted { name: "URANUS BARYCENTER", target: 7, center: 0, error_km: 5.0 },
-    Wanted { name: "NEPTUNE BARYCENTER", target: 8, center: 0, error_km: 5.0 },
-    Wanted { name: "PLUTO BARYCENTER", target: 9, center: 0, error_km: 5.0 },
-    Wanted { name: "SUN", target: 10, center: 0, error_km: 0.1 },
-    Wanted { name: "MERCURY", target: 199, center: 1, error_km: 1e-3 },
-    Wanted { name: "VENUS", target: 299, center: 2, error_km: 1e-3 },
-    Wanted { name: "EARTH", target: 399, center: 3, error_km: 0.03 },
-    Wanted { name: "MOON", target: 301, center: 399, error_km: 0.03 },
+/// Half of the stated error: 0.05 km for the Moon from the Earth, 0.01 arcsec from the Sun at perihelion for the others; less for the Sun,
+/// which every heliocentric direction depends on.
+const BODIES: &[BodySpec] = &[
+    BodySpec { name: "MERCURY BARYCENTER", target: 1, center: 0, error_km: 0.5 },
+    BodySpec { name: "VENUS BARYCENTER", target: 2, center: 0, error_km: 0.5 },
+    BodySpec { name: "EARTH-MOON BARYCENTER", target: 3, center: 0, error_km: 0.3 },
+    BodySpec { name: "MARS BARYCENTER", target: 4, center: 0, error_km: 1.0 },
+    BodySpec { name: "JUPITER BARYCENTER", target: 5, center: 0, error_km: 2.0 },
+    BodySpec { name: "SATURN BARYCENTER", target: 6, center: 0, error_km: 2.0 },
+    BodySpec { name: "URANUS BARYCENTER", target: 7, center: 0, error_km: 5.0 },
+    BodySpec { name: "NEPTUNE BARYCENTER", target: 8, center: 0, error_km: 5.0 },
+    BodySpec { name: "PLUTO BARYCENTER", target: 9, center: 0, error_km: 5.0 },
+    BodySpec { name: "SUN", target: 10, center: 0, error_km: 0.1 },
+    BodySpec { name: "MERCURY", target: 199, center: 1, error_km: 1e-3 },
+    BodySpec { name: "VENUS", target: 299, center: 2, error_km: 1e-3 },
+    BodySpec { name: "EARTH", target: 399, center: 3, error_km: 0.03 },
+    BodySpec { name: "MOON", target: 301, center: 399, error_km: 0.03 },
 ];
 
 const LENGTHS_DAYS: &[f64] =
@@ -76,17 +76,17 @@ struct Fit {
     doubles: usize,
 }
 
-/// Coefficients per axis from the interpolation at `terms` Chebyshev nodes of the interval.
-fn coefficients(kernel: &Spk, body: &Wanted, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
+/// Coefficients per axis, from interpolation at `terms` Chebyshev nodes of the interval.
+fn coefficients(kernel: &Spk, body: &BodySpec, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
     fit_nodes(terms, |u| position(kernel, body, midpoint_s + u * radius_s))
 }
 
-fn position(kernel: &Spk, body: &Wanted, tdb_s: f64) -> DVec3 {
+fn position(kernel: &Spk, body: &BodySpec, tdb_s: f64) -> DVec3 {
     kernel.state(body.target, body.center, tdb_s).map_or(DVec3::NAN, |s| s.pos_km)
 }
 
 /// Worst error in km over every `stride`-th interval, at the ends and between the nodes.
-fn worst_km(kernel: &Spk, baked: &Baked, body: &Wanted, length_days: f64, terms: usize, stride: usize) -> f64 {
+fn worst_km(kernel: &Spk, baked: &Baked, body: &BodySpec, length_days: f64, terms: usize, stride: usize) -> f64 {
     let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
     let radius_s = 0.5 * length_days * DAY_S;
     (0..records).step_by(stride).fold(0.0, |worst: f64, i| {
@@ -97,13 +97,13 @@ fn worst_km(kernel: &Spk, baked: &Baked, body: &Wanted, length_days: f64, terms:
             let truth = position(kernel, body, midpoint_s + u * radius_s);
             let [x, y, z] = c.each_ref().map(|c| value_and_slope(c, u).0);
             let error = (DVec3::new(x, y, z) - truth).length();
-            // Outside of DE440 there is no position; max() would pass over that.
+            // Outside DE440's span the position is NaN, which max() would ignore.
             if error.is_nan() { f64::INFINITY } else { worst.max(error) }
         })
     })
 }
 
-fn smallest_fit(kernel: &Spk, baked: &Baked, body: &Wanted) -> Option<Fit> {
+fn smallest_fit(kernel: &Spk, baked: &Baked, body: &BodySpec) -> Option<Fit> {
     let mut best: Option<Fit> = None;
     for &length_days in LENGTHS_DAYS {
         let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
@@ -113,7 +113,7 @@ fn smallest_fit(kernel: &Spk, baked: &Baked, body: &Wanted) -> Option<Fit> {
             if best.as_ref().is_some_and(|b| doubles >= b.doubles) {
                 break;
             }
-            // A sparse look rejects most choices; the whole span decides.
+            // A sparse check rejects most choices; the check of the entire span decides.
             if worst_km(kernel, baked, body, length_days, terms, coarse) <= body.error_km
                 && worst_km(kernel, baked, body, length_days, terms, 1) <= body.error_km
             {
@@ -126,7 +126,7 @@ fn smallest_fit(kernel: &Spk, baked: &Baked, body: &Wanted) -> Option<Fit> {
 }
 
 /// One DAF array: coefficient records, then start, length, record size and count.
-fn segment(kernel: &Spk, baked: &Baked, body: &Wanted, fit: &Fit) -> Vec<f64> {
+fn segment(kernel: &Spk, baked: &Baked, body: &BodySpec, fit: &Fit) -> Vec<f64> {
     let radius_s = 0.5 * fit.length_days * DAY_S;
     let mut data = Vec::with_capacity(fit.doubles);
     for i in 0..fit.records {
@@ -138,8 +138,8 @@ fn segment(kernel: &Spk, baked: &Baked, body: &Wanted, fit: &Fit) -> Vec<f64> {
     data
 }
 
-/// A whole DAF file: file record, comments, summaries, names, arrays; little-endian records of 1024 bytes.
-fn daf(baked: &Baked, segments: &[(&Wanted, Vec<f64>)], comment: &str) -> Vec<u8> {
+/// A complete DAF file: file record, comments, summaries, names, arrays; little-endian records of 1024 bytes.
+fn daf(baked: &Baked, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<u8> {
     const RECORD: usize = 1024;
     let comment: Vec<u8> = comment.bytes().map(|b| if b == b'\n' { 0 } else { b }).chain([4]).collect();
     let comment_records = comment.len().div_ceil(1000);
@@ -170,7 +170,7 @@ fn daf(baked: &Baked, segments: &[(&Wanted, Vec<f64>)], comment: &str) -> Vec<u8
         file[at..at + 4].copy_from_slice(&(n as i32).to_le_bytes());
     }
     file[88..96].copy_from_slice(b"LTL-IEEE");
-    // The validation string of DAF Required Reading tells a file harmed by text-mode transfer.
+    // The validation string of DAF Required Reading reveals a file damaged by text-mode transfer.
     file[699..727].copy_from_slice(b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP");
     for part in comment.chunks(1000) {
         file.extend(part);

@@ -1,15 +1,17 @@
-//! Writes catalogs/rings.toml's Saturn: `cargo run --features bake --example bake_rings`.
+//! Prints the Saturn entries of catalogs/rings.toml: `cargo run --features bake --example bake_rings`.
 //!
-//! Places and optical depths of named edges, gaps, plateaus and ringlets are those of the published occultation profiles (Colwell et al. 2009 and 2010;
-//! Cuzzi et al. 1984 for what Voyager saw), entered from memory and rounded. Between named features the B ring's hundreds of ringlets are not in any table
-//! small enough to carry: there a fixed sum of waves wanders over the published range of optical depth, so its single ringlets are not real ones. What is real between 500 km and the
-//! whole ring's width is its brightness: read from the ring map of Solar System Scope (CC-BY-4.0; PNG with alpha, two discs), as `B_BRIGHTNESS` says.
+//! Radii and optical depths of named edges, gaps, plateaus and ringlets are those of the published occultation profiles (Colwell et al.
+//! 2009 and 2010; Cuzzi et al. 1984 for features that Voyager saw), entered from memory and rounded. No table small enough to include lists
+//! the B ring's hundreds of ringlets between named features. There a fixed sum of waves varies over the published range of optical depth,
+//! so the individual ringlets are not real. The brightness of the B ring is real at scales from 500 km to the width of the entire ring: it
+//! is read from the ring map of Solar System Scope (CC-BY-4.0; PNG with alpha, two discs), as `B_BRIGHTNESS` describes.
 //!
-//! Dust: D, F, G, E and the Encke ringlet are almost all of it; C, A and the Cassini Division hold a percent, the B ring none. Those parts, the dust's
-//! albedos and the radial laws of G and E are estimates after Showalter et al. 1991 (Icarus 94, 451: E), Hedman et al. 2007 (Science 317, 653: G) and Horányi et al. 2009 (Saturn from
-//! Cassini-Huygens, ch. 16), from memory.
+//! Dust: the D, F, G and E rings and the Encke ringlet consist almost entirely of dust; in C, A and the Cassini Division it is a percent,
+//! in the B ring none. These fractions, the dust's albedos and the radial laws of G and E are estimates after Showalter et al. 1991 (Icarus
+//! 94, 451: E), Hedman et al. 2007 (Science 317, 653: G) and Horányi et al. 2009 (Saturn from Cassini-Huygens, ch. 16), from memory.
 
-/// Inner edge, outer edge (km), optical depth at each, width of a step, depth of the wandering (part of the optical depth), colour.
+/// Name, inner edge, outer edge (km), optical depth at each edge, width of a step (km), amplitude of the variation (fraction of the optical
+/// depth), colour.
 struct Region(&'static str, f64, f64, f64, f64, f64, f64, [f64; 3]);
 
 const C: [f64; 3] = [0.33, 0.30, 0.26];
@@ -17,20 +19,23 @@ const PLATEAU: [f64; 3] = [0.42, 0.37, 0.31];
 const B: [f64; 3] = [1.0, 0.87, 0.67];
 const DIVISION: [f64; 3] = [0.40, 0.37, 0.33];
 const A: [f64; 3] = [0.68, 0.61, 0.50];
-/// Single-scattering albedos of dust: little is taken of the light that it stops. E's grains are smaller than light's waves are long and more, so it is blue.
+/// Single-scattering albedos of dust, which absorbs little of the light that it intercepts. Grains of the E ring range from smaller than
+/// the wavelength of light to larger, so that ring is blue.
 const ICE_DUST: [f64; 3] = [0.95, 0.93, 0.90];
 const G_DUST: [f64; 3] = [0.95, 0.90, 0.86];
 const E_DUST: [f64; 3] = [0.80, 0.90, 1.00];
 
-/// Brightness of the B ring over its mean, every 500 km from 92 200 km on: linear luminance of the ring map averaged around circles 0.7 texels wide (527 km a texel).
-/// Registered by the steps in brightness at the B ring's inner edge (91 975 km, 160.05 texels) and outer edge (117 507 km, 208.53 texels); the same scale puts the A ring's
-/// outer edge within 500 km of its own. Within 2.5 texels of either edge the nearest clean value stands.
+/// Brightness of the B ring relative to its mean, every 500 km from 92 200 km outwards: linear luminance of the ring map averaged around
+/// circles 0.7 texels wide (527 km per texel). The scale is fixed by the brightness steps at the B ring's inner edge (91 975 km, 160.05
+/// texels) and outer edge (117 507 km, 208.53 texels); it puts the A ring's outer edge within 500 km of its true radius. Within 2.5 texels
+/// of either edge the nearest unaffected value is repeated.
 const B_BRIGHTNESS: [f64; 51] = [
     0.69, 0.69, 0.69, 0.69, 0.71, 0.70, 0.69, 0.69, 0.69, 0.70, 0.70, 0.70, 0.72, 0.79, 0.87, 0.95, 1.01, 1.07, 1.11, 1.13, 1.14, 1.12,
     1.08, 1.05, 1.05, 1.05, 1.05, 1.08, 1.15, 1.20, 1.21, 1.21, 1.25, 1.30, 1.27, 1.20, 1.15, 1.09, 1.03, 1.01, 1.03, 1.05, 1.05, 1.03,
     1.00, 1.04, 1.15, 1.25, 1.25, 1.25, 1.25,
 ];
-/// The map's contrast is that of a stretched picture: to this power its inner B ring has 0.74 of the brightest part, as in Hubble's photometry (Cuzzi et al. 2002, from memory).
+/// The map's contrast is exaggerated. Raised to this power, its inner B ring has 0.74 of the brightest part, as in Hubble's photometry
+/// (Cuzzi et al. 2002, from memory).
 const B_CONTRAST: f64 = 0.55;
 
 const REGIONS: &[Region] = &[
@@ -54,7 +59,7 @@ const REGIONS: &[Region] = &[
     Region("F core", 140195.0, 140245.0, 0.25, 0.25, 50.0, 0.0, ICE_DUST),
 ];
 
-/// Plateaus, gaps and ringlets that lie over the regions.
+/// Plateaus, gaps and ringlets that replace parts of the regions: name, inner edge, outer edge (km), optical depth, colour.
 const FEATURES: &[(&str, f64, f64, f64, [f64; 3])] = &[
     ("C plateau 1", 76020.0, 76260.0, 0.22, PLATEAU),
     ("C plateau 2", 77160.0, 77220.0, 0.25, PLATEAU),
@@ -99,7 +104,7 @@ fn b_colour(radius_km: f64) -> [f64; 3] {
     B.map(|c| (c * here.powf(B_CONTRAST) * 1e3).round() / 1e3)
 }
 
-/// Part of a region's light that dust scatters.
+/// Fraction of a region's light that dust scatters.
 fn dust_of(name: &str) -> f64 {
     match name {
         "D" => 1.0,
@@ -110,18 +115,18 @@ fn dust_of(name: &str) -> f64 {
     }
 }
 
-/// Optical depth of the G ring: a core at its inner edge, and an outer part that falls by e in 2500 km.
+/// Optical depth of the G ring: a core at its inner edge, and an outer part that falls by a factor e in 2500 km.
 fn g_tau(radius_km: f64) -> f64 {
     if radius_km < 168_000.0 { 2e-6 } else { 1e-6 * (-(radius_km - 168_000.0) / 2500.0).exp() }
 }
 
-/// Of the E ring, straight down: powers of the radius on both sides of Enceladus' orbit.
+/// Optical depth of the E ring along its normal: powers of the radius on both sides of Enceladus' orbit.
 fn e_tau(radius_km: f64) -> f64 {
     let r = radius_km / 238_000.0;
     1.5e-5 * if r < 1.0 { r.powi(15) } else { r.powi(-7) }
 }
 
-/// Steps of a smooth law, named by number.
+/// Prints a smooth law as numbered steps.
 fn law(name: &str, inner_km: f64, outer_km: f64, count: u32, tau: fn(f64) -> f64, albedo: [f64; 3]) {
     for k in 0..count {
         let edge = |k: u32| inner_km + (outer_km - inner_km) * f64::from(k) / f64::from(count);

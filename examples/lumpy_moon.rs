@@ -1,9 +1,9 @@
-//! Writes an invented shape for Phobos, with lumps and craters, and the catalog file that asks for it.
+//! Writes an invented shape for Phobos, with lumps and craters, and the catalog file that uses it.
 //!
 //!     cargo run --release --example lumpy_moon -- FOLDER
 //!     orrery render --catalogs FOLDER --target phobos -o phobos.png
 //!
-//! The shape is not that of Phobos: it shows what a file must hold. 82 000 triangles, 6 MB.
+//! The shape is not that of Phobos; it demonstrates the contents of such a file. 82 000 triangles, 6 MB.
 
 use glam::DVec3;
 use std::collections::HashMap;
@@ -14,14 +14,14 @@ const HALVINGS: u32 = 6;
 const RADII_KM: DVec3 = DVec3::new(13.0, 11.4, 9.1);
 const CRATERS: usize = 240;
 
-/// A triangle's corners are on the unit sphere, counter-clockwise from outside.
+/// The vertices are on the unit sphere, each triangle's counter-clockwise seen from outside.
 fn icosphere() -> (Vec<DVec3>, Vec<[usize; 3]>) {
     let t = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut places = Vec::new();
     for (a, b) in [(1.0, t), (-1.0, t), (1.0, -t), (-1.0, -t)] {
         places.extend([DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)].map(DVec3::normalize));
     }
-    // Three places that lie an edge apart are a face.
+    // Three vertices that are one edge apart form a face.
     let edge = |a: usize, b: usize| (places[a] - places[b]).length() < 1.1;
     let mut faces = Vec::new();
     for a in 0..12 {
@@ -49,12 +49,12 @@ fn icosphere() -> (Vec<DVec3>, Vec<[usize; 3]>) {
     (places, faces)
 }
 
-/// Even numbers from 0 to 1, the same on each run.
+/// A generator of uniform numbers from 0 to 1, the same in each run.
 struct Dice(u64);
 
 impl Dice {
     fn roll(&mut self) -> f64 {
-        // Knuth's multiplier; the upper bits are the good ones.
+        // Knuth's multiplier; the upper bits have the better quality.
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -66,7 +66,8 @@ impl Dice {
     }
 }
 
-/// Depth of a bowl and height of its rim, in the crater's radii, `x` radii from its middle.
+/// Height of a crater's profile (negative in the bowl, positive at the rim), in crater radii, at `x` radii
+/// from its centre.
 fn bowl(x: f64) -> f64 {
     let floor = if x < 1.0 { 0.24 * (x * x - 1.0) } else { 0.0 };
     floor + 0.06 * (-((x - 1.0) / 0.25).powi(2)).exp()
@@ -81,7 +82,7 @@ fn main() {
     let mut dice = Dice(2024);
     let waves: Vec<(DVec3, f64, f64)> =
         (0..24).map(|k| (dice.direction() * (2.0 + 0.4 * f64::from(k)), dice.roll() * 6.3, 0.05 / (1.0 + 0.25 * f64::from(k)))).collect();
-    // Many small ones to each large one: their number falls with the square of the size.
+    // Many small craters to each large one: their number decreases with the square of the size.
     let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (dice.direction(), 0.035 / dice.roll().max(0.006).sqrt())).collect();
     let height = |d: DVec3| {
         let lumps: f64 = waves.iter().map(|(k, phase, high)| high * (k.dot(d) + phase).sin()).sum();

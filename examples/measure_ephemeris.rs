@@ -1,7 +1,8 @@
-//! Measures each source against JPL's DE440: `cargo run --release --features bake --example measure_ephemeris -- de440.bsp`.
+//! Measures the error of each ephemeris source against JPL's DE440: `cargo run --release --features bake --example measure_ephemeris --
+//! de440.bsp`.
 //!
-//! Prints per place the worst and the root-mean-square error over 4000 dates spread evenly over the span: in km, relative to what the source's theory
-//! counts from, and in arcseconds as seen from there. `error_km` of the sources quotes these figures, rounded up.
+//! Prints per body and centre the worst and the root-mean-square error over 4000 dates, evenly spaced over the span: in km, relative to the
+//! origin of the source's theory, and in arcseconds as seen from that origin. `error_km` of the sources is these figures, rounded up.
 
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::{Ephemeris, Source, spk::Spk};

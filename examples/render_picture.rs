@@ -1,4 +1,4 @@
-//! Renders Saturn by the library and writes a PNG, or an EXR file by its ending:
+//! Renders Saturn with the library and writes a PNG, or an EXR if the file name ends in .exr:
 //!
 //!     cargo run --release --example render_picture -- saturn.png
 

@@ -1,8 +1,9 @@
-//! Files: reads with a size limit, and atomic writes.
+//! Reads files with a size limit, and writes files atomically.
 //!
-//! In: paths. Out: bytes of regular files, of bounded length; files that are written completely or not at all. Always: a pipe, a device or a folder is refused at once; a new
-//! file is created under an unpredictable name in the folder of its target, never through a link, and is synced to disk before it is renamed to its target;
-//! temporary files of a killed process are removed after a day. It knows no format, and chooses no location.
+//! In: paths. Out: bytes of regular files, of bounded length; files that are written completely or not at all. Always: a pipe, a device or a folder is
+//! refused at once; a new file is created under an unpredictable name in its target's folder, never through a link, and is synced to disk before it is
+//! renamed to its target; temporary files that a killed process left behind are removed after a day. This module knows no file format and chooses no
+//! location.
 
 use crate::wording::echo;
 use parking_lot::Mutex;
@@ -15,13 +16,13 @@ use tempfile::NamedTempFile;
 
 /// Prefix of temporary files.
 const TEMPORARY: &str = ".orrery-writing-";
-/// Age above which a temporary file cannot belong to a running process, since no file takes so long to write.
+/// Age above which a temporary file cannot belong to a running process, since writing a file never takes this long.
 const STALE_AGE: Duration = Duration::from_secs(86_400);
 
 /// The bytes of a regular file of at most `max_bytes`.
 ///
 /// # Errors
-/// It cannot be opened or read, is no regular file, or is longer.
+/// The file cannot be opened or read, is not a regular file, or is longer than `max_bytes`.
 pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let mut options = OpenOptions::new();
     options.read(true);
@@ -29,36 +30,36 @@ pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
     let file = options.open(path)?;
-    let about = file.metadata()?;
-    if about.is_dir() {
+    let metadata = file.metadata()?;
+    if metadata.is_dir() {
         return Err(Error::new(ErrorKind::IsADirectory, "this is a folder, not a file"));
     }
-    if !about.is_file() {
+    if !metadata.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "not a regular file"));
     }
     let too_long =
         |bytes: u64| Error::new(ErrorKind::FileTooLarge, format!("{bytes} bytes, more than {max_bytes}, the most that are read"));
-    if about.len() > max_bytes {
-        return Err(too_long(about.len()));
+    if metadata.len() > max_bytes {
+        return Err(too_long(metadata.len()));
     }
     let mut bytes = Vec::new();
-    // Files of procfs have length 0; others may grow.
+    // The length above is not reliable: files of procfs report 0, and others may grow while they are read.
     file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max_bytes { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
 }
 
-/// The same for UTF-8 text.
+/// The text of a regular UTF-8 file of at most `max_bytes`.
 ///
 /// # Errors
-/// As [`read_bytes`], or that it is not UTF-8.
+/// Those of [`read_bytes`], or the content is not UTF-8.
 pub(crate) fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))
 }
 
-/// Checks that a file is inside a folder after links are resolved: the folder may come from somebody else, and its catalog names the file.
+/// Checks that a file is inside a folder after links are resolved. Needed because a folder from an untrusted source may name files by its catalog.
 ///
 /// # Errors
-/// It is elsewhere, or it or the folder does not exist.
+/// The file is outside the folder, or one of them does not exist.
 pub(crate) fn check_inside(folder: &Path, path: &Path) -> Result<()> {
     match path.canonicalize()?.starts_with(folder.canonicalize()?) {
         true => Ok(()),
@@ -70,7 +71,7 @@ pub(crate) fn check_inside(folder: &Path, path: &Path) -> Result<()> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileAccess {
     All,
-    /// For settings, which include the user's home.
+    /// Only the user: for settings, which include the user's home location.
     Owner,
 }
 
@@ -78,16 +79,16 @@ pub(crate) enum FileAccess {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {why}")]
 pub struct WriteError {
-    /// The path as it was named, escaped and shortened for a message.
+    /// The path as the caller gave it, escaped and shortened for a message.
     pub path: String,
-    /// The system's error, or the missing folder.
+    /// The system's error, or the name of the missing folder.
     pub why: String,
 }
 
-/// Writes a file atomically.
+/// Writes a file atomically, with the content that `fill` produces.
 ///
 /// # Errors
-/// The path and why.
+/// The path and the reason.
 pub(crate) fn write_atomic(
     path: &Path,
     readers: FileAccess,
@@ -96,10 +97,10 @@ pub(crate) fn write_atomic(
     replace(path, readers, fill).map_err(|e| write_error(path, &e))
 }
 
-/// Writes a file atomically under the first of `names`, all in one folder, that does not exist; returns that name.
+/// Writes a file atomically under the first of `names` that does not exist yet, and returns that name. All `names` must be in one folder.
 ///
 /// # Errors
-/// The path and why, such as that no name is free.
+/// The path and the reason, for example that every name is taken.
 pub(crate) fn write_new(
     names: impl IntoIterator<Item = PathBuf>,
     readers: FileAccess,
@@ -110,7 +111,7 @@ pub(crate) fn write_new(
     let mut name = names.next().ok_or_else(none)?;
     let mut file = write_temporary(&name, readers, fill).map_err(|e| write_error(&name, &e))?;
     loop {
-        // One system call: between a check and a rename another program could take the name.
+        // A single system call checks and renames; between two separate calls another program could take the name.
         match file.persist_noclobber(&name) {
             Ok(_) => return Ok(name),
             Err(e) if e.error.kind() == ErrorKind::AlreadyExists => {
@@ -126,7 +127,7 @@ pub(crate) fn write_new(
 /// Writes a cache entry atomically, readable by this user only, and creates missing folders.
 ///
 /// # Errors
-/// Why it cannot be written.
+/// The reason why the entry cannot be written.
 pub(crate) fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut folders = std::fs::DirBuilder::new();
     folders.recursive(true);
@@ -137,8 +138,8 @@ pub(crate) fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 fn replace(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<()> {
-    // A rename would replace the device or pipe.
-    if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+    // A rename would replace a device or pipe by a regular file.
+    if path.metadata().is_ok_and(|existing| !existing.is_file() && !existing.is_dir()) {
         return Err(Error::new(ErrorKind::InvalidInput, "not a regular file, which cannot be replaced"));
     }
     write_temporary(path, readers, fill)?.persist(path).map_err(|e| e.error)?;
@@ -153,7 +154,7 @@ fn write_temporary(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufW
     options.read(true).write(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    // Opened here, because the crate's own error message contains the temporary name.
+    // The file is opened here, because the error message of `tempfile` would contain the temporary name.
     let mut file = tempfile::Builder::new().prefix(TEMPORARY).make_in(folder, |at| options.open(at))?;
     let mut out = BufWriter::new(file.as_file_mut());
     fill(&mut out)?;
@@ -170,7 +171,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The error for a failed write. It names the missing folder, where that is the reason.
+/// The error for a failed write. If the folder is missing, the error names the folder.
 pub(crate) fn write_error(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());
     let why = match e.kind() {
@@ -181,7 +182,7 @@ pub(crate) fn write_error(path: &Path, e: &Error) -> WriteError {
     WriteError { path: echo(&path.display().to_string()), why }
 }
 
-/// Temporary files are private, while pictures are not.
+/// Makes a finished file readable by everybody; temporary files are created as private.
 #[cfg(unix)]
 fn make_world_readable(file: &File) {
     use std::os::unix::fs::PermissionsExt;
@@ -192,12 +193,12 @@ fn make_world_readable(file: &File) {
 #[cfg(not(unix))]
 fn make_world_readable(_file: &File) {}
 
-/// Whether a file is a temporary one of this program.
+/// Whether a file is a temporary file of this program.
 pub(crate) fn is_temporary(path: &Path) -> bool {
     path.file_name().is_some_and(|n| n.to_string_lossy().starts_with(TEMPORARY))
 }
 
-/// Removes the temporary files of a folder that are older than a day, when this process first writes into it.
+/// Removes temporary files that are older than a day from a folder, but only when this process first writes into that folder.
 fn remove_stale_once(folder: &Path) {
     static CHECKED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     if !CHECKED.lock().insert(folder.to_owned()) {
@@ -210,28 +211,29 @@ fn remove_stale_once(folder: &Path) {
         changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > STALE_AGE)
     };
     let entries = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
-    // A file of another user, or already removed: neither matters.
+    // Failures are ignored: the file belongs to another user or was already removed.
     entries.filter(|path| is_temporary(path) && is_old(path)).for_each(|path| drop(std::fs::remove_file(path)));
 }
 
-/// Why other users could write to a folder: its owner or its mode. `is_above`: a parent of our own folder, which is checked itself; a parent may be group-writable,
-/// and world-writable if only owners can remove files (the sticky bit of /tmp). `None` for a folder that does not exist.
+/// The reason, owner or mode, why other users could write to a folder; `None` if they cannot, or if the folder does not exist. `is_above`: the folder is a
+/// parent of the program's own folder, which is checked separately. A parent may be group-writable, and world-writable if only owners can remove files
+/// (the sticky bit of /tmp).
 #[cfg(unix)]
 pub(crate) fn foreign_write_access(folder: &Path, is_above: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
-    // SAFETY: it takes nothing, cannot fail and changes nothing.
+    // SAFETY: `geteuid` takes no arguments, cannot fail and has no side effects.
     let own = unsafe { libc::geteuid() };
-    // For a link, both itself and its target count.
-    for about in [folder.symlink_metadata().ok()?, folder.metadata().ok()?] {
-        if about.uid() != own && about.uid() != 0 {
-            return Some(format!("it belongs to user {}", about.uid()));
+    // For a link, both the link itself and its target are checked.
+    for metadata in [folder.symlink_metadata().ok()?, folder.metadata().ok()?] {
+        if metadata.uid() != own && metadata.uid() != 0 {
+            return Some(format!("it belongs to user {}", metadata.uid()));
         }
         let is_open = match is_above {
-            true => about.mode() & 0o002 != 0 && about.mode() & 0o1000 == 0,
-            false => about.mode() & 0o022 != 0,
+            true => metadata.mode() & 0o002 != 0 && metadata.mode() & 0o1000 == 0,
+            false => metadata.mode() & 0o022 != 0,
         };
-        if about.is_dir() && is_open {
-            return Some(format!("others may write into it (mode {:o})", about.mode() & 0o7777));
+        if metadata.is_dir() && is_open {
+            return Some(format!("others may write into it (mode {:o})", metadata.mode() & 0o7777));
         }
     }
     None
@@ -251,9 +253,9 @@ mod tests {
         (1..).map(move |n| folder.join(format!("a-{n}.txt")))
     }
 
-    /// Eight concurrent writers with ten files each, beside existing files: nothing is lost or replaced.
+    /// Eight concurrent writers write ten files each into a folder with existing files: no file is lost or replaced.
     #[test]
-    fn what_is_written_under_a_new_name_replaces_nothing() {
+    fn concurrent_writes_to_new_names_replace_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
         let others = [2, 5, 41];
         for n in others {
@@ -270,7 +272,7 @@ mod tests {
             writers.into_iter().flat_map(|w| w.join().expect("a writer")).collect()
         });
         let names: BTreeSet<&PathBuf> = written.iter().map(|(_, path)| path).collect();
-        assert_eq!(names.len(), 80, "two writers have one name");
+        assert_eq!(names.len(), 80, "two writers got the same name");
         for (text, path) in &written {
             assert_eq!(&std::fs::read_to_string(path).expect("a file"), text, "{}", path.display());
         }
@@ -288,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_are_all_taken_are_refused_by_name() {
+    fn if_all_names_are_taken_the_error_names_the_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let name = folder.path().join("a.txt");
         std::fs::write(&name, "first").expect("a file");
@@ -299,9 +301,9 @@ mod tests {
         assert!(write_new([nowhere], FileAccess::All, |_| Ok(())).is_err_and(|e| e.path.ends_with("b.txt")));
     }
 
-    /// A write that fails half-way leaves the old file unchanged and no other behind.
+    /// A write that fails half-way leaves the old file unchanged, and leaves no other file behind.
     #[test]
-    fn a_write_that_fails_leaves_what_was_there() {
+    fn a_failed_write_keeps_the_old_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
         write_atomic(&path, FileAccess::All, |out| out.write_all(b"first")).expect("written");
@@ -375,7 +377,7 @@ mod tests {
 
     #[test]
     #[expect(clippy::disallowed_methods, reason = "ages of files on disk")]
-    fn litter_older_than_a_day_is_removed_and_nothing_else() {
+    fn only_temporary_files_older_than_a_day_are_removed() {
         let folder = tempfile::tempdir().expect("a folder");
         let put = |name: &str, age_s: u64| {
             let file = File::create(folder.path().join(name)).expect("a file");
@@ -413,7 +415,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_folder_that_others_write_is_told_from_ones_own() {
+    fn folders_that_others_can_write_are_detected() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("a folder");
         let with = |mode: u32, is_above: bool| {

@@ -1,18 +1,16 @@
 //! Orrery: a solar-system viewer whose planets are drawn by generated shaders.
 //!
-//! The modules are the stages of one pipeline, in order; ARCHITECTURE.md draws it and `tests/project/layering.rs` holds the
-//! table of who may use whom:
+//! The modules are the stages of a pipeline, in order. ARCHITECTURE.md contains a diagram, and `tests/project/layering.rs` checks which module
+//! may use which:
 //!
 //! [`catalog`] + [`time`] → [`ephemeris`] → [`scene`] → [`shader`] → [`render`] → [`image`] → [`view`] or [`cli`].
 //!
 //! # Use as a library
 //!
-//! The facade is what this documentation shows: the names re-exported here, where most uses begin, and the modules [`catalog`], [`time`],
-//! [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`] and [`units`]. Each of its items has a doc comment
-//! (`missing_docs` holds it). Every other module is public for the tests and benches of this package alone and is hidden here: it may change with
-//! any commit.
-//! All of them report errors as values; none reads the clock or the
-//! network.
+//! The public interface is what this documentation shows: the names re-exported here, with which most programs begin, and the modules
+//! [`catalog`], [`time`], [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`] and [`units`]. Each of their
+//! items has a doc comment (the lint `missing_docs` checks this). Every other module is public only for the tests and benches of this package,
+//! is hidden from the documentation and may change with any commit. All modules report errors as values, and none reads the clock or the network.
 //!
 //! Render an image:
 //!
@@ -26,7 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Ask for a position (kilometres and kilometres per second, ICRF, geometric):
+//! Compute a position (kilometres and kilometres per second, ICRF, geometric):
 //!
 //! ```no_run
 //! use orrery::{Catalog, Ephemeris, Instant, NaifId};

@@ -5,9 +5,9 @@ fn main() -> std::process::ExitCode {
     orrery::cli::run()
 }
 
-/// Sets `XDG_RUNTIME_DIR` if it is not set. Graphics drivers look there for a Wayland socket, and print a line at each probe if the variable is
-/// missing. The value is the folder that systemd creates for the user, if it exists and is private; else `/dev/null`, which contains no socket and in
-/// which nobody can create one.
+/// Sets `XDG_RUNTIME_DIR` if it is not set to an absolute path. Graphics drivers look there for a Wayland socket, and print a line at each probe if
+/// the variable is missing. The value is the folder that systemd creates for the user, if it exists and is private; else `/dev/null`, which contains
+/// no socket and in which nobody can create one.
 #[cfg(all(unix, not(target_os = "macos")))]
 fn set_runtime_folder() {
     use std::os::unix::fs::MetadataExt;
@@ -15,13 +15,13 @@ fn set_runtime_folder() {
     if std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| Path::new(&folder).is_absolute()) {
         return;
     }
-    let own = std::fs::metadata("/proc/self").ok().and_then(|me| {
+    let private_folder = std::fs::metadata("/proc/self").ok().and_then(|me| {
         let folder = PathBuf::from(format!("/run/user/{}", me.uid()));
-        let about = folder.metadata().ok()?;
-        (about.is_dir() && about.uid() == me.uid() && about.mode() & 0o077 == 0).then_some(folder)
+        let metadata = folder.metadata().ok()?;
+        (metadata.is_dir() && metadata.uid() == me.uid() && metadata.mode() & 0o077 == 0).then_some(folder)
     });
     // SAFETY: this is the first thing that the process does, so no other thread reads the environment.
-    unsafe { std::env::set_var("XDG_RUNTIME_DIR", own.as_deref().unwrap_or(Path::new("/dev/null"))) };
+    unsafe { std::env::set_var("XDG_RUNTIME_DIR", private_folder.as_deref().unwrap_or(Path::new("/dev/null"))) };
 }
 
 #[cfg(not(all(unix, not(target_os = "macos"))))]

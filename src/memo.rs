@@ -1,7 +1,8 @@
 //! A small cache of values that are expensive to compute and stay the same from frame to frame.
 //!
-//! In: a key and a function for its value. Out: the value, computed once. Always: whole keys are compared; a few values are kept and the oldest is dropped first; while
-//! one thread computes a value, others wait only for that key. Its owner decides how long it lives: there is no process-wide one.
+//! In: a key and a function that computes its value. Out: the value, computed once. Always: keys are compared in full, not by hash; the number of values
+//! is limited and the oldest is dropped first; while one thread computes a value, other threads wait only if they need the same key. There is no
+//! process-wide cache: each lives as long as its owner.
 
 use parking_lot::Mutex;
 use std::collections::VecDeque;
@@ -11,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 /// Keys with their values, oldest first.
 type Slots<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
 
-/// Values by key.
+/// A cache of values by key.
 pub(crate) struct Memo<K, V> {
     slots: Mutex<Slots<K, V>>,
     capacity: usize,
@@ -23,11 +24,12 @@ impl<K, V: Clone> Memo<K, V> {
         Self { slots: Mutex::new(VecDeque::new()), capacity }
     }
 
-    /// The value of a kept key that can stand in for `key`, else that of `key` itself. `serves` receives the kept key and the requested one.
-    pub(crate) fn get_compatible(&self, serves: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
+    /// The value of a cached key that can be used for `key`, or else the value of `key` itself, which `make` computes. `is_usable_for` decides this; it
+    /// receives the cached key and the requested one.
+    pub(crate) fn get_compatible(&self, is_usable_for: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
         let slot = {
             let mut slots = self.slots.lock();
-            let found = slots.iter().find(|(kept, _)| serves(kept, &key)).map(|(_, slot)| Arc::clone(slot));
+            let found = slots.iter().find(|(kept, _)| is_usable_for(kept, &key)).map(|(_, slot)| Arc::clone(slot));
             found.unwrap_or_else(|| {
                 while slots.len() >= self.capacity.max(1) {
                     slots.pop_front();
@@ -42,7 +44,7 @@ impl<K, V: Clone> Memo<K, V> {
 }
 
 impl<K: PartialEq, V: Clone> Memo<K, V> {
-    /// The value of a key.
+    /// The value of a key; `make` computes it if it is not cached.
     pub(crate) fn get(&self, key: K, make: impl FnOnce() -> V) -> V {
         self.get_compatible(|kept, wanted| kept == wanted, key, make)
     }
@@ -50,12 +52,12 @@ impl<K: PartialEq, V: Clone> Memo<K, V> {
 
 impl<K, V> fmt::Debug for Memo<K, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let held = self.slots.lock().len();
-        write!(f, "Memo({held} of {})", self.capacity)
+        let count = self.slots.lock().len();
+        write!(f, "Memo({count} of {})", self.capacity)
     }
 }
 
-/// Numbers as a key, compared bit by bit.
+/// A key that consists of numbers, compared bit by bit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Numbers(Vec<u64>);
 
@@ -71,24 +73,24 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[test]
-    fn a_value_is_made_once_and_the_oldest_goes() {
+    fn a_value_is_computed_once_and_the_oldest_is_dropped() {
         const CAPACITY: usize = 4;
         let memo = Memo::with_capacity(CAPACITY);
-        let mut made = 0;
+        let mut computed = 0;
         let mut ask = |n: usize| {
             let value = memo.get(n, || {
-                made += 1;
+                computed += 1;
                 10 * n
             });
             assert_eq!(value, 10 * n);
-            made
+            computed
         };
         assert_eq!((ask(1), ask(1), ask(2)), (1, 1, 2));
         for n in 3..=CAPACITY + 1 {
             ask(n);
         }
         assert_eq!(ask(2), CAPACITY + 1, "still kept");
-        assert_eq!(ask(1), CAPACITY + 2, "made anew");
+        assert_eq!(ask(1), CAPACITY + 2, "computed anew");
     }
 
     #[test]
@@ -100,15 +102,15 @@ mod tests {
         assert_eq!(memo.get_compatible(near, 1.2, || 1.2), 1.2);
     }
 
-    /// A value whose computation requests another one: a lock held meanwhile would be a deadlock.
+    /// The computation of a value may request another value; if a lock were held meanwhile, this would deadlock.
     #[test]
-    fn other_keys_can_be_asked_for_while_a_value_is_made() {
-        let (memo, made) = (Memo::with_capacity(4), AtomicUsize::new(0));
+    fn other_keys_are_available_while_a_value_is_computed() {
+        let (memo, computed) = (Memo::with_capacity(4), AtomicUsize::new(0));
         let value = memo.get(1, || {
-            made.fetch_add(1, Ordering::SeqCst);
+            computed.fetch_add(1, Ordering::SeqCst);
             memo.get(2, || 20) + 1
         });
-        assert_eq!((value, made.into_inner()), (21, 1));
+        assert_eq!((value, computed.into_inner()), (21, 1));
         std::thread::scope(|scope| {
             let all: Vec<_> = (0..8)
                 .map(|k| {
@@ -119,12 +121,12 @@ mod tests {
                 })
                 .collect();
             let answers: Vec<i32> = all.into_iter().map(|t| t.join().expect("answers")).collect();
-            assert!(answers.windows(2).all(|w| w[0] == w[1]), "one of them made it for all: {answers:?}");
+            assert!(answers.windows(2).all(|w| w[0] == w[1]), "the threads got different values: {answers:?}");
         });
     }
 
     #[test]
-    fn numbers_differ_where_a_bit_does() {
+    fn number_keys_differ_if_any_bit_differs() {
         let key = |v: &[f64]| v.iter().copied().collect::<Numbers>();
         assert_eq!(key(&[1.0, 0.5]), key(&[1.0, 0.5]));
         assert!(key(&[0.0]) != key(&[-0.0]) && key(&[1.0]) != key(&[1.0, 0.0]));

@@ -1,6 +1,7 @@
-//! Pseudorandom numbers, the same for the same seed on every machine: for random cases and synthetic bodies and stars.
+//! Pseudorandom numbers for random test cases and for synthetic bodies and stars.
 //!
-//! In: a seed. Out: numbers and directions. Always: no state but its own. Not here: unpredictable randomness.
+//! In: a seed. Out: numbers and directions. Always: the same seed gives the same numbers on every machine; there is no
+//! global state. Not here: unpredictable randomness.
 
 /// SplitMix64 (Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators, OOPSLA).
 pub(crate) struct Random(u64);
@@ -18,29 +19,30 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform from 0 to 1.
+    /// A number, uniform in [0, 1).
     pub(crate) fn part(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    /// A number, uniform from `low` to `high`.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.part()
     }
 
-    /// Uniform below `count`; 0 if `count` is 0.
+    /// An index, uniform below `count`; 0 if `count` is 0.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.bits() % count.max(1) as u64) as usize
     }
 
-    /// A uniformly chosen element; `all` is not empty.
+    /// A uniformly chosen element of `all`, which must not be empty.
     pub(crate) fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
         &all[self.below(all.len())]
     }
 
     /// A direction, uniform over the sphere.
     pub(crate) fn direction(&mut self) -> glam::DVec3 {
-        let (z, turn) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
-        let flat = (1.0 - z * z).sqrt();
-        glam::DVec3::new(flat * turn.cos(), flat * turn.sin(), z)
+        let (z, angle) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
+        let radius = (1.0 - z * z).sqrt();
+        glam::DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
     }
 }

@@ -1,6 +1,6 @@
 //! Physical constants and unit conversions, each with its source.
 //!
-//! Everything inside Orrery is SI with kilometres for lengths and radians for angles; degrees exist only in input and output.
+//! Inside Orrery all quantities are in SI units, but with lengths in kilometres; angles are in radians. Degrees occur only in input and output.
 
 /// Kilometres in one astronomical unit (IAU 2012 Resolution B2, exact).
 pub const KM_PER_AU: f64 = 149_597_870.7;
@@ -12,11 +12,11 @@ pub const SUN_RADIUS_KM: f64 = 695_700.0;
 pub const SOLAR_IRRADIANCE_W_M2: f64 = 1361.0;
 /// Seconds of a Julian day, exact.
 pub const SECONDS_PER_DAY: f64 = 86_400.0;
-/// Julian date of J2000.0, 2000-01-01T12:00 in the scale at hand.
+/// Julian date of J2000.0, 2000-01-01T12:00, in whichever time scale is used.
 pub const JD_J2000: f64 = 2_451_545.0;
-/// Days of 86 400 s each, exact.
+/// Days of 86 400 s in a Julian century, exact.
 pub const DAYS_PER_JULIAN_CENTURY: f64 = 36_525.0;
-/// pi / 648 000, exact.
+/// Radians in one arcsecond: pi / 648 000, exact.
 pub const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 
 /// Weights of red, green and blue in the luminance of linear RGB with sRGB primaries, and in the luma of encoded RGB (ITU-R BT.709-6, item 3.2).
@@ -28,12 +28,12 @@ pub fn luminance(rgb: [f64; 3]) -> f64 {
     red * rgb[0] + green * rgb[1] + blue * rgb[2]
 }
 
-/// The sRGB transfer function of IEC 61966-2-1, encoded value 0..1 to linear.
+/// The sRGB transfer function of IEC 61966-2-1, from an encoded value in 0..1 to a linear one.
 pub fn srgb_to_linear(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Its inverse, linear value 0..1 to encoded.
+/// The inverse of [`srgb_to_linear`], from a linear value in 0..1 to an encoded one.
 pub fn linear_to_srgb(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

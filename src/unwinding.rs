@@ -1,6 +1,6 @@
 //! Catches panics of libraries that read untrusted bytes.
 //!
-//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for this program's own code.
+//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for code of this crate.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -10,14 +10,14 @@ thread_local! {
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The result of `read`; `None` if it panicked, which drops everything that it owned.
+/// The result of `read`; `None` if it panicked. In that case everything that the closure owned is dropped.
 pub(crate) fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
-        let usual = take_hook();
+        let default_hook = take_hook();
         set_hook(Box::new(move |about| {
             if !IS_QUIET.get() {
-                usual(about);
+                default_hook(about);
             }
         }));
     });
@@ -36,7 +36,7 @@ mod tests {
         let lengths: [&[u8]; 2] = [&[1], &[]];
         assert_eq!(lengths.map(|bytes| catch_panic(|| bytes[0])), [Some(1), None]);
         assert!(!IS_QUIET.get());
-        // A nested call leaves the outer one quiet.
+        // After a nested call the outer call is still quiet.
         assert_eq!(catch_panic(|| (catch_panic(|| lengths[1][0]), IS_QUIET.get())), Some((None, true)));
     }
 }

@@ -1,7 +1,7 @@
 //! Parts of messages: quotations of input, and suggestions of known words.
 //!
-//! In: untrusted text. Out: text for one line on a terminal. Always: the result has no control character and at most as many characters as the caller allows.
-//! Not here: the sentences of messages.
+//! In: untrusted text. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as many characters as the caller
+//! allows. Not here: the sentences of messages.
 
 /// Longest quotation of input in a message, characters.
 pub(crate) const MAX_ECHO_CHARS: usize = 200;
@@ -11,7 +11,7 @@ pub(crate) fn echo(given: &str) -> String {
     echo_within(given, MAX_ECHO_CHARS)
 }
 
-/// The same with another limit, for messages with several quotations.
+/// As [`echo`] with another limit, for messages with several quotations.
 pub(crate) fn echo_within(given: &str, max_chars: usize) -> String {
     let escaped = given.chars().flat_map(|c| if controls_terminal(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] });
     let mut shown: Vec<char> = escaped.take(max_chars + 1).collect();
@@ -32,13 +32,13 @@ pub(crate) fn one_line(message: &str) -> String {
     message.chars().map(|c| if controls_terminal(c) { c.escape_default().to_string() } else { c.to_string() }).collect()
 }
 
-/// Whether a character controls the terminal: control characters, and those that change the direction of text.
+/// Whether a character controls the terminal: control characters, line separators, and characters that change the direction of text.
 pub(crate) fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// The known words that `word` may have been meant for, nearest first, at most three: those that begin with it, and those that differ by at most a third of its
-/// letters (one to three edits; a swap counts as one). Case does not count.
+/// At most three known words for which `word` may be a misspelling, nearest first: words that begin with it, and words that differ by at most a third of its
+/// letters (one to three edits; a swap counts as one). Case is ignored.
 pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
     // Very long input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
@@ -55,7 +55,7 @@ pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) 
     near.into_iter().map(|(_, k)| k).take(3).collect()
 }
 
-/// ``did you mean `a` or `b`?``, if any known word is near.
+/// A suggestion such as ``did you mean `a` or `b`?``, if any known word is similar.
 pub(crate) fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
     let near: Vec<String> = nearest(word, known).iter().map(|n| format!("`{n}`")).collect();
     match near.split_last()? {
@@ -64,26 +64,26 @@ pub(crate) fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k s
     }
 }
 
-/// The suggestion, or else all known words: ``did you mean `a`?`` or `one of a, b, c`.
+/// The suggestion, or else a list of all known words: ``did you mean `a`?`` or `one of a, b, c`.
 pub(crate) fn suggestion_or_list(word: &str, known: &[&str]) -> String {
     did_you_mean(word, known.iter().copied()).unwrap_or_else(|| format!("one of {}", known.join(", ")))
 }
 
-/// A serde_json error in plain words and without its position: ``expected an object, found a list``.
+/// A serde_json error in plain words and without its position, such as `expected an object, found a list`.
 pub(crate) fn json_error_text(error: &serde_json::Error) -> String {
-    let said = error.to_string();
-    let at = said.rfind(" at line ").filter(|_| error.line() > 0).unwrap_or(said.len());
-    let said = &said[..at];
+    let full_text = error.to_string();
+    let end = full_text.rfind(" at line ").filter(|_| error.line() > 0).unwrap_or(full_text.len());
+    let text = &full_text[..end];
     for (prefix, length) in [("invalid type: ", false), ("invalid value: ", false), ("invalid length ", true)] {
-        if let Some((found, wanted)) = said.strip_prefix(prefix).and_then(|rest| rest.rsplit_once(", expected ")) {
+        if let Some((found, wanted)) = text.strip_prefix(prefix).and_then(|rest| rest.rsplit_once(", expected ")) {
             let found = if length { format!("{found} values") } else { json_kind_name(found) };
             return format!("expected {}, found {found}", expected_type_name(wanted));
         }
     }
-    said.to_owned()
+    text.to_owned()
 }
 
-/// serde calls a list a sequence.
+/// The plain name of a kind of JSON value; serde calls a list a sequence.
 fn json_kind_name(found: &str) -> String {
     match found {
         "sequence" => "a list".into(),
@@ -98,7 +98,7 @@ fn json_kind_name(found: &str) -> String {
     }
 }
 
-/// Plain words for Rust types.
+/// The plain name of an expected Rust type.
 fn expected_type_name(wanted: &str) -> String {
     match wanted {
         "a sequence" => "a list".into(),
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_echo_is_short_and_steers_no_terminal() {
+    fn an_echo_is_short_and_has_no_control_characters() {
         let cases =
             ["", "mars", &"x".repeat(200), &"x".repeat(201), &"é".repeat(5000), "a\u{1b}[2Jb\r\n\t", "\u{202e}sram", &"\u{7}".repeat(150)];
         for given in cases {
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn near_words_are_suggested_and_far_ones_are_not() {
+    fn similar_words_are_suggested_and_others_are_not() {
         let known = ["Mars", "Saturn", "Titan", "Triton", "Titania", "Moon"];
         assert_eq!(nearest("marz", known), ["Mars"]);
         assert_eq!(nearest("SATRUN", known), ["Saturn"]);
@@ -147,9 +147,9 @@ mod tests {
 
     #[test]
     fn json_errors_are_in_plain_words() {
-        let said = |text: &str| json_error_text(&serde_json::from_str::<Vec<f64>>(text).expect_err(text));
-        assert_eq!(said("{}"), "expected a list, found an object");
-        assert_eq!(said("[\"a\"]"), "expected a number, found the text \"a\"");
-        assert_eq!(said("[1,"), "EOF while parsing a value");
+        let error_text = |text: &str| json_error_text(&serde_json::from_str::<Vec<f64>>(text).expect_err(text));
+        assert_eq!(error_text("{}"), "expected a list, found an object");
+        assert_eq!(error_text("[\"a\"]"), "expected a number, found the text \"a\"");
+        assert_eq!(error_text("[1,"), "EOF while parsing a value");
     }
 }

@@ -1,4 +1,5 @@
-//! One test binary, so one link. Each module is a folder named after the part of the program that it tests; tests/README.md maps behaviour to file.
+//! The only test binary, so that tests link once. Each module is a folder named after the part of the program that it tests; tests/README.md
+//! maps behaviour to file.
 
 mod atmosphere;
 mod catalog;

@@ -1,6 +1,6 @@
-//! The heavy shader written by hand for AVX2 and FMA, eight pixels at a time: what a tape is measured against.
+//! The heavy shader hand-written for AVX2 and FMA, eight pixels at a time: the reference for the tape's speed.
 //!
-//! The same formulas and constants as heavy.wgsl; polynomials of Cephes' order. x86-64 only.
+//! Formulas and constants are those of heavy.wgsl; polynomials have the order of Cephes'. x86-64 only.
 
 use super::heavy::UNIFORMS;
 use std::arch::x86_64::*;
@@ -29,7 +29,7 @@ fn fma(a: V, b: V, c: V) -> V {
 fn sqrt(a: V) -> V {
     _mm256_sqrt_ps(a)
 }
-/// yes where the mask is set, else no
+/// `yes` where the mask is set, otherwise `no`.
 #[target_feature(enable = "avx2,fma")]
 fn select(no: V, yes: V, mask: V) -> V {
     _mm256_blendv_ps(no, yes, mask)
@@ -61,7 +61,7 @@ fn exp(x: V) -> V {
     mul(p, _mm256_castsi256_ps(power))
 }
 
-/// asin of 0 to 1 by the half-angle above 1/2.
+/// asin, by the half-angle formula for |x| above 1/2.
 #[target_feature(enable = "avx2,fma")]
 fn asin(x: V) -> V {
     let a = abs(x);
@@ -111,7 +111,7 @@ fn column(height: V, cosine: V, x: f32) -> V {
     select(up, down, below)
 }
 
-/// The texture as linear RGBA floats, first level.
+/// The finest level of the texture, as linear RGBA floats.
 pub struct Texels {
     pub width: i32,
     pub height: i32,
@@ -150,7 +150,7 @@ fn sample(map: &Texels, u: V, v: V) -> [V; 3] {
     out.map(|channel| unsafe { _mm256_loadu_ps(channel.as_ptr()) })
 }
 
-/// Draws the whole picture, rows top first.
+/// Draws the entire picture, top row first.
 ///
 /// # Safety
 /// The machine has AVX2 and FMA; `size` is a multiple of 8.
@@ -216,7 +216,7 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
             }
             let mut lanes = [[0f32; 8]; 3];
             for c in 0..3 {
-                // SAFETY: eight numbers each.
+                // SAFETY: each array holds eight numbers.
                 unsafe { _mm256_storeu_ps(lanes[c].as_mut_ptr(), _mm256_and_ps(colour[c], inside)) };
             }
             for (lane, pixel) in pixels.iter_mut().enumerate() {

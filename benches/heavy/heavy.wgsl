@@ -1,9 +1,10 @@
-// A fragment shader of a planet's full weight, for benches only: an atmosphere of 16 samples, each with a Chapman-like column and an
-// eclipse (5 or 6 exp, 3 to 5 sqrt, 4 divisions), map coordinates and one texture read. What it draws is a planet in an orthographic view; its numbers mean nothing beyond that.
+// A fragment shader as expensive as a planet's, for benches only: an atmosphere of 16 samples, each with a Chapman-like column and an
+// eclipse (5 or 6 exp, 3 to 5 sqrt, 4 divisions), map coordinates and one texture read. It draws a planet in an orthographic view; its
+// numbers have no other meaning.
 
 struct Draw {
     sun: vec4f,
-    // Centre and radius of the caster, body radii.
+    // Centre and radius of the occluder, body radii.
     caster: vec4f,
     // Scale height, density at the ground per radius (red, green, blue).
     air: vec4f,
@@ -25,7 +26,7 @@ fn vertex_main(@builtin(vertex_index) index: u32) -> Varyings {
     return Varyings(vec4f(x, y, 0.0, 1.0), vec2f(x, y) * 1.2);
 }
 
-// Column of air from a height towards a cosine of the zenith angle, in scale heights.
+// Column of air from a height in a direction given by the cosine of its zenith angle, in scale heights.
 fn column(height: f32, cosine: f32, x: f32) -> f32 {
     let c = sqrt(1.5707963 * x);
     if cosine >= 0.0 {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 pub const WGSL: &str = include_str!("heavy.wgsl");
 
-/// The uniform block: the Sun's direction, the occluder, the air.
+/// The uniform block: the Sun's direction, the occluder, the atmosphere.
 pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
 
 /// A map with detail at every scale, 1024 x 512, sRGB.
@@ -31,7 +31,7 @@ pub fn map() -> Texture {
     Texture::from_rgba8(width, height, rgba, TexelFormat::Rgba8Srgb).expect("a texture of this size")
 }
 
-/// One hand-written module, whatever its name.
+/// A provider that returns one module for every name.
 pub struct Only(pub Arc<ShaderModule>);
 
 impl ModuleProvider for Only {
@@ -40,12 +40,12 @@ impl ModuleProvider for Only {
     }
 }
 
-/// A module of a WGSL text that needs no assembly.
+/// A module from a complete WGSL text, without emission.
 pub fn module(wgsl: &str) -> Only {
     let module = naga::front::wgsl::parse_str(wgsl).expect("the bench's shader parses");
-    let info = orrery::shader::module::validate(&module).expect("and is valid");
-    let tape = (lowering().lower)(&module, &info).expect("and can be lowered");
-    let layout = Layout::of(&module).expect("its bindings are usual ones");
+    let info = orrery::shader::module::validate(&module).expect("the bench's shader is valid");
+    let tape = (lowering().lower)(&module, &info).expect("the bench's shader can be lowered");
+    let layout = Layout::of(&module).expect("the plan can fill the shader's bindings");
     Only(Arc::new(ShaderModule {
         id: ModuleId::Simple("tone_map"),
         wgsl: wgsl.into(),
@@ -57,7 +57,7 @@ pub fn module(wgsl: &str) -> Only {
     }))
 }
 
-/// The program's own module of this name.
+/// The program's simple shader of this name.
 pub fn shared_module(name: &'static str) -> Only {
     Only(Arc::new(ShaderModule::build(&ModuleId::Simple(name), &lowering()).expect("a shared module builds")))
 }
@@ -91,7 +91,7 @@ pub fn plan(size: u32) -> Plan {
     Plan { passes: vec![pass] }
 }
 
-/// The tone map over a picture of all brightnesses up to ten times white, `size` x `size`.
+/// Plan of the tone map over a picture with values up to ten times white, `size` x `size`.
 pub fn tone_map_plan(size: u32) -> Plan {
     let mut bytes = Vec::new();
     for k in 0..size * size {
@@ -104,16 +104,16 @@ pub fn tone_map_plan(size: u32) -> Plan {
     let pass = &mut plan.passes[0];
     (pass.name, pass.format) = ("tone map", ColourFormat::Rgba8Unorm);
     let draw = &mut pass.draws[0];
-    // Exposure, and the radiance up to which the picture is true.
+    // Exposure, and the exposed light up to which the tone curve is the identity.
     draw.uniform_bytes = [1.0_f32, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
     draw.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(hdr)) }];
     draw.samplers.clear();
     plan
 }
 
-/// CPU seconds that the process has used, all threads.
+/// CPU time of the process, all threads, seconds.
 pub fn cpu_seconds() -> f64 {
-    orrery::session::process_cpu().expect("this system tells what a process has run").as_secs_f64()
+    orrery::session::process_cpu().expect("this system reports a process's CPU time").as_secs_f64()
 }
 
 /// The median of some numbers.

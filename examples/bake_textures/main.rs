@@ -1,7 +1,8 @@
-//! Makes textures/ from a folder of source maps: `cargo run --release --features bake --example bake_textures -- SOURCE [OUT]`.
+//! Creates textures/ from a folder of source maps: `cargo run --release --features bake --example bake_textures -- SOURCE [OUT]`.
 //!
-//! In: SOURCE/textures and SOURCE/catalogs/nomenclature_usgs.csv, named and credited in textures/README.md. Out: the files of textures/, and on
-//! standard output each colour map's gain for the catalog. No randomness but a fixed hash: the same sources give the same files.
+//! In: SOURCE/textures and SOURCE/catalogs/nomenclature_usgs.csv, which textures/README.md names and credits. Out: the files of textures/,
+//! and on standard output each colour map's gain for the catalog. The only randomness is a fixed hash, so the same sources give the same
+//! files.
 
 use image::{Rgb, RgbImage, imageops::FilterType};
 use orrery::catalog::Catalog;
@@ -14,7 +15,7 @@ use std::path::Path;
 
 mod painted;
 
-/// (source under textures/, our name): taken over byte for byte.
+/// (source under textures/, our name): maps that are copied unchanged.
 const COPIED: &[(&str, &str)] = &[
     ("earth_citylights_2048.jpg", "earth_night.jpg"),
     ("moon_4096.jpg", "moon.jpg"),
@@ -24,7 +25,7 @@ const COPIED: &[(&str, &str)] = &[
     ("sss_earthcloudmapspec.jpg", "earth_clouds.jpg"),
 ];
 
-/// Bodies whose 512-texel map is taken over.
+/// Bodies whose 512-texel map is copied unchanged.
 const SMALL: &[&str] = &[
     "ariel",
     "ceres",
@@ -48,34 +49,34 @@ const SMALL: &[&str] = &[
     "vesta",
 ];
 
-/// Size of the maps made here.
+/// Size of the maps created here.
 const WIDTH: u32 = 1024;
 
 const HEIGHT: u32 = 512;
 
 type Colour = [f64; 3];
 
-/// How a stylised map is brought to published colours. A gain for each channel would turn its exaggerated hues the other way: where the map is
-/// less red than its mean, it would come out blue. So only brightness and the order of hues are kept.
+/// Parameters for converting a stylised map to published colours. One gain per channel would reverse its exaggerated hues: where the map is
+/// less red than its mean, the result would be blue. So only the brightness and the order of hues are kept.
 struct Recolouring {
     from: &'static str,
     to: &'static str,
-    /// Relative reflectances red, green, blue of the map's reddest and bluest ground.
+    /// Relative reflectances (red, green, blue) of the map's reddest and bluest ground.
     warm: Colour,
     cool: Colour,
-    /// Parts of the sphere whose ln(blue/red) in the map lies below the warm and the cool end.
+    /// Fractions of the sphere on which the map's ln(blue/red) lies below the warm end and below the cool end.
     span: [f64; 2],
-    /// Power of the map's brightness over its mean.
+    /// Exponent of the map's brightness relative to its mean.
     contrast: f64,
-    /// Part kept of the red/green ratio that does not follow blue/red: red rings on Io.
+    /// Fraction that is kept of the red/green ratio that does not follow blue/red, such as the red rings on Io.
     red_kept: f64,
-    /// Colour of bright ground that the map shows white; none: no ice.
+    /// Colour of bright ground that is white in the map; `None`: no ice.
     ice: Option<Colour>,
 }
 
 const RECOLOURED: [Recolouring; 6] = [
-    // Bright dust and dark basalt, Bell et al. 1990 and Mustard & Bell 1994; with the mean of Mallama 2017 Syrtis Major comes out at
-    // 0.10 red, 0.047 blue. Water ice at the poles.
+    // Bright dust and dark basalt, Bell et al. 1990 and Mustard & Bell 1994. With the mean of Mallama 2017, Syrtis Major gets 0.10 in red
+    // and 0.047 in blue. Water ice at the poles.
     Recolouring {
         from: "sss_marsmap2k.jpg",
         to: "mars.jpg",
@@ -119,7 +120,7 @@ const RECOLOURED: [Recolouring; 6] = [
         red_kept: 0.6,
         ice: None,
     },
-    // Nearly bare cream: the marks of the source are those of ultraviolet pictures, faint to the eye.
+    // Nearly uniform cream: the markings of the source are from ultraviolet pictures and faint to the eye.
     Recolouring {
         from: "moons/venus_512.jpg",
         to: "venus_clouds.jpg",
@@ -163,7 +164,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         std::fs::copy(source.join(format!("textures/moons/{name}_512.jpg")), out.join(format!("{name}.jpg")))?;
     }
     let open = |name: &str| image::open(source.join("textures").join(name)).map(|i| i.into_rgb8());
-    // Stylised maps: only their brightness pattern is kept, at the contrast an eye would see, on a white that the catalog's gain colours.
+    // Of these stylised maps only the brightness pattern is kept, at the contrast that an eye would see, on a white that the catalog's gain
+    // colours.
     for (from, to, contrast) in
         [("sss_uranusmap.jpg", "uranus.jpg", 0.15), ("sss_neptunemap.jpg", "neptune.jpg", 0.15), ("sss_sunmap.jpg", "sun.jpg", 0.04)]
     {
@@ -234,7 +236,7 @@ fn to_byte(v: f64) -> u8 {
     (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
-/// Value below which `part` of the weight lies.
+/// The value below which the fraction `part` of the weight lies.
 fn quantile(values: &[f64], weights: &[f64], part: f64) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
@@ -249,10 +251,10 @@ fn quantile(values: &[f64], weights: &[f64], part: f64) -> f64 {
     order.last().map_or(0.0, |&i| values[i])
 }
 
-/// The map in reflectances, scaled so that the brightest place fits; its mean over the sphere has the target's hue.
+/// The map in reflectances, scaled so that the brightest texel fits; its mean over the sphere has the target's hue.
 fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let (w, h) = map.dimensions();
-    // Black texels have no hue: a floor of a thousandth, of the dark ground's.
+    // Black texels have no hue, so a thousandth of the dark ground's colour is added.
     let floor = how.warm.map(|v| 1e-3 * v / luminance(how.warm));
     let linear: Vec<Colour> = map.pixels().map(|p| std::array::from_fn(|c| to_linear(p[c]) + floor[c])).collect();
     let weights: Vec<f64> = (0..w * h).map(|i| ((f64::from(i / w) + 0.5) / f64::from(h) * PI).sin()).collect();
@@ -263,19 +265,20 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let hue: Vec<f64> = linear.iter().map(|p| (p[2] / p[0]).ln()).collect();
     let ends = how.span.map(|part| quantile(&hue, &weights, part));
     let red: Vec<f64> = linear.iter().map(|p| (p[0] / p[1]).ln()).collect();
-    // The red that does not follow the hue: residual of a least-squares line.
-    let held: Vec<f64> = hue.iter().map(|k| k.clamp(ends[0], ends[1])).collect();
-    let (mean_held, mean_red) = (mean_of(&held), mean_of(&red));
+    // The red that does not follow the hue is the residual of a least-squares line.
+    let clamped_hue: Vec<f64> = hue.iter().map(|k| k.clamp(ends[0], ends[1])).collect();
+    let (mean_clamped_hue, mean_red) = (mean_of(&clamped_hue), mean_of(&red));
     let product =
         |a: &[f64], b: &[f64], (ma, mb): (f64, f64)| mean_of(&a.iter().zip(b).map(|(x, y)| (x - ma) * (y - mb)).collect::<Vec<_>>());
-    let slope = product(&held, &red, (mean_held, mean_red)) / product(&held, &held, (mean_held, mean_held));
+    let slope = product(&clamped_hue, &red, (mean_clamped_hue, mean_red))
+        / product(&clamped_hue, &clamped_hue, (mean_clamped_hue, mean_clamped_hue));
     let of_luminance_1 = |c: Colour| c.map(|v| v / luminance(c));
     let (warm, cool) = (of_luminance_1(how.warm), of_luminance_1(how.cool));
     let painted: Vec<Colour> = (0..linear.len())
         .map(|i| {
-            let share = (held[i] - ends[0]) / (ends[1] - ends[0]);
+            let share = (clamped_hue[i] - ends[0]) / (ends[1] - ends[0]);
             let mut colour: Colour = std::array::from_fn(|c| warm[c].powf(1.0 - share) * cool[c].powf(share));
-            colour[0] *= (how.red_kept * (red[i] - mean_red - slope * (held[i] - mean_held)).clamp(-0.4, 0.4)).exp();
+            colour[0] *= (how.red_kept * (red[i] - mean_red - slope * (clamped_hue[i] - mean_clamped_hue)).clamp(-0.4, 0.4)).exp();
             colour = of_luminance_1(colour);
             if let Some(ice) = how.ice.map(of_luminance_1) {
                 let part = smooth(-1.0, -0.3, hue[i]) * smooth(0.25, 0.5, linear[i][1]);
@@ -300,20 +303,21 @@ fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
     })
 }
 
-/// The Blue Marble codes shallow and murky water as a bright turquoise (Lake Victoria, the north of the Caspian, the Persian Gulf): up to 0.45 of green light, where
-/// water reflects some hundredths. Colour is kept; brightness beyond that of the clearest shallow banks is cut softly.
+/// The Blue Marble shows shallow and murky water as a bright turquoise (Lake Victoria, the north of the Caspian, the Persian Gulf): up to
+/// 0.45 of green light, where water reflects a few hundredths. The colour is kept; brightness above that of the clearest shallow banks is
+/// compressed smoothly.
 fn natural_water(map: &RgbImage) -> RgbImage {
-    // In the map's linear texels, whose gain in the catalog is 0.53: 5 % of green light.
+    // 5 % of green light, in the map's linear texels, whose gain in the catalog is 0.53.
     const MOST: f64 = 0.05 / 0.53;
     let mut map = map.clone();
     for p in map.pixels_mut() {
         let c: Colour = std::array::from_fn(|k| to_linear(p[k]));
-        // Green and blue both well over red: water; leaves have no blue, ice has red.
+        // In water both green and blue are well above red; leaves have no blue, ice has red.
         let water = smooth(1.15, 1.45, c[1].min(c[2]) / c[0].max(1e-3));
         let bright = c[1].max(c[2]);
         let cut = MOST * (1.0 - (-bright / MOST).exp());
         let factor = 1.0 + water * (cut / bright.max(1e-9) - 1.0);
-        // Murky water is greener and greyer than the code for it.
+        // Murky water is greener and greyer than the turquoise of the map.
         let grey = 0.35 * water * smooth(MOST, 3.0 * MOST, bright);
         let mean = (c[0] + c[1] + c[2]) / 3.0;
         *p = Rgb(c.map(|v| to_byte((v + grey * (mean - v)) * factor)));
@@ -321,9 +325,9 @@ fn natural_water(map: &RgbImage) -> RgbImage {
     map
 }
 
-/// Tangent-space normals, red east, green north, blue out, of heights in metres; slopes are exaggerated.
+/// Tangent-space normals (red east, green north, blue outwards) from heights in metres; slopes are exaggerated.
 fn normals_from_elevation((w, h): (u32, u32), metres: impl Fn(u32, u32) -> f64, radius_m: f64, exaggeration: f64) -> RgbImage {
-    // Over a pole lies the meridian half around.
+    // Beyond a pole the meridian continues half a turn away.
     let height = |x: i64, y: i64| {
         let over = y < 0 || y >= i64::from(h);
         let x = if over { x + i64::from(w / 2) } else { x };
@@ -333,7 +337,7 @@ fn normals_from_elevation((w, h): (u32, u32), metres: impl Fn(u32, u32) -> f64, 
     let cell = radius_m * PI / f64::from(h);
     RgbImage::from_fn(w, h, |x, y| {
         let cos_lat = ((f64::from(y) + 0.5) / f64::from(h) * PI).sin();
-        // As far to either side as a row is high, that noise near the poles does not grow.
+        // Differences reach as far to either side as a row is high, so that noise near the poles does not grow.
         let reach = (1.0 / cos_lat).round().clamp(1.0, f64::from(w) / 8.0) as i64;
         let (x, y) = (i64::from(x), i64::from(y));
         let east = exaggeration * (height(x + reach, y) - height(x - reach, y)) / (2.0 * reach as f64 * cell * cos_lat);
@@ -343,7 +347,7 @@ fn normals_from_elevation((w, h): (u32, u32), metres: impl Fn(u32, u32) -> f64, 
     })
 }
 
-/// 0 below `a`, 1 above `b`, smooth between.
+/// 0 below `a`, 1 above `b`, smooth in between.
 fn smooth(a: f64, b: f64, x: f64) -> f64 {
     let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -1,4 +1,4 @@
-//! Maps of bodies whose sources are coarse or grey: painted from noise and the craters of the gazetteer.
+//! Maps of bodies whose sources are coarse or grey, generated from noise and the craters of the gazetteer.
 
 use super::{Colour, Feature, HEIGHT, WIDTH, smooth, to_byte};
 use image::{Rgb, RgbImage};
@@ -22,7 +22,7 @@ fn hash(x: i64, y: i64, z: i64) -> f64 {
     ((h ^ (h >> 33)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Smooth noise of one scale, -1..1, without seam or poles.
+/// Smooth noise of one scale, -1..1, without a seam and without distortion at the poles.
 fn value_noise(q: [f64; 3]) -> f64 {
     let base = q.map(f64::floor);
     let fade: Vec<f64> = (0..3).map(|i| q[i] - base[i]).map(|t| t * t * (3.0 - 2.0 * t)).collect();
@@ -35,7 +35,7 @@ fn value_noise(q: [f64; 3]) -> f64 {
     2.0 * sum - 1.0
 }
 
-/// A map from a reflectance of each place; linear values go out sRGB-encoded.
+/// A map from a function that gives the linear reflectance at each position; the texels are sRGB-encoded.
 fn paint(reflectance: impl Fn([f64; 3], f64, f64) -> Colour) -> RgbImage {
     RgbImage::from_fn(WIDTH, HEIGHT, |x, y| {
         let lat = 90.0 - (f64::from(y) + 0.5) / f64::from(HEIGHT) * 180.0;
@@ -44,33 +44,33 @@ fn paint(reflectance: impl Fn([f64; 3], f64, f64) -> Colour) -> RgbImage {
     })
 }
 
-/// Ground whose brightness varies on all scales alike: each octave has 0.7 of the one before, so that the spectrum falls with a power near 3, as that of
-/// cratered ground does (an estimate). Mean 0, about -1..1.
+/// Ground whose brightness varies equally on all scales: each octave has 0.7 of the amplitude of the one before, so that the spectrum falls
+/// with a power near 3, like that of cratered ground (an estimate). Mean 0, about -1..1.
 fn ground(p: [f64; 3], scale: f64, octaves: i32) -> f64 {
     (0..octaves).map(|o| 0.45 * 0.7_f64.powi(o) * value_noise(p.map(|v| v * scale * 1.9_f64.powi(o) + 31.0 * f64::from(o + 1)))).sum()
 }
 
-/// One crater: where, how large, and how bright its floor, rim and ejecta stand against the ground. Few are fresh.
+/// One crater: position, size, and freshness, which sets the contrast of floor, rim and ejecta with the ground. Few craters are fresh.
 struct Mark {
     at: [f64; 3],
     radius_deg: f64,
     fresh: f64,
 }
 
-/// Craters by chance: places even over the sphere, numbers that fall with the square of the size, freshness mostly low.
-fn by_chance(seed: i64, count: i64, least_deg: f64, most_deg: f64) -> Vec<Mark> {
+/// Random craters: positions uniform over the sphere, numbers that decrease with the square of the size, freshness mostly low.
+fn random_craters(seed: i64, count: i64, least_deg: f64, most_deg: f64) -> Vec<Mark> {
     let mark = |k: i64| {
         let dice = |n: i64| hash(k, n, seed);
         let (z, turn) = (2.0 * dice(0) - 1.0, 2.0 * PI * dice(1));
         let r = (1.0 - z * z).sqrt();
-        // Between the bounds the number above a size goes with its inverse square.
+        // Between the bounds, the number of craters above a size is proportional to its inverse square.
         let (a, b) = (least_deg.powi(-2), most_deg.powi(-2));
         Mark { at: [r * turn.cos(), r * turn.sin(), z], radius_deg: (a + (b - a) * dice(2)).powf(-0.5), fresh: dice(3).powi(4) }
     };
     (0..count).map(mark).collect()
 }
 
-/// The gazetteer's craters, each of a freshness by chance.
+/// The gazetteer's craters, each with a random freshness.
 fn named(list: &[Feature], radius_km: f64) -> Vec<Mark> {
     let mark = |(k, f): (usize, &Feature)| Mark {
         at: unit(f.lat, f.lon),
@@ -80,14 +80,15 @@ fn named(list: &[Feature], radius_km: f64) -> Vec<Mark> {
     list.iter().enumerate().map(mark).collect()
 }
 
-/// Sum of what craters add to a place: floors, rims and ejecta blankets without an edge, their circles bent by the ground.
+/// Sum of the brightness that craters add at a position: floors, rims and ejecta blankets without a sharp edge, their circles distorted by
+/// the ground.
 fn cratered(p: [f64; 3], marks: &[Mark], floor: f64, rim: f64) -> f64 {
     let mut sum = 0.0;
     let mut bend = None;
     for m in marks {
         let cos = m.at[0] * p[0] + m.at[1] * p[1] + m.at[2] * p[2];
         let reach = (4.0 * m.radius_deg).to_radians();
-        // 1 - x²/2 lies below the cosine, so nothing within reach is left out.
+        // 1 - x²/2 is below the cosine, so nothing within reach is skipped.
         if cos < 1.0 - 0.5 * reach * reach {
             continue;
         }
@@ -101,10 +102,10 @@ fn cratered(p: [f64; 3], marks: &[Mark], floor: f64, rim: f64) -> f64 {
     sum
 }
 
-/// Dark old ground, peppered with bright craters; Valhalla and Asgard are bright middles among faint broken rings.
+/// Dark old ground with many bright craters; Valhalla and Asgard are bright centres among faint broken rings.
 pub(super) fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
     let mut marks = named(craters, 2410.3);
-    marks.extend(by_chance(11, 9000, 0.3, 2.5));
+    marks.extend(random_craters(11, 9000, 0.3, 2.5));
     paint(|p, _, _| {
         let mut v = 0.17 * (1.0 + 0.3 * ground(p, 3.0, 8));
         v += cratered(p, &marks, 0.07, 0.045);
@@ -113,7 +114,7 @@ pub(super) fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
             if d < edge {
                 let bent = d / edge + 0.035 * ground(p, 6.0, 4);
                 let core = 0.13 * (1.0 - smooth(0.08, 0.27, bent)) * (1.0 + 0.5 * ground(p, 20.0, 4));
-                // Rings stand closer outwards and break off here and there.
+                // Outer rings are closer together; all are interrupted in places.
                 let broken = smooth(-0.25, 0.35, ground(p, 9.0, 3));
                 let ring =
                     0.02 * (2.0 * PI * 13.0 * bent.powf(0.8)).sin() * broken * smooth(0.15, 0.3, bent) * (1.0 - smooth(0.6, 1.0, bent));
@@ -125,14 +126,15 @@ pub(super) fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
     })
 }
 
-/// Cassini Regio, albedo 0.05, covers the leading side about 90 W; the trailing side and the poles are bright ice, 0.5. Between them ground is either dark or bright, in
-/// ever smaller patches: ice that warms loses itself to ice that is cold (Spencer & Denk 2010).
+/// Cassini Regio, albedo 0.05, covers the leading side around 90 W; the trailing side and the poles are bright ice, 0.5. Between them the
+/// ground is either dark or bright, in ever smaller patches: ice sublimates from warmer ground and is deposited on colder ground (Spencer &
+/// Denk 2010).
 pub(super) fn iapetus(craters: &[Feature]) -> RgbImage {
     let mut marks = named(craters, 734.5);
-    marks.extend(by_chance(23, 4000, 0.5, 9.0));
+    marks.extend(random_craters(23, 4000, 0.5, 9.0));
     paint(|p, lat, lon| {
         let from_apex = apart(unit(0.0, lon), unit(0.0, -90.0));
-        // The dark oval: 65 degrees high, a little over a hemisphere wide at the equator.
+        // The dark oval: 65 degrees high, slightly wider than a hemisphere at the equator.
         let craters = cratered(p, &marks, -0.5, 0.6);
         let d = ((from_apex / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt();
         let patchy = d + 0.24 * ground(p, 5.0, 8) + 0.05 * craters;
@@ -145,18 +147,18 @@ pub(super) fn iapetus(craters: &[Feature]) -> RgbImage {
     })
 }
 
-/// The pinkish bright southern cap down to about 15 S with a ragged edge, a whiter fringe and dark plume streaks; the north darker, greyer, in the
-/// west of cells some 40 km wide (cantaloupe terrain).
+/// The southern cap is bright and pinkish down to about 15 S with a ragged edge, a whiter fringe and dark plume streaks; the north is
+/// darker and greyer, in the west with cells some 40 km wide (cantaloupe terrain).
 pub(super) fn triton() -> RgbImage {
     paint(|p, lat, lon| {
         let edge = lat + 15.0 + 16.0 * ground(p, 4.0, 7);
         let cap = 1.0 - smooth(-7.0, 7.0, edge);
         let fringe = (-((edge - 3.0) / 6.0).powi(2)).exp();
-        // Ridges stand where the noise changes sign.
+        // Ridges are where the noise changes sign.
         let cells = 1.0 - smooth(0.0, 0.35, value_noise(p.map(|v| v * 34.0 + 5.0 * ground(p, 12.0, 2))).abs());
         let cantaloupe = smooth(-20.0, 20.0, -((lon + 300.0).rem_euclid(360.0) - 120.0).abs() + 60.0) * smooth(-5.0, 10.0, lat);
         let north = 0.60 * (1.0 + 0.13 * ground(p, 5.0, 7)) + 0.035 * (cells - 0.4) * cantaloupe;
-        // Streaks lie along a wind that blows to the north-east.
+        // Streaks follow a wind that blows to the north-east.
         let along = [p[0] * 9.0 + p[2] * 4.0, p[1] * 9.0 - p[2] * 4.0, p[2] * 26.0];
         let streak = (value_noise(along) + 0.6 * ground(p, 18.0, 4) - 0.45).max(0.0) * smooth(-78.0, -52.0, lat) * cap;
         let south = 0.83 * (1.0 + 0.08 * ground(p, 6.0, 7)) - 0.28 * streak;
@@ -166,10 +168,10 @@ pub(super) fn triton() -> RgbImage {
     })
 }
 
-/// Grey-brown, Stickney bluish and brighter at 1 N 49 W, the named craters, and small ones.
+/// Grey-brown ground, with Stickney bluish and brighter at 1 N 49 W, the named craters, and small random ones.
 pub(super) fn phobos(craters: &[Feature]) -> RgbImage {
     let mut marks = named(craters, 11.1);
-    marks.extend(by_chance(37, 1500, 1.0, 9.0));
+    marks.extend(random_craters(37, 1500, 1.0, 9.0));
     paint(|p, _, _| {
         let blue = 1.0 - smooth(15.0, 70.0, apart(p, unit(1.0, -49.0)) + 18.0 * ground(p, 4.0, 6));
         let v = 0.07 * (1.0 + 0.22 * ground(p, 6.0, 7) + 0.25 * blue + cratered(p, &marks, -0.16, 0.13));

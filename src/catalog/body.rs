@@ -17,21 +17,21 @@ impl NaifId {
     pub const EARTH_MOON_BARYCENTER: Self = Self(3);
     /// The star of the system.
     pub const SUN: Self = Self(10);
-    /// The planet, not its system.
+    /// The Earth itself, not the Earth-Moon barycentre.
     pub const EARTH: Self = Self(399);
     /// The Earth's moon.
     pub const MOON: Self = Self(301);
 }
 
-/// Procedural relief near a body's ground, finer than its maps; shaders/lib/detail.wesl states the laws.
+/// Procedural relief near a body's ground, finer than its maps; shaders/lib/detail.wesl defines it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InventedRelief {
-    /// Smooth, or nothing is known.
+    /// No invented relief: the ground is smooth, or nothing is known about it.
     #[default]
     None,
-    /// Old ground, saturated with craters; not under air or clouds.
+    /// Craters: old, saturated ground; not for bodies with air or clouds.
     Craters,
-    /// Ground that air, water or ice has worn.
+    /// Hills: ground eroded by air, water or ice.
     Hills,
 }
 
@@ -94,13 +94,13 @@ pub struct Map {
     pub gain: [f64; 3],
     /// The kind of latitude of its rows.
     pub latitude: MapLatitude,
-    /// Its width in texels if the catalog says it, which decides about procedural detail before the map is read.
+    /// Its width in texels, if the catalog states it; needed to decide on procedural detail before the map is read.
     pub columns: Option<u32>,
-    /// The invented part of it and its source; `None` if all of it is images or measurements.
+    /// The invented part of the map and its source; `None` if the entire map consists of images or measurements.
     pub invented: Option<String>,
 }
 
-/// A body's maps; a missing one is replaced by a constant or left out.
+/// A body's maps. A missing map is replaced by a constant or left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Colour of the ground.
@@ -118,7 +118,7 @@ pub struct Maps {
 pub struct Clouds {
     /// Opacity, linear in the texel's first channel; the gain is not used.
     pub map: Map,
-    /// Above the ellipsoid.
+    /// Height above the ellipsoid.
     pub height_km: f64,
     /// Lambert albedo of complete cloud cover.
     pub albedo: f64,
@@ -154,7 +154,7 @@ pub struct MeanElements {
     pub pole_ra_deg: f64,
     /// Declination of the frame's pole, ICRF.
     pub pole_dec_deg: f64,
-    /// Julian date, TT, at which the elements hold.
+    /// Epoch of the elements: Julian date, TT.
     pub epoch_jd_tt: f64,
     /// Semi-major axis.
     pub semi_major_axis_km: f64,
@@ -170,7 +170,7 @@ pub struct MeanElements {
     pub mean_anomaly_deg: f64,
     /// Mean motion: rate of the mean anomaly.
     pub mean_motion_deg_day: f64,
-    /// Julian years; 0 = does not precess.
+    /// Precession period of the node, Julian years; 0: none.
     pub node_period_yr: f64,
     /// Precession period of the argument of periapsis, Julian years; 0: none.
     pub argument_period_yr: f64,
@@ -183,7 +183,7 @@ pub struct MeanElements {
 pub enum Rotation {
     /// IAU 2006 precession, nutation, UT1.
     EarthIau2006,
-    /// The text PCK has this body's pole and prime meridian.
+    /// Pole and prime meridian from the text PCK.
     Pck,
     /// Tidally locked: one rotation per orbit, pole along the orbit's normal.
     Synchronous,
@@ -213,7 +213,7 @@ pub struct Ring {
     pub tau_normal: f64,
     /// Single-scattering albedo per linear RGB channel, fitted so that single scattering matches the observed brightness.
     pub albedo: [f64; 3],
-    /// Fraction of its light that forward-scattering dust contributes.
+    /// Fraction of the ring's light that forward-scattering dust contributes.
     pub dust: f64,
 }
 
@@ -228,7 +228,7 @@ pub struct Species {
     pub tent_centre_km: Option<f64>,
     /// Scattering coefficient, linear sRGB channel means, per kilometre, at the reference level.
     pub scattering_per_km: [f64; 3],
-    /// Absorption coefficient, likewise.
+    /// Absorption coefficient, in the same units, at the same level.
     pub absorption_per_km: [f64; 3],
     /// Henyey-Greenstein asymmetry; `None` is Rayleigh's phase function.
     pub asymmetry: Option<f64>,
@@ -264,13 +264,13 @@ pub enum Projection {
     },
     /// Orthographic: seen from far above a place.
     Orthographic {
-        /// Of the place below the image's middle.
+        /// Latitude of the place at the image's centre.
         latitude_deg: f64,
-        /// Of the place below the image's middle.
+        /// Longitude of the place at the image's centre.
         longitude_deg: f64,
-        /// Of the whole image.
+        /// Width of the entire image.
         width_km: f64,
-        /// Of the whole image.
+        /// Height of the entire image.
         height_km: f64,
     },
 }
@@ -293,17 +293,17 @@ pub struct Overlay {
 /// A shape model of triangles that replaces the ellipsoid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeModel {
-    /// A Wavefront OBJ in `--textures` or beside the catalog files; body axes: x through the prime meridian, z the pole.
+    /// A Wavefront OBJ in `--textures` or in the folder of the catalog files; body axes: x through the prime meridian, z the pole.
     pub file: String,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
     /// Whether both sides of each triangle are visible.
     pub two_sided: bool,
-    /// Whether the albedo map's alpha makes it transparent.
+    /// Whether the albedo map's alpha makes the mesh transparent.
     pub alpha: bool,
     /// Whether the file's vertex colours, if any, multiply the albedo.
     pub vertex_colours: bool,
-    /// The invented part of it; `None` for a measured shape.
+    /// The invented part of the shape; `None` for a measured shape.
     pub invented: Option<String>,
 }
 
@@ -320,7 +320,7 @@ pub struct Atmosphere {
     pub species: Vec<Species>,
 }
 
-/// Everything known of one body. Lengths in kilometres, angles in degrees.
+/// All catalog values of one body. Lengths in kilometres, angles in degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Its NAIF code.
@@ -343,11 +343,12 @@ pub struct Body {
     pub bond_albedo: Option<f64>,
     /// Geometric albedo without clouds, if the map shows the ground without them.
     pub clear_sky_albedo: Option<f64>,
-    /// Mean colour of the ground without air and clouds, linear sRGB scaled to luminance 1, if the map shows it and it is not the disc's.
+    /// Mean colour of the ground without air and clouds, linear sRGB scaled to luminance 1. Set if the map shows that ground and its colour
+    /// differs from the disc's.
     pub clear_sky_colour: Option<Vec3>,
     /// Mean colour of the disc, linear sRGB scaled to luminance 1.
     pub colour: Vec3,
-    /// Relief that is invented near its ground, finer than its maps.
+    /// Its procedural relief, finer than its maps.
     pub invented_relief: InventedRelief,
     /// Which custom surface colours its ground: 0 for none, else 1..=4.
     pub custom_surface: u8,
@@ -376,9 +377,9 @@ pub struct Body {
 }
 
 impl Body {
-    /// The estimated values of the body and their effect on a picture; one line each.
+    /// The estimated values of the body and their effect on a picture, one line per value.
     pub fn estimate_notes(&self) -> Vec<String> {
-        // A relative error downwards is more magnitudes than the same error upwards.
+        // The larger of the two changes: a decrease by a given percentage changes the magnitude more than an increase.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
         let albedo = self.estimates.albedo_percent.map(|p| {
             let value = self.geometric_albedo;
@@ -404,11 +405,13 @@ impl Body {
         self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * level)
     }
 
-    /// Factor on z that turns a point of the unit-sphere frame into the direction whose latitude the body's maps count.
+    /// Factor on z that turns a point of the unit-sphere frame into a direction whose latitude is of the kind in which the rows of the body's
+    /// maps are evenly spaced.
     pub fn map_latitude_stretch(&self) -> f64 {
         let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
         let polar_ratio = self.radii_km.z / self.radii_km.x;
-        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. Planetocentric: times them.
+        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes.
+        // Planetocentric latitude is that of the position: the point times the semi-axes.
         match latitude {
             MapLatitude::Planetocentric => polar_ratio,
             MapLatitude::Planetographic => 1.0 / polar_ratio,

@@ -1,8 +1,8 @@
-//! Cities by name: where they are on the Earth.
+//! Cities of the Earth by name, with their coordinates.
 //!
-//! In: the embedded table cities.csv. Out: cities that match a text; those whose name starts with it come first. Always: places are those of the table, to
-//! two kilometres. The table has the cities that name a time zone and some sixty other large ones; everywhere else a place can be given by latitude and
-//! longitude.
+//! In: the embedded table cities.csv. Out: cities that match a text; cities whose name starts with the text come first. Always: coordinates are those of
+//! the table, accurate to two kilometres. The table lists the cities after which time zones are named and some sixty other large cities. Any other
+//! place can be given by latitude and longitude.
 
 use std::sync::LazyLock;
 
@@ -34,24 +34,24 @@ pub fn all() -> &'static [City] {
     &CITIES
 }
 
-/// At most `most` cities whose name, or a word of it, starts with a text of at least two letters.
-pub fn named(text: &str, most: usize) -> Vec<&'static City> {
+/// At most `limit` cities whose name, or a word of it, starts with a text of at least two letters.
+pub fn named(text: &str, limit: usize) -> Vec<&'static City> {
     let wanted = text.trim().to_lowercase();
     if wanted.chars().count() < 2 {
         return Vec::new();
     }
     let begins = |c: &&City| c.name.to_lowercase().starts_with(&wanted);
     let later = |c: &&City| !begins(c) && c.name.to_lowercase().split([' ', '-']).any(|word| word.starts_with(&wanted));
-    CITIES.iter().filter(begins).chain(CITIES.iter().filter(later)).take(most).collect()
+    CITIES.iter().filter(begins).chain(CITIES.iter().filter(later)).take(limit).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Observatories and airports stand within a tenth of a degree or two: coordinates from other tables.
+    /// Landmarks, with coordinates from other sources, lie within 0.2 degrees of their city.
     #[test]
-    fn cities_are_where_they_are() {
+    fn coordinates_agree_with_landmarks() {
         for (name, country, latitude_deg, longitude_deg) in [
             // Royal Observatory Greenwich; Paris and Sydney Observatory; Griffith Observatory.
             ("London", "Britain (UK)", 51.477, 0.0),

@@ -1,7 +1,7 @@
 //! The constellations: names, figures and borders.
 //!
 //! In: the embedded files of catalogs/ (right ascension and declination of J2000, degrees). Out: [`Constellations`]: figures whose vertices refer to
-//! catalogue stars if possible, so that they follow proper motion, and borders as Delporte drew them, along circles of B1875. Not here: apparent places.
+//! catalogue stars if possible, so that they follow proper motion, and Delporte's borders, along circles of B1875. Not here: apparent places.
 
 use super::stars::StarCatalog;
 use glam::DVec3;
@@ -41,7 +41,7 @@ pub struct Constellations {
     pub borders: Vec<Border>,
 }
 
-/// Angle within which a vertex is identified with a star: the files have four decimals of a degree, and other epochs for the fastest stars.
+/// Angle within which a vertex is identified with a star: the files have four decimals of a degree, and other epochs, which matter for the fastest stars.
 const SAME_STAR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
 #[derive(Deserialize)]
@@ -79,7 +79,7 @@ pub fn icrf_from_b1875() -> glam::DMat3 {
 }
 
 impl Constellations {
-    /// The 88 that ship inside the program. A test holds that they can be read, so it never panics in a built program.
+    /// The 88 constellations that are embedded in the program. A test verifies that their files can be read, so this never panics in a built program.
     pub fn embedded() -> &'static Self {
         static EMBEDDED: LazyLock<Constellations> = LazyLock::new(|| match Constellations::read() {
             Ok(all) => all,
@@ -97,18 +97,18 @@ impl Constellations {
         let years = stars.years_since_epoch(crate::units::JD_J2000);
         let corner = |at: [f64; 2]| {
             let direction = direction(at);
-            let off = |place: usize| {
-                let star = &stars.stars()[place];
+            let distance = |index: usize| {
+                let star = &stars.stars()[index];
                 (star.direction + star.motion_per_year * years).normalize().distance(direction)
             };
             let near = |cell: &&super::stars::Cell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
-            let places = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
-            // The brighter component of a double star.
-            let same = places.filter(|place| off(*place) < SAME_STAR_RAD);
+            let indices = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
+            // If the vertex is a double star, its brighter component.
+            let same = indices.filter(|index| distance(*index) < SAME_STAR_RAD);
             let star = same.min_by(|a, b| stars.stars()[*a].v_magnitude.total_cmp(&stars.stars()[*b].v_magnitude));
             Corner { direction, star }
         };
-        // Serpens has two parts with a name each: the first has the figure of both.
+        // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
         let mut drawn = std::collections::BTreeSet::new();
         let of_name = |(abbreviation, name, _, _, at): Name| {
             let is_first = drawn.insert(abbreviation.clone());
@@ -150,7 +150,7 @@ mod tests {
         assert!([27_989, 24_436, 25_336, 26_311, 26_727, 25_930].iter().all(|hip| hips.contains(hip)), "{hips:?}");
     }
 
-    /// Delporte's borders run along circles of right ascension and declination of B1875: with another equinox they would not.
+    /// Delporte's borders run along circles of right ascension and declination of B1875: in the coordinates of another equinox they would be slanted.
     #[test]
     fn borders_run_along_circles_of_1875() {
         let sky = Constellations::embedded();
@@ -167,7 +167,7 @@ mod tests {
             let v = icrf_from_b1875() * direction(end.map(f64::to_degrees));
             [v.y.atan2(v.x), v.z.asin()]
         };
-        let still = sky.borders.iter().filter(|b| slant(&Border { ends: b.ends.map(turned) }) < 0.005).count();
-        assert!(2 * still < sky.borders.len(), "{still}");
+        let straight_in_j2000 = sky.borders.iter().filter(|b| slant(&Border { ends: b.ends.map(turned) }) < 0.005).count();
+        assert!(2 * straight_in_j2000 < sky.borders.len(), "{straight_in_j2000}");
     }
 }

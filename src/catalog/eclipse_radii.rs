@@ -1,6 +1,6 @@
-//! The radii of the Sun and the Moon that eclipses are computed with.
+//! The radii of the Sun and the Moon for the computation of eclipses.
 //!
-//! In: a convention. Out: the two bodies' radii in the catalog, so that picture, shadow, contacts and queries all use the same. The choice of radii shifts
+//! In: a convention. Out: both radii in the catalog, so that picture, shadow, contacts and queries all use the same values. The choice of radii shifts
 //! totality by seconds: for 2024-04-08 the IAU's Moon, larger than the almanacs' by 0.75 km, keeps the Sun covered 5 s longer under an umbra 5 km wider. Not
 //! here: the Moon's mountains, which move contacts by seconds more.
 
@@ -14,13 +14,13 @@ const ALMANAC_EARTH_KM: f64 = 6378.137;
 /// the penumbra.
 const K_UMBRA: f64 = 0.272_281;
 const K_PENUMBRA: f64 = 0.272_488;
-/// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), on which almanacs agreed.
+/// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), the value that almanacs adopted.
 const ALMANAC_SUN_ARCSEC: f64 = 959.63;
 
 /// A convention on the radii of the Sun and the Moon.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EclipseRadii {
-    /// The catalog's own: the Sun by IAU 2015 Resolution B3, the Moon's mean radius by IAU WGCCRE 2015.
+    /// The catalog's own radii: the Sun by IAU 2015 Resolution B3, the Moon's mean radius by IAU WGCCRE 2015.
     #[default]
     Iau,
     /// NASA's canons of eclipses (Espenak and Meeus 2006, NASA/TP-2006-214141): k = 0.272281 for the umbra, 0.272488 for the penumbra.
@@ -39,7 +39,7 @@ impl EclipseRadii {
         }
     }
 
-    /// The convention of a name, in any case.
+    /// The convention with a name, in upper or lower case.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|r| r.name().eq_ignore_ascii_case(name))
     }
@@ -62,7 +62,7 @@ impl EclipseRadii {
 }
 
 impl Catalog {
-    /// The same catalog with the Sun and the Moon of a convention.
+    /// The same catalog with a convention's radii of the Sun and the Moon.
     pub fn with_eclipse_radii(mut self, radii: EclipseRadii) -> Self {
         self.eclipse_radii = radii;
         if let Some((sun_km, moon_km)) = radii.replacement_km() {
@@ -105,7 +105,7 @@ mod tests {
     fn almanacs_have_a_larger_sun_and_a_smaller_moon() {
         let catalog = Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac);
         let radius_km = |id| catalog.body(id).expect("a body").radii_km.x;
-        // 959.63 arcsec at 1 au are 696 000 km within 20; k = 0.272281 is 1736.65 km.
+        // 959.63 arcsec at 1 au are 696 000 km to within 20 km; k = 0.272281 is 1736.65 km.
         assert!((radius_km(NaifId::SUN) - 696_000.0).abs() < 20.0);
         assert!((radius_km(NaifId::MOON) - 1736.65).abs() < 0.01);
         for radii in EclipseRadii::ALL {

@@ -1,6 +1,6 @@
-//! Values that several tables of a catalog have: numbers in a range, one of a few words, maps.
+//! Readers of values that occur in several tables of a catalog: numbers in a range, one of a few words, maps.
 //!
-//! In: a table under reading. Out: the checked value, or `None` and a problem in the shared list.
+//! In: a [`TableReader`]. Out: the checked value, or `None` and a problem in the shared list.
 
 use super::table::{TableReader, WithLine};
 use super::{Map, MapLatitude};
@@ -13,7 +13,7 @@ pub(super) fn each(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
     move |v| v.iter().all(|x| x.is_finite() && check(*x))
 }
 
-/// Reads one of a few words.
+/// Reads an optional field whose value is one of a few words.
 pub(super) fn word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
     let found = section.take::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
@@ -36,7 +36,7 @@ pub(super) fn invented(s: &mut TableReader) -> Option<String> {
     said.map(|l| l.value)
 }
 
-/// A table's value with the line where it begins.
+/// The value read from a table, with the line where the table begins.
 pub(super) fn located<T>(s: TableReader, read: impl FnOnce(TableReader) -> Option<T>) -> Option<WithLine<T>> {
     let place = s.place.clone();
     Some(WithLine { value: read(s)?, place })
@@ -55,14 +55,14 @@ pub(super) fn map(mut s: TableReader) -> Option<Map> {
     Some(Map { file: file?.value, gain, latitude, columns, invented })
 }
 
-/// Below 100: of a value that may be wholly wrong nothing is known.
+/// The limit is below 100 because a value with an error of 100 % is unknown, not estimated.
 const PERCENT: &str = "percent above 0, at most 90";
 
 pub(super) fn percent(s: &mut TableReader, field: &'static str) -> Option<f64> {
     s.take(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
 }
 
-/// One line that says something.
+/// Whether a text is a name: not blank, and without control characters such as line breaks.
 #[expect(clippy::ptr_arg, reason = "the check of a field that is read as a `String`")]
 pub(super) fn is_name(text: &String) -> bool {
     !text.trim().is_empty() && !text.contains(char::is_control)

@@ -1,7 +1,8 @@
 //! Fields of view of instruments and eyepieces: `[[instrument]]` of a catalog file.
 //!
-//! In: the table's section. Out: an [`Instrument`] with its field in degrees, or the wrong line and field. A circle has `diameter_deg`, or `focal_length_mm` with `field_stop_mm`; a
-//! rectangle `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. The field of a focal length is that of a lens without distortion: 2 atan(size / 2 f).
+//! In: the table's section. Out: an [`Instrument`] with its field of view in degrees, or a problem with the line and the TOML field. A circle has `diameter_deg`, or
+//! `focal_length_mm` with `field_stop_mm`; a rectangle has `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. From a focal length the field of view is
+//! that of a lens without distortion: 2 atan(size / 2 f).
 
 use super::fields::{is_name, need_word};
 use super::table::TableReader;
@@ -20,12 +21,12 @@ pub struct Instrument {
 /// The shape of a field of view, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Field {
-    /// A circle, as of an eyepiece.
+    /// A circle, for example of an eyepiece.
     Circle {
         /// Diameter.
         diameter_deg: f64,
     },
-    /// A rectangle, as of a sensor.
+    /// A rectangle, for example of a sensor.
     Rectangle {
         /// Width along the middle row.
         width_deg: f64,
@@ -34,7 +35,7 @@ pub enum Field {
     },
 }
 
-/// Largest field, degrees.
+/// Largest field of view.
 const WIDEST_DEG: f64 = 170.0;
 
 #[derive(Clone, Copy, PartialEq)]
@@ -97,7 +98,7 @@ mod tests {
     #[test]
     fn fields_are_read_in_degrees_and_by_focal_length() {
         assert_eq!(read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field, Field::Circle { diameter_deg: 6.5 });
-        // A sensor twice the focal length wide sees 90 degrees; 36 mm at 50 mm see 39.6 (the usual figure of a normal lens).
+        // A sensor twice the focal length wide sees 90 degrees; 36 mm behind a 50 mm lens see 39.6 degrees (the usual figure of a normal lens).
         let wide =
             read("shape = \"rectangle\"\nfocal_length_mm = 18.0\nsensor_mm = [36.0, 24.0]\nposition_angle_deg = 30.0").expect("read");
         let Field::Rectangle { width_deg, height_deg } = wide[0].field else { panic!("{wide:?}") };

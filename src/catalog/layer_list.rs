@@ -1,4 +1,4 @@
-//! The data layers of a catalog: those of its files, and those added at run time, as when a file is dropped on the window.
+//! The data layers of a catalog: layers from its files, and layers added at run time, for example by dropping a file on the window.
 
 use super::data_layer::DataLayer;
 use parking_lot::RwLock;
@@ -17,10 +17,10 @@ impl LayerList {
         self.0.read().clone()
     }
 
-    /// Adds a layer, or replaces that of the same name.
+    /// Adds a layer. It replaces an earlier layer of the same name.
     pub fn add(&self, layer: DataLayer) {
         let mut all = self.0.write();
-        all.retain(|there| there.name != layer.name);
+        all.retain(|listed| listed.name != layer.name);
         all.push(Arc::new(layer));
     }
 }

@@ -1,6 +1,6 @@
 //! The catalog of bodies: identity, shape, photometry, maps, motion, rotation, rings, atmosphere.
 //!
-//! In: the embedded files of catalogs/ and the user's, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
+//! In: the embedded files of catalogs/ and the user's files, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
 //! every field in its range, unique names and known parents. It reads no file system and computes no position.
 
 use crate::wording::{did_you_mean, echo, echo_within, one_line};
@@ -46,10 +46,10 @@ use std::sync::{Arc, OnceLock};
 
 /// A body and the name of one of its fields.
 type BodyField = (NaifId, &'static str);
-/// A file and a line of it, the first is 1.
+/// A file and a line number, starting at 1.
 type FileLine = (String, usize);
 
-/// All bodies, the well-known moments, and the radii that eclipses are reckoned with.
+/// All bodies, the well-known moments, stars, data layers, instruments, and the radii for eclipses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Catalog {
     bodies: Vec<Body>,
@@ -57,43 +57,43 @@ pub struct Catalog {
     data_layers: LayerList,
     instruments: Vec<Instrument>,
     eclipse_radii: EclipseRadii,
-    /// The user's stars; `None`: the embedded ones.
+    /// The user's stars; `None`: the embedded stars.
     stars: Option<Arc<StarCatalog>>,
-    /// Minor planets and comets; the embedded ones are read on first use.
+    /// Minor planets and comets; the embedded tables are read on first use.
     small_bodies: OnceLock<Arc<SmallBodies>>,
     /// The user's lunar height map; none is embedded.
     lunar_heights: Option<Arc<HeightMap>>,
-    /// File and line of fields that can be checked only against the whole catalog, by body and field; other fields are reported at their body, under
-    /// "".
+    /// File and line, by body and field, of the fields that can be checked only against the complete catalog. The field "" gives the line of the
+    /// body itself, at which problems of other fields are reported.
     field_lines: BTreeMap<BodyField, FileLine>,
 }
 
-/// One wrong field: where, what it says, what is allowed.
+/// One wrong field: its position, its value, and the allowed values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// As it was named to the reader.
+    /// The file's name as the caller gave it.
     pub file: String,
     /// Line number, starting at 1.
     pub line: usize,
-    /// Body and field, what it says, and what is allowed.
+    /// Body, field, value, and allowed values.
     pub message: String,
 }
 
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        // Both quote the files' text; control characters are escaped, so that a message stays on its line.
+        // File name and message may quote any text; control characters are escaped, so that a message stays on its line.
         write!(f, "{}:{}: {}", one_line(&self.file), self.line, one_line(&self.message))
     }
 }
 
-/// Every problem of the files, by file and line; printed one a line, the first `MAX_SHOWN_PROBLEMS` and how many more there are.
+/// Every problem of the files, by file and line; printed one per line: the first `MAX_SHOWN_PROBLEMS`, then the number of the rest.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct CatalogError {
     /// In the order of files and lines.
     pub problems: Vec<Problem>,
 }
 
-/// Problems that a message lists.
+/// Maximum number of problems that a message lists.
 const MAX_SHOWN_PROBLEMS: usize = 20;
 
 impl std::fmt::Display for CatalogError {
@@ -121,20 +121,20 @@ impl Catalog {
         }
     }
 
-    /// The embedded catalog under the user's files: (name, text) pairs in reading order. A `[[body]]` whose `id` is known overrides the
-    /// fields it gives; another adds a body.
+    /// The embedded catalog, overridden by the user's files: (name, text) pairs in reading order. A `[[body]]` with a known `id` overrides
+    /// the fields that it gives; any other adds a body.
     pub fn with_files(files: &[(String, String)]) -> Result<Self, CatalogError> {
         let all: Vec<(&str, &str)> = TABLES.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
         read::read(&all)
     }
 
-    /// The files alone, with nothing embedded under them: for fuzzing, which would spend its time on that.
+    /// These files alone, without the embedded catalog: for fuzzing, which would otherwise spend its time on the embedded files.
     #[doc(hidden)]
     pub fn of_files_alone(files: &[(&str, &str)]) -> Result<Self, CatalogError> {
         read::read(files)
     }
 
-    /// A problem of a body's field, with its file and line.
+    /// A problem with a body's field, with its file and line.
     pub fn problem(&self, id: NaifId, field: &'static str, message: String) -> Problem {
         let place = self.field_lines.get(&(id, field)).or_else(|| self.field_lines.get(&(id, "")));
         let (file, line) = place.cloned().unwrap_or_default();
@@ -152,13 +152,13 @@ impl Catalog {
         Self { stars, ..self }
     }
 
-    /// Gives a body the number of a custom surface; false where it has one, or where there is no such body.
+    /// Gives a body the number of a custom surface; returns false if it already has one, or if there is no such body.
     pub fn set_custom_surface(&mut self, id: NaifId, number: u8) -> bool {
         let body = self.bodies.iter_mut().find(|b| b.id == id && b.custom_surface == 0);
         body.map(|b| b.custom_surface = number).is_some()
     }
 
-    /// The stars. The embedded ones are read on first use.
+    /// The stars. The embedded stars are read on first use.
     pub fn stars(&self) -> Arc<StarCatalog> {
         self.stars.clone().unwrap_or_else(StarCatalog::embedded)
     }
@@ -172,8 +172,9 @@ impl Catalog {
     pub fn with_small_bodies(self, own: Option<SmallBodies>) -> Self {
         let Some(own) = own else { return self };
         let shipped = SmallBodies::embedded();
-        let or = |own: Vec<_>, shipped: &Vec<_>| if own.is_empty() { shipped.clone() } else { own };
-        let all = SmallBodies { minor_planets: or(own.minor_planets, &shipped.minor_planets), comets: or(own.comets, &shipped.comets) };
+        let own_or_shipped = |own: Vec<_>, shipped: &Vec<_>| if own.is_empty() { shipped.clone() } else { own };
+        let minor_planets = own_or_shipped(own.minor_planets, &shipped.minor_planets);
+        let all = SmallBodies { minor_planets, comets: own_or_shipped(own.comets, &shipped.comets) };
         let small_bodies = OnceLock::from(Arc::new(all.without_bodies_of(&self)));
         Self { small_bodies, ..self }
     }
@@ -198,10 +199,10 @@ impl Catalog {
         self.data_layers.all()
     }
 
-    /// This catalog with the content of its data layers, each by [`DataLayer::with_content`]. From then on an image of a body is an overlay.
+    /// This catalog with the content of its data layers, each by [`DataLayer::with_content`]. An image on a body becomes one of the body's overlays.
     ///
     /// # Errors
-    /// Of the first file that cannot be read, and an image too many for a body.
+    /// The error of the first file that cannot be read, or of an image that exceeds the limit of a body.
     pub fn with_data<E: From<CatalogError>>(mut self, mut read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
         let layers = self.data_layers.all().into_iter().map(|layer| read(Arc::unwrap_or_clone(layer))).collect::<Result<Vec<_>, _>>()?;
         for layer in &layers {
@@ -219,7 +220,7 @@ impl Catalog {
         &self.instruments
     }
 
-    /// Adds a layer of the sky, or of points and lines, while the catalog is in use; one of the same name is replaced.
+    /// Adds a layer of the sky, or of points and lines, while the catalog is in use. It replaces a layer of the same name.
     pub fn add_data_layer(&self, layer: DataLayer) {
         self.data_layers.add(layer);
     }
@@ -229,12 +230,12 @@ impl Catalog {
         &self.moments
     }
 
-    /// The body of a code.
+    /// The body with a code.
     pub fn body(&self, id: NaifId) -> Option<&Body> {
         self.bodies.iter().find(|b| b.id == id)
     }
 
-    /// The place of a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
+    /// The body or barycentre with a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
     /// `<planet> barycenter`. Case and the spelling of barycentre do not matter.
     pub fn find_body_or_barycenter(&self, name: &str) -> Option<NaifId> {
         let wanted = name.trim().to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
@@ -251,15 +252,15 @@ impl Catalog {
         self.find_body(&wanted).map(|b| b.id)
     }
 
-    /// The place of a name.
+    /// The body or barycentre with a name.
     ///
     /// # Errors
-    /// What the name may have meant.
+    /// An unknown name, with a suggestion.
     pub fn place(&self, name: &str) -> Result<NaifId, UnknownName> {
         self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body or centre of mass"))
     }
 
-    /// The body of a name.
+    /// The body with a name.
     ///
     /// # Errors
     /// An unknown name with a suggestion, or a barycentre.

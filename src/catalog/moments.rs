@@ -1,7 +1,8 @@
 //! Well-known moments: eclipses, transits, triple shadows, ring crossings, and viewpoints for them.
 //!
-//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and readable times, or every wrong field. A moment of a
-//! later file with the same name replaces the earlier one. Nothing is computed here; tests compare the moments with the ephemeris.
+//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or a problem for every wrong
+//! field. A moment of a later file replaces an earlier moment of the same name. Nothing is computed here; tests
+//! compare the moments with the ephemeris.
 
 use super::table::{Problems, TableReader, WithLine};
 use super::{Body, NaifId};
@@ -31,9 +32,9 @@ pub enum Vantage {
     Place {
         /// The body that the place is on.
         body: NaifId,
-        /// Planetographic.
+        /// Planetographic latitude.
         latitude_deg: f64,
-        /// East.
+        /// East longitude.
         longitude_deg: f64,
         /// Height above the ellipsoid.
         height_km: f64,
@@ -47,7 +48,7 @@ pub enum Vantage {
 pub struct Moment {
     /// The title in the window's list.
     pub name: String,
-    /// Groups of the list: `solar eclipse`, `lunar eclipse`, `transit`, `shadows`, `rings`, `conjunction`, `photograph`.
+    /// The group in the list: `solar eclipse`, `lunar eclipse`, `transit`, `shadows`, `rings`, `conjunction`, `photograph`.
     pub kind: String,
     /// A description in one sentence.
     pub about: String,
@@ -64,7 +65,7 @@ pub struct Moment {
 /// Kinds in the order of the list.
 pub const KINDS: [&str; 7] = ["solar eclipse", "lunar eclipse", "transit", "shadows", "rings", "conjunction", "photograph"];
 
-/// One table whose bodies are not resolved yet.
+/// One `[[moment]]` table whose body names are not resolved yet.
 pub(super) struct MomentDraft {
     name: WithLine<String>,
     kind: String,
@@ -81,6 +82,7 @@ enum DraftVantage {
     Place { body: WithLine<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
 }
 
+/// Reads one `[[moment]]` table.
 pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
     let text = |s: &mut TableReader, field: &'static str, what: &str| s.need(field, what, |v: &String| !v.trim().is_empty());
     let name = text(&mut s, "name", "a string");
@@ -132,7 +134,7 @@ pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
     })
 }
 
-/// Resolves the bodies, and sorts the list by kind, then by time.
+/// Resolves the body names, and sorts the list by kind, then by time.
 pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
     let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.to_lowercase(), b.id)));
     let ids: BTreeMap<String, NaifId> = names.collect();

@@ -1,4 +1,4 @@
-//! Names on the surfaces of bodies: those of the IAU's gazetteer, and where people landed.
+//! Names on the surfaces of bodies: the features of the IAU's gazetteer, and crewed landing sites.
 //!
 //! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by prominence.
 //! Always: directions are planetocentric with east longitudes, as in the gazetteer for Mars and nearly spherical bodies. For oblate moons the gazetteer has
@@ -17,8 +17,8 @@ pub struct Feature {
     pub direction: DVec3,
     /// Diameter; 0 if the table gives none, and for landing sites.
     pub diameter_km: f64,
-    /// Effective size in a picture: the diameter; for elongated features such as valleys, ridges and rilles, which have a length instead, a quarter of
-    /// it.
+    /// Effective size in a picture: the diameter. For elongated features such as valleys, ridges and rilles, whose table entry is a length, a quarter of
+    /// that length.
     pub prominence_km: f64,
     /// Whether it is a landing site.
     pub is_landing_site: bool,
@@ -26,11 +26,11 @@ pub struct Feature {
 
 /// Elongated feature types of the gazetteer: catena, chasma, dorsum, fossa, linea, flumen, rima, rupes, scopulus, sulcus, vallis.
 const ELONGATED_TYPES: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "RU", "SC", "SU", "VA"];
-/// Assumed width of these relative to their length.
+/// Assumed ratio of width to length of these types.
 const ELONGATED_WIDTH_TO_LENGTH: f64 = 0.25;
 
 impl Feature {
-    /// `diameter_km`: empty for a feature without one, `None` for a landing site.
+    /// `diameter_km`: empty for a feature without a diameter, `None` for a landing site.
     fn at(name: &'static str, kind: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());
@@ -55,7 +55,7 @@ impl Feature {
     }
 }
 
-/// The lines of both tables that hold features.
+/// The data lines of both tables, without comments and headings.
 fn lines() -> impl Iterator<Item = &'static str> {
     let of = |table: &'static str| table.lines().filter(|l| !l.starts_with('#') && !l.is_empty()).skip(1);
     of(orrery_catalogs::LANDING_SITES).chain(of(orrery_catalogs::NOMENCLATURE))
@@ -92,9 +92,9 @@ mod tests {
         (f.direction.z.asin().to_degrees(), f.direction.y.atan2(f.direction.x).to_degrees().rem_euclid(360.0), f.diameter_km)
     }
 
-    /// Each line is read, and well-known places are where the gazetteer's own pages have them (planetarynames.wr.usgs.gov).
+    /// Each line is read, and well-known features have the coordinates of the gazetteer's own pages (planetarynames.wr.usgs.gov).
     #[test]
-    fn the_tables_are_read_and_places_are_where_they_are() {
+    fn the_tables_are_read_and_coordinates_agree_with_the_gazetteer() {
         let wrong: Vec<_> = lines().filter(|l| Feature::of_line(l).is_none()).collect();
         assert!(wrong.is_empty(), "{wrong:?}");
         assert_eq!(lines().count(), 6320 + 6);

@@ -33,9 +33,9 @@ fn projection(s: &mut TableReader) -> Option<Projection> {
     })
 }
 
-/// The body's name and the overlay.
+/// Reads an `[[overlay]]`: the body's name and the overlay.
 pub(super) fn overlay(mut s: TableReader) -> Option<(WithLine<String>, Overlay)> {
-    let of = s.need("body", "the name of a body", |_: &String| true);
+    let body_name = s.need("body", "the name of a body", |_: &String| true);
     let name = s.need("name", "a name", |n: &String| !n.trim().is_empty());
     let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
     let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
@@ -50,10 +50,10 @@ pub(super) fn overlay(mut s: TableReader) -> Option<(WithLine<String>, Overlay)>
         opacity: opacity.map_or(1.0, |o| o.value),
         projection: projection?,
     };
-    Some((of?, overlay))
+    Some((body_name?, overlay))
 }
 
-/// Adds an overlay, or replaces that of the same name. Returns what is wrong if it cannot be added.
+/// Adds an overlay, or replaces the overlay of the same name. The error states why it cannot be added.
 pub(super) fn add(over: &mut Vec<Overlay>, new: Overlay) -> Result<(), String> {
     if let Some(same) = over.iter_mut().find(|o| o.name == new.name) {
         *same = new;

@@ -1,7 +1,8 @@
-//! Reads catalog files into bodies: one draft per body, later files over earlier ones, then a check of the whole.
+//! Reads catalog files into bodies: one draft per body, in which later files override earlier ones, then a check of the entire catalog.
 //!
-//! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
-//! replaces that field; photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced whole, maps one by one.
+//! In: (name, text) pairs. Out: the bodies, or all problems, each with file, line, field, value and allowed values. A field of a later
+//! file replaces the same field. Photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced as a unit,
+//! maps one by one.
 
 use super::data_layer;
 use super::fields::{each, finite, is_name, number, percent};
@@ -19,7 +20,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
 fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
-    let of = s.need("body", "the name of a body", |_: &String| true);
+    let body_name = s.need("body", "the name of a body", |_: &String| true);
     let name = s.need("name", "a name", is_name);
     let inner_km = number(&mut s, "inner_km", "kilometres above 0", |x| x > 0.0);
     let outer_km = s.need("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|i| *x > i));
@@ -28,7 +29,7 @@ fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
     let dust = s.take("dust", "a part from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     s.finish();
     Some((
-        of?,
+        body_name?,
         Ring {
             name: name?.value,
             inner_km: inner_km?,
@@ -62,17 +63,17 @@ fn species(mut s: TableReader) -> Option<Species> {
 }
 
 fn atmosphere(mut s: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
-    let of = s.need("body", "the name of a body", |_: &String| true);
+    let body_name = s.need("body", "the name of a body", |_: &String| true);
     let top_km = number(&mut s, "top_km", "kilometres above 0", |x| x > 0.0);
     let refractivity = s.take("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
     let airglow_cd_m2 = s.take("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
     let species: Vec<_> = s.sections("species").into_iter().filter_map(species).collect();
     let _ = s.take::<String>("source", "a string", |_| true);
     s.finish();
-    Some((of?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
+    Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
 }
 
-/// Reads every file; later ones override. All problems come back together.
+/// Reads every file; later files override earlier ones. All problems are returned together.
 pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let problems = Problems::default();
     let mut drafts = BTreeMap::new();
@@ -89,10 +90,10 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
             body(s, &mut drafts);
         }
         let mut of_file: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
-        for (of, ring) in root.sections("ring").into_iter().filter_map(ring) {
-            match of_file.iter_mut().find(|(b, _)| b.value == of.value) {
+        for (body_name, ring) in root.sections("ring").into_iter().filter_map(ring) {
+            match of_file.iter_mut().find(|(b, _)| b.value == body_name.value) {
                 Some((_, list)) => list.push(ring),
-                None => of_file.push((of, vec![ring])),
+                None => of_file.push((body_name, vec![ring])),
             }
         }
         rings.extend(of_file);
@@ -100,8 +101,8 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
         layers.extend(root.sections("layer").into_iter().filter_map(data_layer::layer));
         for own in root.sections("instrument").into_iter().filter_map(instrument) {
-            // One of a later file replaces that of its name.
-            instruments.retain(|there| there.name != own.name);
+            // A later instrument replaces an earlier one of the same name.
+            instruments.retain(|listed| listed.name != own.name);
             instruments.push(own);
         }
         moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
@@ -111,8 +112,8 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     let moments = moments::assemble(moments_drafts, &bodies, &problems);
     let mut data_layers = Vec::new();
-    for (of, mut layer) in layers {
-        layer.body = of.as_ref().and_then(|of| body_named(&bodies, of, &problems));
+    for (body_name, mut layer) in layers {
+        layer.body = body_name.as_ref().and_then(|body_name| body_named(&bodies, body_name, &problems));
         data_layers.push(layer);
     }
     problems.into_result()?;
@@ -129,18 +130,18 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     })
 }
 
-/// Resolves the body of a layer; reports an unknown name.
-fn body_named(bodies: &[Body], of: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
-    let found = bodies.iter().find(|b| b.name.eq_ignore_ascii_case(&of.value)).map(|b| b.id);
+/// Resolves the body name of a layer; reports an unknown name.
+fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
+    let found = bodies.iter().find(|b| b.name.eq_ignore_ascii_case(&body_name.value)).map(|b| b.id);
     if found.is_none() {
         let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
-        let hint = problems.nearest(&of.value, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
-        problems.add(&of.place, format!("\"{}\" is not the name of a body{hint}", of.value));
+        let hint = problems.nearest(&body_name.value, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+        problems.add(&body_name.place, format!("\"{}\" is not the name of a body{hint}", body_name.value));
     }
     found
 }
 
-/// Positions of those fields that can be checked only against the whole catalog.
+/// File and line of the fields that can be checked only against the complete catalog.
 fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     let fields = [
         ("", Some(&d.place)),
@@ -155,25 +156,25 @@ fn is_embedded(place: &SourceLine) -> bool {
     TABLES.iter().any(|(file, _)| *file == &*place.file)
 }
 
-/// Maximum number of bodies of a cycle that its message names.
+/// Maximum number of bodies that the message about a cycle names.
 const MAX_NAMES: usize = 8;
 
 /// Reports cycles of parents, each at the `parent` fields of the user's files.
-fn circles(bodies: &[Body], places: &BTreeMap<i32, SourceLine>, problems: &Problems) {
+fn report_parent_cycles(bodies: &[Body], places: &BTreeMap<i32, SourceLine>, problems: &Problems) {
     let by_id: BTreeMap<NaifId, &Body> = bodies.iter().map(|b| (b.id, b)).collect();
     let parent_of = |body: &Body| body.parent.and_then(|id| by_id.get(&id).copied());
-    // Each body is visited once: a walk ends at a body of an earlier walk, or of its own, which is a cycle.
+    // Each body is visited once. A walk from parent to parent ends at a body of an earlier walk, or at one of its own bodies: a cycle.
     let mut walked = BTreeSet::new();
     for start in bodies {
         let path: Vec<&Body> =
             std::iter::successors(Some(start), |body| parent_of(body)).take_while(|body| walked.insert(body.id)).collect();
-        let round = path.last().and_then(|last| parent_of(last)).and_then(|met| path.iter().position(|body| body.id == met.id));
-        // A body that is its own parent has its own message.
-        let Some(circle) = round.map(|from| &path[from..]).filter(|circle| circle.len() > 1) else { continue };
-        for (at, body) in circle.iter().enumerate() {
+        let cycle_start = path.last().and_then(|last| parent_of(last)).and_then(|next| path.iter().position(|body| body.id == next.id));
+        // `assemble` reports a body that is its own parent.
+        let Some(cycle) = cycle_start.map(|from| &path[from..]).filter(|cycle| cycle.len() > 1) else { continue };
+        for (at, body) in cycle.iter().enumerate() {
             let Some(place) = places.get(&body.id.0).filter(|place| !is_embedded(place)) else { continue };
-            let names: Vec<&str> = circle[at + 1..].iter().chain(&circle[..=at]).take(MAX_NAMES).map(|b| b.name.as_str()).collect();
-            let more = if circle.len() > MAX_NAMES { ", …" } else { "" };
+            let names: Vec<&str> = cycle[at + 1..].iter().chain(&cycle[..=at]).take(MAX_NAMES).map(|b| b.name.as_str()).collect();
+            let more = if cycle.len() > MAX_NAMES { ", …" } else { "" };
             problems.add(place, format!("{}.parent leads round in a circle: {}{more}", body.name, names.join(", ")));
         }
     }
@@ -196,7 +197,7 @@ fn assemble(
             let Some((other, other_place)) = named.insert(name.to_lowercase(), (*id, place)).filter(|(other, _)| other != id) else {
                 continue;
             };
-            // The user's file gets the message, whichever body comes first.
+            // The message points to the user's file, not to an embedded one.
             let (place, other) = if is_embedded(place) { (other_place, *id) } else { (place, other) };
             problems.add(place, format!("the name \"{name}\" is already that of body {other}"));
         }
@@ -211,7 +212,7 @@ fn assemble(
         id
     };
     let parents = drafts.iter().filter_map(|(id, d)| Some((*id, d.parent.as_ref()?.place.clone()))).collect();
-    let with_air: BTreeSet<i32> = atmospheres.iter().filter_map(|(of, _)| ids.get(&of.value.to_lowercase()).copied()).collect();
+    let with_air: BTreeSet<i32> = atmospheres.iter().filter_map(|(owner, _)| ids.get(&owner.value.to_lowercase()).copied()).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, d) in drafts {
         let label = d.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
@@ -300,22 +301,22 @@ fn assemble(
             estimates: d.estimates,
         });
     }
-    circles(&bodies, &parents, problems);
-    for (of, list) in rings {
-        if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
+    report_parent_cycles(&bodies, &parents, problems);
+    for (body_name, list) in rings {
+        if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.rings = list;
         }
     }
-    for (of, air) in atmospheres {
-        if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
+    for (body_name, air) in atmospheres {
+        if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.atmosphere = Some(air);
         }
     }
-    for (of, new) in overlays {
-        if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
+    for (body_name, new) in overlays {
+        if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
             && let Err(wrong) = overlay::add(&mut b.overlays, new)
         {
-            problems.add(&of.place, format!("{}: {wrong}", b.name));
+            problems.add(&body_name.place, format!("{}: {wrong}", b.name));
         }
     }
     bodies

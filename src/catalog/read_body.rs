@@ -1,6 +1,6 @@
 //! Reading `[[body]]`: merges the fields that one file gives for a body into those of earlier files.
 //!
-//! A field replaces that field; photometry, motion, rotation, clouds and mesh are replaced whole, maps one by one.
+//! A field of a later file replaces the same field. Photometry, motion, rotation, clouds and mesh are replaced as a unit, maps one by one.
 
 use super::fields::{each, finite, invented, is_name, located, map, need_word, number, percent, word};
 use super::table::{SourceLine, TableReader, WithLine};
@@ -229,7 +229,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
     };
     let older = drafts.remove(&id.value);
     if let Some(older) = older {
-        // An estimated error belongs to the value in the same file.
+        // An estimated error belongs to a value of the same file, so a replaced value drops the older error.
         let kept = |own: Option<f64>, replaced: bool, former: Option<f64>| own.or(former.filter(|_| !replaced));
         fresh.estimates = Estimates {
             albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),

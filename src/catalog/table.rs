@@ -1,7 +1,7 @@
-//! Reading TOML tables field by field, so that one pass finds every wrong field and not only the first.
+//! Reading TOML tables field by field, so that one pass finds every wrong field, not only the first.
 //!
-//! In: one parsed table and where it came from. Out: values that know their file and line; each problem goes to one shared list.
-//! Serde turns each leaf into its type. What is allowed is said by the caller, beside the check.
+//! In: one parsed table with its file and line. Out: values that know their file and line; each problem goes to one shared list.
+//! Serde turns each leaf into its type. The caller describes the allowed values next to its check.
 
 use super::{CatalogError, Problem};
 use crate::wording::{controls_terminal, echo_within};
@@ -26,7 +26,7 @@ pub(super) struct WithLine<T> {
     pub place: SourceLine,
 }
 
-/// Maximum number of problems with a suggestion.
+/// Number of problems after which no more suggestions are made.
 const MAX_HINTS: usize = 200;
 
 /// All problems found so far, in the order of the files.
@@ -38,7 +38,8 @@ impl Problems {
         self.0.borrow_mut().push(Problem { file: place.file.to_string(), line: place.line, message });
     }
 
-    /// The known word that was meant, if any is near. Only the first problems are shown, and a file can hold a hundred thousand: the later ones get no such hint.
+    /// The known word that was probably meant, if one is similar. A file can have a hundred thousand problems, of which only the first are shown: the others
+    /// get no hint.
     pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
         let is_early = self.0.borrow().len() < MAX_HINTS;
         is_early.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
@@ -70,7 +71,7 @@ impl<'a> TomlFile<'a> {
         SourceLine { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
     }
 
-    /// The top table; words that are not TOML are problems, each with its line.
+    /// The top-level table. Text that is not TOML is reported as problems, each with its line.
     pub fn root(&'a self) -> TableReader<'a> {
         let (table, errors) = DeTable::parse_recoverable(self.text);
         for e in errors {
@@ -82,7 +83,7 @@ impl<'a> TomlFile<'a> {
         TableReader { source: self, name: String::new(), place: self.place(0), table, known: Vec::new() }
     }
 
-    /// Names and notes are printed: a string that steers a terminal is a problem. Lines and tabs are text.
+    /// Reports strings with characters that control a terminal, because names and notes are printed. Line breaks and tabs are allowed.
     fn refuse_controls(&self, value: &Spanned<DeValue>) {
         match value.get_ref() {
             DeValue::String(text) => {
@@ -109,7 +110,7 @@ pub(super) struct TableReader<'a> {
 }
 
 impl<'a> TableReader<'a> {
-    /// Names the section after the body it describes, for messages.
+    /// Names the section in messages after the body that it describes.
     pub fn rename(&mut self, name: &str) {
         self.name = format!("{name}.");
     }
@@ -195,7 +196,7 @@ impl<'a> TableReader<'a> {
         found
     }
 
-    /// Every pair of names and strings (a table of sources).
+    /// A table whose values are all strings, such as the sources.
     pub fn strings(&mut self, field: &'static str) -> std::collections::BTreeMap<String, String> {
         let allowed = "a table of strings";
         self.take(field, allowed, |_| true).map(|l| l.value).unwrap_or_default()

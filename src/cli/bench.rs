@@ -1,7 +1,7 @@
-//! `orrery bench`: milliseconds per frame of the standard scenes, by stage, elapsed and CPU time, as JSON.
+//! `orrery bench`: measures elapsed and CPU time per frame of the standard scenes, by stage, and prints JSON.
 //!
-//! A scene is drawn once to fill caches and then measured. The row describes one frame, the median by elapsed time, so that
-//! its stages add up. Writing files is not part of a frame here.
+//! Each scene is drawn once to fill the caches and then measured. A scene's row describes a single frame, the one with the
+//! median elapsed time, so that the times of its stages add up. Writing files is not part of a frame here.
 
 use super::output::{print_message, progress};
 use super::view_args::size;
@@ -63,7 +63,7 @@ pub(crate) struct BenchArgs {
     json: bool,
 }
 
-/// The stages of a frame, without those of program start.
+/// The stages that occur in every frame, hence without those of program start.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 /// The measurements of one frame.
@@ -91,12 +91,12 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {
-        let own = match (scene.bodies(), scene.stars()) {
+        let own_session = match (scene.bodies(), scene.stars()) {
             (Some(bodies), _) => Some(open()?.with_minor_planets(bodies)),
             (None, Some(stars)) => Some(open()?.with_stars(stars)),
             (None, None) => None,
         };
-        let session = own.as_ref().unwrap_or(&session);
+        let session = own_session.as_ref().unwrap_or(&session);
         let measure_of = |request: &ViewRequest| -> Result<MeasuredFrame, CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
@@ -110,12 +110,12 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         let measure = || measure_of(&scene.request);
         let first = measure()?;
         let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
-        let mut of_scene = row(scene.name, &first, &mut frames);
+        let mut scene_row = row(scene.name, &first, &mut frames);
         if args.effects {
             let list = effects(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of)?;
-            of_scene["effects"] = list.into();
+            scene_row["effects"] = list.into();
         }
-        rows.push(of_scene);
+        rows.push(scene_row);
     }
     bar.finish_and_clear();
     let options = session.renderer().options();
@@ -131,7 +131,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     super::output::print_result(&format!("{report:#}\n"))
 }
 
-/// Cost and effect of each active effect, from pairs of frames drawn one after the other.
+/// The cost of each active effect and its change of the picture, from pairs of frames with and without the effect that are drawn in turns.
 fn effects(
     session: &Session,
     sampling: SamplingQuality,
@@ -139,21 +139,21 @@ fn effects(
     pairs: u32,
     measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
 ) -> Result<Vec<Value>, CliError> {
-    let whole = session.draw(request, sampling, true)?;
-    // Fixed exposure: without the effect the rest must not be brightened.
-    let with = ViewRequest { exposure: ExposureRequest::Stops(whole.scene.exposure.stops), ..request.clone() };
+    let with_all_effects = session.draw(request, sampling, true)?;
+    // The exposure is fixed, so that automatic exposure does not brighten the picture without the effect.
+    let with = ViewRequest { exposure: ExposureRequest::Stops(with_all_effects.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
-    let on = |e: Effect| whole.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
-    for effect in Effect::ALL.into_iter().filter(|e| on(*e)) {
+    let is_active = |e: Effect| with_all_effects.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
+    for effect in Effect::ALL.into_iter().filter(|e| is_active(*e)) {
         let mut without = with.clone();
         without.effects.set(effect, false);
-        // Load the modules and maps of both before timing.
-        let bare = session.draw(&without, sampling, true)?;
+        // Loads the modules and maps of this variant before timing.
+        let without_effect = session.draw(&without, sampling, true)?;
         let pairs = interleaved(pairs as usize, &[&|| measure(&with), &|| measure(&without)])?;
-        let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
-        let both = || pairs[0].iter().zip(&pairs[1]);
-        let wall = both().map(|(a, b)| less(a.wall, b.wall)).collect();
-        let cpu = both().filter_map(|(a, b)| Some(less(a.cpu?, b.cpu?))).collect();
+        let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
+        let zipped = || pairs[0].iter().zip(&pairs[1]);
+        let wall = zipped().map(|(a, b)| difference_ms(a.wall, b.wall)).collect();
+        let cpu = zipped().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect();
         let ((wall, wall_noise), (cpu, cpu_noise)) = (cost(wall), cost(cpu));
         rows.push(json!({
             "name": effect.name(),
@@ -161,13 +161,13 @@ fn effects(
             "cpu_noise_ms": cpu_noise,
             "wall_ms": wall,
             "wall_noise_ms": wall_noise,
-            "light": LightChange::between(&bare.frame.hdr, &whole.frame.hdr).moved,
+            "light": LightChange::between(&without_effect.frame.hdr, &with_all_effects.frame.hdr).moved,
         }));
     }
     Ok(rows)
 }
 
-/// Median of the differences, at least 0, and its noise if there are several.
+/// The median of the differences, at least 0, and for several differences their median absolute deviation.
 fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
     let median = |of: Vec<f64>| Spread::of(of).map(|s| s.median);
@@ -177,7 +177,7 @@ fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     (Some(to_microseconds(middle.max(0.0))), noise.map(to_microseconds))
 }
 
-/// The row of a scene; `frames` is not empty.
+/// The row of a scene; `frames` must not be empty.
 fn row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value {
     frames.sort_by_key(|f| f.wall);
     let median = &frames[(frames.len() - 1) / 2];
@@ -203,14 +203,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cost_is_never_below_nothing_and_tells_its_noise() {
+    fn a_cost_is_not_negative_and_includes_its_noise() {
         assert_eq!(cost(vec![-3.0, -1.0, -2.0]), (Some(0.0), Some(1.0)));
         assert_eq!(cost(vec![4.0, 6.0]), (Some(5.0), Some(1.0)));
         assert_eq!((cost(vec![7.0]), cost(Vec::new())), ((Some(7.0), None), (None, None)));
     }
 
     #[test]
-    fn a_row_belongs_to_one_frame() {
+    fn a_row_describes_a_single_frame() {
         let ms = Duration::from_millis;
         let frame = |wall: u64, cpu: u64| {
             let mut stages = Stages::default();

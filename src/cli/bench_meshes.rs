@@ -1,7 +1,8 @@
-//! `orrery bench --meshes`: cost of a shape model by its number of triangles.
+//! `orrery bench --meshes`: measures the cost of a shape model as a function of its number of triangles.
 //!
-//! In: a size and a number of rounds. Out: JSON, one row per model: triangles, time to read the file, time to trace the shadow, and times of frames with and without, in turns. Always: the
-//! shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
+//! In: a size and a number of rounds. Out: JSON with one row per model: number of triangles, time to read the file, time to trace the shadow, and
+//! times of frames with and without mesh and shadow, measured in turns. Always: the shapes are invented, spheres with bumps in place of Phobos; their
+//! folder is removed after the measurement.
 
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
@@ -19,9 +20,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 const PHOBOS: NaifId = NaifId(401);
-/// Rows of vertices from pole to pole: a sphere has four times the square of it in triangles.
+/// Numbers of vertex rows from pole to pole; a sphere with n rows has about 4 n² triangles.
 const ROWS: [u32; 4] = [36, 72, 143, 286];
-/// Less than the body's own radius, so that bumps stay near its ellipsoid.
+/// Mean radius of the sphere; less than the body's own radius, so that the bumps stay near its ellipsoid.
 const RADIUS_KM: f64 = 11.0;
 /// 2013-08-20 00:00 TDB, chosen arbitrarily.
 const JD_TDB: f64 = 2_456_524.5;
@@ -71,7 +72,7 @@ fn write(folder: &Path, rows: u32) -> Result<u32, CliError> {
     Ok(triangles)
 }
 
-/// Median and quartiles of the ratios of times, round by round.
+/// Median and quartiles of the ratios of `times` to `to`, taken round by round.
 fn ratio(times: &[f64], to: &[f64]) -> Value {
     Spread::of_ratios(times, to)
         .map_or(Value::Null, |s| json!({ "median": rounded(s.median), "quartiles": [rounded(s.low), rounded(s.high)] }))
@@ -97,14 +98,14 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let (unshadowed, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, false).map(drop);
-    // The first frame with each feature, less the frames before: the mesh file is read, then its shadow traced.
+    // The first frame with a feature includes the one-time work for it: reading the mesh file, or tracing its shadow.
     let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;
         let spent = session.report().0.since(&earlier);
         Ok(milliseconds(spent.cpu(stage).unwrap_or_else(|| spent.spent(stage))))
     };
-    // Warm-up, not counted: loads maps and compiles modules.
+    // Warm-up, not measured: loads maps and compiles modules.
     stage_ms_of_first_draw(&ellipsoid, Stage::Maps)?;
     let read_ms = stage_ms_of_first_draw(&unshadowed, Stage::Maps)?;
     let shadow_ms = stage_ms_of_first_draw(&with, Stage::Scene)?;
@@ -136,7 +137,7 @@ pub(crate) fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<()
 mod tests {
     use super::*;
 
-    /// A closed surface: each edge belongs to two triangles, once in each direction.
+    /// On a closed surface each edge belongs to two triangles, once in each direction.
     #[test]
     fn a_bumpy_sphere_is_closed_and_faces_outwards() {
         let (text, triangles) = bumpy_sphere(6);

@@ -30,7 +30,7 @@ pub(crate) struct CompareArgs {
     /// Largest allowed difference; the exit status is 1 above it
     #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Bound of each pixel in 255ths, as `render --error` writes it: print in which part of the pixels it holds
+    /// Error bound of each pixel in 255ths, as `render --error` writes it: print the percentage of pixels within it
     #[arg(long, value_name = "FILE")]
     error: Option<PathBuf>,
     /// Print JSON
@@ -44,14 +44,14 @@ fn read(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
     DisplayImage::decode(&name, &bytes, max_megapixels).map_err(|e| CliError::Failed(e.to_string()))
 }
 
-/// Writes the bytes, unless a file with other bytes exists that must not be replaced.
+/// Writes the bytes. Without `overwrite`, an existing file with other content is an error.
 fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
     let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
     if overwrite {
         return Ok(write_atomic(path, FileAccess::All, fill)?);
     }
     match read_bytes(path, MAX_FILE_BYTES) {
-        Ok(there) if there == bytes => Ok(()),
+        Ok(existing) if existing == bytes => Ok(()),
         Ok(_) => {
             let name = echo(&path.display().to_string());
             Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")))
@@ -65,34 +65,34 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         return Err(CliError::Failed(format!("--tolerance {t}: must be 0 to 255")));
     }
     let (a, b) = (read(&args.a, common.max_megapixels)?, read(&args.b, common.max_megapixels)?);
-    let both = |e: image::ImageError| {
+    let with_both_names = |e: image::ImageError| {
         CliError::Failed(format!(
             "{} and {}: {e}",
             echo_within(&args.a.display().to_string(), 100),
             echo_within(&args.b.display().to_string(), 100)
         ))
     };
-    let d = a.difference(&b).map_err(both)?;
+    let d = a.difference(&b).map_err(with_both_names)?;
     if let Some(path) = &args.output {
-        let shown = a.difference_picture(&b).map_err(both)?;
+        let shown = a.difference_picture(&b).map_err(with_both_names)?;
         let mut bytes = Vec::new();
         image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
         write_once(path, &bytes, args.overwrite)?;
     }
-    let held = match &args.error {
-        Some(path) => Some(a.part_within(&b, &read(path, common.max_megapixels)?).map_err(both)?),
+    let part_within_bound = match &args.error {
+        Some(path) => Some(a.part_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),
         None => None,
     };
     let psnr = d.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     if args.json {
         let mut report = serde_json::json!(d);
-        if let Some(part) = held {
+        if let Some(part) = part_within_bound {
             report["bound_held"] = part.into();
         }
         print_result(&format!("{report}\n"))?;
     } else {
         print_result(&format!("mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n", d.mean, d.p999, d.max, d.pixels))?;
-        if let Some(part) = held {
+        if let Some(part) = part_within_bound {
             print_result(&format!("the bound holds in {:.4} % of the pixels\n", 100.0 * part))?;
         }
     }

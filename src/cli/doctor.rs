@@ -1,4 +1,4 @@
-//! `orrery doctor`: checks adapters, data files and caches. It never fails: each finding is a line.
+//! `orrery doctor`: checks adapters, data files and caches. Problems are printed as lines of the report and never make the verb fail.
 
 use super::{CliError, Common};
 use crate::catalog::{BodyKind, Catalog};
@@ -7,7 +7,7 @@ use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
 use crate::session::{RendererPreference, SessionError, cache_folder, read_catalog};
 
-/// Appends a line. The text is printed at the end, where a closed pipe is no error.
+/// Appends a line to the report, which is printed once at the end.
 macro_rules! push_line {
     ($out:expr, $($args:tt)*) => { $out.push_str(&format!("{}\n", format_args!($($args)*))) };
 }
@@ -37,7 +37,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
     }
 }
 
-/// Counts of each kind of body, their names, and bodies outside these kinds.
+/// Lists number and names of the bodies of each kind, and the bodies with values that lack a source.
 fn bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
         (BodyKind::Star, "star"),
@@ -46,10 +46,10 @@ fn bodies(catalog: &Catalog, out: &mut String) {
         (BodyKind::Moon, "moon"),
         (BodyKind::Asteroid, "asteroid"),
     ];
-    for (kind, called) in kinds {
+    for (kind, kind_name) in kinds {
         let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.kind == kind).map(|b| b.name.as_str()).collect();
         if !names.is_empty() {
-            push_line!(out, "bodies    {} {called}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
+            push_line!(out, "bodies    {} {kind_name}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
         }
     }
     let without: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
@@ -74,7 +74,7 @@ fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
             Some(path) => push_line!(out, "kernel    {} over the embedded one, 1900 to 2100", path.display()),
             None => push_line!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
         },
-        // One line per fault: a body without any source is listed with its file.
+        // One line per error; a body without any source of positions is listed with its file.
         Err(e) => e.to_string().lines().for_each(|line| push_line!(out, "kernel    {line}")),
     }
 }
@@ -84,7 +84,7 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
         push_line!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
     }
     let store = MapStore::new(common.textures.clone());
-    let (mut embedded, mut own, mut bare) = (0, 0, Vec::new());
+    let (mut embedded, mut own, mut without_map) = (0, 0, Vec::new());
     for body in catalog.bodies() {
         for map in [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten() {
             match store.origin(&map.file) {
@@ -96,16 +96,16 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
             }
         }
         if body.maps.albedo.is_none() && body.kind != BodyKind::Star {
-            bare.push(body.name.as_str());
+            without_map.push(body.name.as_str());
         }
     }
     push_line!(out, "textures  {embedded} embedded, {own} from --textures");
-    if !bare.is_empty() {
-        push_line!(out, "          no map, drawn in their mean colour: {}", bare.join(", "));
+    if !without_map.is_empty() {
+        push_line!(out, "          no map, drawn in their mean colour: {}", without_map.join(", "));
     }
 }
 
-/// The adapters, and which of them `--renderer` uses.
+/// Lists the graphics adapters, and states which renderer `--renderer` selects.
 #[cfg(feature = "gpu")]
 fn adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};

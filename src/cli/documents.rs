@@ -1,4 +1,4 @@
-//! `orrery completions` and `orrery man`: shell completions and manual pages, generated from clap's tables.
+//! `orrery completions` and `orrery man`: generate shell completions and manual pages from clap's definitions.
 
 use super::output::print_result;
 use super::{Cli, CliError};

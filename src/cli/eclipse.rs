@@ -1,4 +1,4 @@
-//! `orrery eclipse find`: the events of a span of time, as a table or JSON.
+//! `orrery eclipse find`: finds the eclipses, transits and moon events of a span of time, and prints them as a table or JSON.
 
 use super::eclipse_table::as_text;
 use super::output::print_result;
@@ -36,7 +36,7 @@ enum Kind {
     Lunar,
     /// Mercury and Venus before the Sun
     Transit,
-    /// Io, Europa, Ganymede, Callisto and Titan: transits, occultations, shadow transits, eclipses, and what the Galilean moons do to each other
+    /// Io, Europa, Ganymede, Callisto and Titan: transits, occultations, shadow transits, eclipses, and mutual events of the Galilean moons
     Moons,
 }
 
@@ -89,7 +89,7 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     print_result(&as_text(&catalog, &rows, args.at.is_some()))
 }
 
-/// The events of the span as JSON objects, by time.
+/// The events of the span as JSON objects, in order of time.
 fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec<Value>, String> {
     let time = |name: &str, text: &str| Instant::parse(text).map_err(|e| format!("--{name}: {e}"));
     let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
@@ -99,8 +99,8 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     let place = args.at.as_deref().map(parse_place).transpose()?;
     let radii = catalog.eclipse_radii();
     let mut rows: Vec<(Instant, Value)> = Vec::new();
-    let wants = |kind| args.kind.contains(&kind);
-    if wants(Kind::Solar) {
+    let is_wanted = |kind| args.kind.contains(&kind);
+    if is_wanted(Kind::Solar) {
         let found = events::solar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         for e in &found {
             let mut row = solar(e, place);
@@ -116,15 +116,15 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     } else if args.path.is_some() {
         return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
     }
-    if wants(Kind::Lunar) {
+    if is_wanted(Kind::Lunar) {
         let found = events::lunar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         rows.extend(found.iter().map(|e| (e.greatest, lunar(e, place, events::shadow_of(radii)))));
     }
-    if wants(Kind::Transit) {
+    if is_wanted(Kind::Transit) {
         let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         rows.extend(found.iter().map(|e| (e.greatest, transit(catalog, e, place))));
     }
-    if wants(Kind::Moons) {
+    if is_wanted(Kind::Moons) {
         let found = events::moon_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         let mutual = events::mutual_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         rows.extend(found.iter().chain(&mutual).map(|e| (e.greatest, moon_event(catalog, e))));
@@ -136,7 +136,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     Ok(rows.into_iter().map(|(_, row)| row).collect())
 }
 
-/// `LAT,LON` or `LAT,LON,HEIGHT`: degrees, degrees east, metres.
+/// Parses `LAT,LON` or `LAT,LON,HEIGHT` in degrees, degrees east and metres.
 pub(super) fn parse_place(text: &str) -> Result<Place, String> {
     let wrong = |what: &str| format!("--at {}: {what}; give latitude and east longitude in degrees, such as 78.22,15.65", echo(text));
     let numbers: Vec<f64> =
@@ -155,7 +155,7 @@ pub(super) fn parse_place(text: &str) -> Result<Place, String> {
     Ok(Place { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }
 
-/// Contacts as an object from name to UTC time.
+/// Contacts as a JSON object that maps names to UTC times.
 fn times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
@@ -183,12 +183,12 @@ fn solar(e: &SolarEclipse, place: Option<Place>) -> Value {
     row
 }
 
-/// Contacts by the Moon's limb profile, and the beads beside totality or a closed ring.
+/// Contacts computed with the Moon's limb profile, and the last and first bead around totality or annularity.
 fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
-    let of = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.later_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
-    let named = |name: &str| contacts.iter().find(|c| c.name == name).map_or(Value::Null, |c| json!(c.time.to_utc_iso()));
-    let by_name: Map<String, Value> = contacts.iter().map(|c| (c.name.to_owned(), of(c))).collect();
-    json!({ "heights": map.summary(), "contacts": by_name, "last_bead": named("C2"), "first_bead": named("C3") })
+    let contact = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.later_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
+    let time_of = |name: &str| contacts.iter().find(|c| c.name == name).map_or(Value::Null, |c| json!(c.time.to_utc_iso()));
+    let by_name: Map<String, Value> = contacts.iter().map(|c| (c.name.to_owned(), contact(c))).collect();
+    json!({ "heights": map.summary(), "contacts": by_name, "last_bead": time_of("C2"), "first_bead": time_of("C3") })
 }
 
 fn lunar(e: &LunarEclipse, place: Option<Place>, shadow: &str) -> Value {
@@ -265,7 +265,7 @@ fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {
     })
 }
 
-/// Centre lines and limits as a GeoJSON file (RFC 7946).
+/// Writes centre lines and limits as a GeoJSON file (RFC 7946).
 fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<(), String> {
     let mut features = Vec::new();
     for e in eclipses {
@@ -292,7 +292,7 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
     write_atomic(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
 }
 
-/// The circumstances at a place, under `local`; contacts of the discs beside those of the limb profile.
+/// Adds the circumstances at a place under `local`, and the local contacts of the discs to the row's `contacts`.
 fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
     let Some(seen) = seen else {
         row["local"] = json!({ "visible": false });

@@ -1,16 +1,16 @@
-//! The table of `orrery eclipse find`, from the events' JSON objects.
+//! Formats the table of `orrery eclipse find` from the events' JSON objects.
 
 use crate::catalog::Catalog;
 use crate::events;
 use serde_json::{Value, json};
 
-/// `2024-04-08 18:17:20`: an ISO time rounded to the second.
+/// An ISO time without fractions of a second: `2024-04-08 18:17:20`.
 fn short_time(iso: &Value) -> String {
     let text = iso.as_str().unwrap_or("");
     text.split('.').next().unwrap_or("").trim_end_matches('Z').replace('T', " ")
 }
 
-/// `18:17:20`: the time of day alone.
+/// The time of day of an ISO time: `18:17:20`.
 fn time_of_day(iso: &Value) -> String {
     short_time(iso).rsplit(' ').next().unwrap_or("").to_owned()
 }
@@ -19,8 +19,8 @@ fn number(value: &Value, digits: usize) -> String {
     value.as_f64().map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
 }
 
-/// `4m28s`, `1h02m`.
-fn length(seconds: &Value) -> String {
+/// A duration as text: `4m28s` or `1h02m`.
+fn duration(seconds: &Value) -> String {
     match seconds.as_f64().map(|s| s.round() as i64) {
         None => "-".to_owned(),
         Some(s) if s < 3600 => format!("{}m{:02}s", s / 60, s % 60),
@@ -48,7 +48,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
             number(&row["magnitude"], 4),
             number(&row["lat"], 2),
             number(&row["lon"], 2),
-            length(&row["duration_s"]),
+            duration(&row["duration_s"]),
             match (row["saros"].as_i64(), row["saros_member"].as_i64()) {
                 (Some(series), Some(member)) => format!("{series}/{member}"),
                 (Some(series), None) => series.to_string(),
@@ -69,7 +69,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
     text + &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text())
 }
 
-/// Contacts by time; the contacts of the discs at a place have their own line.
+/// The contacts in order of time, without C1 to C4, which [`local_text`] prints on their own line.
 fn contacts_text(row: &Value) -> String {
     let Some(contacts) = row["contacts"].as_object() else { return String::new() };
     let mut by_time: Vec<_> = contacts.iter().filter(|(name, _)| !name.starts_with('C')).collect();
@@ -77,12 +77,12 @@ fn contacts_text(row: &Value) -> String {
     by_time.iter().map(|(name, time)| format!("{name} {}", time_of_day(time))).collect::<Vec<_>>().join(" ")
 }
 
-/// `here: C1 09:11:33 (8°) … magnitude 1.018 at 10:12:02`, or `here: not visible`.
+/// The line of a place: `here: C1 09:11:33 (8°) … magnitude 1.018 at 10:12:02`, or `here: not visible`.
 fn local_text(local: &Value) -> String {
     if local["visible"] != json!(true) {
         return "here: not visible".to_owned();
     }
-    let one = |name: &str, c: &Value| {
+    let contact_text = |name: &str, c: &Value| {
         let below = if c["up"] == json!(true) { "" } else { ", below the horizon" };
         format!("{name} {} ({}°{below})", time_of_day(&c["time"]), number(&c["altitude_deg"], 1))
     };
@@ -90,7 +90,7 @@ fn local_text(local: &Value) -> String {
         local["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.clone(), c)).collect();
     by_time.push(("maximum".to_owned(), &local["maximum"]));
     by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
-    let mut parts: Vec<String> = by_time.iter().map(|(name, c)| one(name, c)).collect();
+    let mut parts: Vec<String> = by_time.iter().map(|(name, c)| contact_text(name, c)).collect();
     parts.push(format!("magnitude {}", number(&local["magnitude"], 4)));
     if !local["obscuration"].is_null() {
         parts.push(format!("obscuration {}", number(&local["obscuration"], 4)));
@@ -101,17 +101,18 @@ fn local_text(local: &Value) -> String {
         }
     }
     if !local["duration_s"].is_null() {
-        parts.push(format!("for {}", length(&local["duration_s"])));
+        parts.push(format!("for {}", duration(&local["duration_s"])));
     }
     let limb = &local["limb"];
     format!("here: {}{}", parts.join(" · "), if limb.is_null() { String::new() } else { format!("\n    {}", limb_text(limb)) })
 }
 
-/// `by the Moon's limb: C1 … · C2, last bead, 18:42:12.4 (+1.3 s, at 72°) …; 16 heights a degree …`.
+/// The contacts by the Moon's limb profile:
+/// `by the Moon's own limb: C1 … · C2, last bead, 18:42:12.4 (+1.3 s, at 72°) …; 16 heights a degree …`.
 fn limb_text(limb: &Value) -> String {
     let mut by_time: Vec<(&str, &Value)> = limb["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.as_str(), c)).collect();
     by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
-    let one = |(name, c): &(&str, &Value)| {
+    let contact_text = |(name, c): &(&str, &Value)| {
         let bead = if *name == "C2" {
             ", last bead,"
         } else if *name == "C3" {
@@ -124,7 +125,7 @@ fn limb_text(limb: &Value) -> String {
         let later = c["later_s"].as_f64().unwrap_or(0.0);
         format!("{name}{bead} {time} ({later:+.1} s, at {}° from north)", number(&c["position_angle_deg"], 0))
     };
-    let found = by_time.iter().map(one).collect::<Vec<_>>().join(" · ");
+    let found = by_time.iter().map(contact_text).collect::<Vec<_>>().join(" · ");
     let missing = if limb["last_bead"].is_null() { "; beads throughout, or no inner contacts" } else { "" };
     format!("by the Moon's own limb: {found}{missing}; {}", limb["heights"].as_str().unwrap_or(""))
 }

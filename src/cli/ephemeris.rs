@@ -1,4 +1,4 @@
-//! `orrery ephemeris`: states and angles for queries from options or JSON lines.
+//! `orrery ephemeris`: prints positions, velocities and angles for queries from options or JSON lines.
 
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
@@ -40,7 +40,7 @@ pub(crate) struct EphemerisArgs {
     /// Start of a table
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires_all = ["to", "step"], conflicts_with_all = ["time", "stdin", "rise_set"])]
     from: Option<String>,
-    /// End of a table, included where a step meets it
+    /// End of a table, included if a step falls on it
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from")]
     to: Option<String>,
     /// Time between rows: 60s, 10m, 6h, 1d
@@ -72,7 +72,7 @@ pub(crate) struct EphemerisArgs {
     json: bool,
 }
 
-/// What a query asks about a body.
+/// The quantity that a query requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quantity {
     State,
@@ -160,7 +160,7 @@ fn time_of(option: &str, text: &str) -> Result<Instant, String> {
     time(text).map_err(|e| format!("--{option}: {e}"))
 }
 
-/// A query in the user's words, not yet resolved.
+/// A query as the user wrote it; names and time are not yet resolved.
 struct StateQuery {
     body: String,
     center: String,
@@ -176,7 +176,7 @@ impl StateQuery {
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
 
-    /// Apparent place or orientation; without a centre, as seen from the Earth.
+    /// Apparent place or orientation. If the query names no centre, the orientation is as seen from the Earth.
     fn apparent_or_orientation(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
         let id = body_id(catalog, "body", &self.body)?;
         let t = time(&self.time)?;
@@ -191,7 +191,7 @@ impl StateQuery {
         value.map_err(|e| e.to_string())
     }
 
-    /// Parses a line; `source` is the default for lines without one.
+    /// Parses a line; `source` is the default for lines without a source.
     fn from_json(line: &str, source: Option<Source>, quantity: Quantity) -> Result<Self, String> {
         let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;

@@ -1,7 +1,7 @@
-//! Tables of `orrery ephemeris` over a span of time, and rise, transit, set and twilight of a day at a place.
+//! Tables of `orrery ephemeris` over a span of time; also rise, transit, set and twilight of a day at a place.
 //!
-//! In: a body, instants, the wanted columns. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, their names contain the unit, and
-//! a row's time is UTC. Not here: parsing of the command line.
+//! In: a body, instants and the requested columns. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, their
+//! names contain the unit, and a row's time is UTC. Not here: parsing of the command line.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -31,9 +31,9 @@ pub(crate) enum Columns {
 /// One value of a row.
 #[derive(Clone, Debug, PartialEq)]
 enum Cell {
-    /// A number, and its decimals in text.
+    /// A number, and its number of decimals in text and CSV.
     Number(f64, usize),
-    /// A number with a second notation for people: that text, then the number and its decimals for CSV.
+    /// A number with a more readable notation: the text in that notation, the number, and its number of decimals in CSV.
     Formatted(String, f64, usize),
     Text(String),
     None,
@@ -49,7 +49,7 @@ pub(crate) enum OutputFormat {
     Json,
 }
 
-/// The instants from `from` to `to`, both included if a step falls on them, in steps of UTC.
+/// The instants from `from` to `to` (included if a step falls on it) in equal steps of UTC.
 ///
 /// # Errors
 /// A step that is not positive, a negative span, or more than [`MAX_ROWS`] instants.
@@ -62,7 +62,7 @@ pub(crate) fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<In
         return Err("--step: must be more than 0".into());
     }
     let all = (0..=MAX_ROWS).map(|k| from.plus_utc_seconds(k as f64 * step_s));
-    // Tolerance of a tenth of a millisecond: the rounding of `to` in its conversion to TDB.
+    // The tolerance of a tenth of a millisecond covers the rounding of `to` in its conversion to TDB.
     let rows: Vec<Instant> = all.take_while(|t| t.tdb_seconds_past_j2000() <= to.tdb_seconds_past_j2000() + 1e-4).collect();
     if rows.len() > MAX_ROWS {
         return Err(format!("--step: more than {MAX_ROWS} rows; take a longer step or a shorter span"));
@@ -73,7 +73,7 @@ pub(crate) fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<In
 /// A table of a body at given instants.
 ///
 /// # Errors
-/// The error of the ephemeris, with its instant.
+/// The error of the ephemeris, with the instant at which it occurred.
 pub(crate) fn table(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -205,7 +205,7 @@ impl Cell {
         }
     }
 
-    /// The heading: a column whose text is not in degrees drops the unit from its name.
+    /// The heading of a text table. Formatted angles are not in degrees there, so their heading lacks the suffix `_deg`.
     fn head(&self, name: &str) -> String {
         match self {
             Self::Formatted(..) => name.trim_end_matches("_deg").to_owned(),
@@ -220,7 +220,7 @@ const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("ast
 /// Rise, transit and set of a body at a place within the day that starts at `start`, and the twilights for the Sun.
 ///
 /// # Errors
-/// As [`ObserverSky::topocentric`].
+/// See [`ObserverSky::topocentric`].
 pub(crate) fn day(
     catalog: &Catalog,
     ephemeris: &Ephemeris,

@@ -1,4 +1,4 @@
-//! `orrery explain`: for every body of a view, the effects that are drawn, those that are not, and why.
+//! `orrery explain`: lists for every body of a view which effects are drawn, which are not, and why.
 use super::output::print_message;
 use super::view_args::ViewArgs;
 use super::{CliError, Common};
@@ -58,12 +58,12 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     super::output::print_result(&text)
 }
 
-/// The keys of a body's draws, the globe's first.
+/// The shader keys of a body's draws; that of the globe comes first.
 fn keys(body: &BodyInView) -> Vec<String> {
     body.features.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
 }
 
-/// Notes on values of the body that are estimates.
+/// Notes on the body's values that are estimates.
 fn estimate_notes(catalog: &Catalog, b: &BodyInView) -> Vec<String> {
     catalog.body(b.id).map(Body::estimate_notes).unwrap_or_default()
 }

@@ -1,7 +1,7 @@
-//! The output files of a sequence: their names, which of them this process draws, and which exist already.
+//! The output files of a sequence: their names, which frames this process draws, and which files exist already.
 //!
-//! In: options of the command line, and the provenance of each frame. Out: paths, and the frames that are kept. Always: nothing is drawn before every file of the sequence is known
-//! to belong to the same request or to be free.
+//! In: options of the command line, and the provenance of each frame. Out: paths, and the existing frames that are kept. Always: before anything is
+//! drawn, every path of the sequence is checked to be free or to contain a frame of the same request.
 
 use super::CliError;
 use crate::image::{AnimationFormat, animation_format};
@@ -14,10 +14,11 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Output {
     One(PathBuf),
-    /// Text before the frame number, its width, and the text after it.
+    /// The text before the frame number, the minimum width of the number, and the text after it.
     Sequence(String, usize, String),
+    /// A y4m stream on standard output.
     Stream,
-    /// One animation file.
+    /// A single animation file.
     Animation(PathBuf, AnimationFormat),
 }
 
@@ -56,7 +57,7 @@ impl Output {
     }
 }
 
-/// Seconds in `60s`, `10m`, `6h`, `1d` or a bare number of seconds.
+/// The seconds that a text such as `60s`, `10m`, `6h` or `1d` stands for; a number without a unit is in seconds.
 pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
     let (number, unit) = text.split_at(text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len());
     let scale = match unit {
@@ -70,7 +71,7 @@ pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
     seconds.ok_or_else(|| CliError::Failed(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
 }
 
-/// This process's part of a sequence that n processes share: `i/n` with 0 <= i < n; (0, 1) if absent.
+/// This process's part `i/n` (0 <= i < n) of a sequence that n processes share, as (i, n); (0, 1) if the option is absent.
 pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
@@ -79,7 +80,7 @@ pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
         .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
 
-/// The error for an existing file that does not belong to this request.
+/// The error for an existing file that this request must not replace; `None` if there is no conflict.
 fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let overwrite_hint = "--overwrite replaces it";
@@ -100,7 +101,7 @@ fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenanc
     Some(CliError::Failed(line))
 }
 
-/// The frames that exist already, complete and of this request; `wanted`: number, path and provenance of each.
+/// The frames whose files exist already, are complete and belong to this request. `wanted`: number, path and provenance of each frame.
 ///
 /// # Errors
 /// A file of another request, unless it may be overwritten.

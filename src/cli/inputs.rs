@@ -1,4 +1,4 @@
-//! Reads the files that the common options name.
+//! Reads the files that are named by the common options.
 
 use super::{CliError, Common};
 use crate::catalog::Catalog;
@@ -10,7 +10,7 @@ use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
 use std::collections::BTreeSet;
 
-/// The embedded catalog, overridden by the files of `--catalogs` (every `.toml` in it, in order of name).
+/// The embedded catalog, overridden by every `.toml` file in the folder of `--catalogs`, in order of name.
 pub(crate) fn catalog(common: &Common) -> Result<Catalog, CliError> {
     let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
     let catalog = read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii).with_lunar_heights(heights);
@@ -29,12 +29,12 @@ pub(crate) fn fragments(common: &Common) -> Result<Fragments, CliError> {
     Ok(edited.and_files(surfaces))
 }
 
-/// The shipped ephemeris, overridden by the file of `--kernel`.
+/// The embedded ephemeris, overridden by the file of `--kernel`.
 pub(crate) fn ephemeris(common: &Common, catalog: &Catalog) -> Result<Ephemeris, CliError> {
     Ok(read_ephemeris(catalog, common.kernel.as_deref())?)
 }
 
-/// The keys that views of the catalog can need under any effects.
+/// All shader keys that a view of the catalog can need, whatever effects are set.
 pub(crate) fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
     Ok(keys_of(possible_features(&catalog(common)?)))
 }

@@ -1,4 +1,4 @@
-//! `orrery library`: the shader library on disk.
+//! `orrery library`: shows, fills, checks and clears the shader library on disk.
 
 use super::inputs::{lowering, reachable_keys};
 use super::output::{print_message, print_result};
@@ -32,7 +32,7 @@ enum LibraryVerb {
     Clear,
 }
 
-/// The library of this command line. Disk errors are reported on standard error.
+/// The shader library that the common options select. Disk errors are reported on standard error.
 pub(crate) fn open(common: &Common) -> Result<ShaderLibrary, CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| print_message(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(print_message));
@@ -68,7 +68,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
             ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Planet));
-            // Draws nothing unless standard error is a terminal.
+            // Invisible unless standard error is a terminal.
             let bar = indicatif::ProgressBar::new(ids.len() as u64);
             let failures = library.warm(&ids, || bar.inc(1));
             bar.finish_and_clear();

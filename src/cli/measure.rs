@@ -1,4 +1,4 @@
-//! `orrery measure`: speed against accuracy, as a table, CSV, JSON and a plot.
+//! `orrery measure`: measures speed against accuracy, and prints a table, CSV or JSON, and a plot.
 
 use super::output::{print_message, print_result};
 use super::view_args::{instant, size};
@@ -48,7 +48,7 @@ pub(crate) struct MeasureArgs {
     /// Size of that view in pixels
     #[arg(long, value_name = "WxH", default_value = "256x256", requires = "body")]
     size: String,
-    /// Plot of the trade, .png or .svg; repeat for both
+    /// Plot of speed against accuracy, .png or .svg; repeat for both
     #[arg(short, long, value_name = "FILE", conflicts_with = "body")]
     output: Vec<PathBuf>,
     /// Print comma-separated values
@@ -119,7 +119,7 @@ fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -
     print_result(&text)
 }
 
-/// A progress bar on a terminal, nothing in a pipe.
+/// A progress bar if standard error is a terminal, otherwise a hidden one.
 fn progress(steps: u64) -> indicatif::ProgressBar {
     if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }
@@ -132,7 +132,7 @@ fn names(qualities: &[Quality]) -> Vec<&'static str> {
     qualities.iter().map(|q| q.name()).collect()
 }
 
-/// Four significant digits; more would be noise.
+/// The value with four significant digits; more would be noise.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

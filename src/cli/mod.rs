@@ -1,7 +1,7 @@
 //! The command line: arguments in, results on standard output, messages on standard error.
 //!
-//! Exit status: 0 for success, 1 for failure (one line says why and what to do), 2 for wrong arguments. Each verb is one file with its
-//! arguments and a `run`. Nothing here computes anything.
+//! Exit status: 0 for success, 1 for failure (one line states the reason and what to do), 2 for invalid arguments. Each verb has one file with
+//! its arguments and a function `run`. The results themselves are computed by the modules below.
 
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::files::WriteError;
@@ -79,7 +79,7 @@ enum Verb {
     Library(library::LibraryArgs),
     /// Compute positions and orientations of bodies
     Ephemeris(ephemeris::EphemerisArgs),
-    /// Find eclipses, transits and what the moons of Jupiter and Saturn do
+    /// Find eclipses, transits and events of the moons of Jupiter and Saturn
     Eclipse(eclipse::EclipseArgs),
     /// Evaluate single quantities with the generated shaders
     Probe(probe::ProbeArgs),
@@ -127,7 +127,7 @@ pub(crate) struct Common {
     /// Largest image that is read, in millions of pixels
     #[arg(long, global = true, value_name = "N", default_value_t = DEFAULT_MAX_MEGAPIXELS, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_megapixels: u32,
-    /// SPICE SPK file, such as DE440, takes precedence over the embedded kernel
+    /// SPICE SPK file, such as DE440, that takes precedence over the embedded kernel
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
     /// Stars in place of the embedded ones: CSV with named columns (ra_deg, dec_deg, v_mag, ...) or Hipparcos' hip2.dat
@@ -141,8 +141,8 @@ pub(crate) struct Common {
     /// px, nx, py, ny, pz, nz of a cube, or a file name pattern with * for the face
     #[arg(long, global = true, value_name = "FILE")]
     pub sky: Option<PathBuf>,
-    /// Heights of the whole Moon for the limb in solar eclipses: grey PNG or TIFF with longitude 0 in the middle, or a PDS label or image such as LDEM_16.LBL; FILE,LOW,HIGH
-    /// gives the heights of black and white in km, which 8-bit files need
+    /// Height map of the entire Moon, for its limb in solar eclipses: grey PNG or TIFF with longitude 0 in the middle, or a PDS label or image such as LDEM_16.LBL;
+    /// FILE,LOW,HIGH gives the heights of black and white in km, which 8-bit files need
     #[arg(long, global = true, value_name = "FILE[,LOW,HIGH]")]
     pub lunar_heights: Option<OsString>,
     /// Axes of --sky: galactic, equatorial (ICRF) or ecliptic (J2000)
@@ -162,7 +162,7 @@ pub(crate) struct Common {
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CliError {
-    /// One line that says why and what to do.
+    /// One line that states the reason and what to do.
     #[error("{0}")]
     Failed(String),
     /// Invalid fields of catalog files, one per line.
@@ -171,18 +171,18 @@ pub(crate) enum CliError {
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The reader of standard output has closed it, as in `orrery shader keys | head`.
+    /// The process that reads standard output has closed it, as in `orrery shader keys | head`.
     #[error("standard output was closed")]
     OutputClosed,
 }
 
 impl Common {
-    /// The user's sources, for verbs that draw frames.
+    /// The user's sources for verbs that draw frames, so that the GPU is opened early.
     pub(crate) fn sources_to_draw(&self) -> Sources {
         Sources { draws: true, ..self.sources() }
     }
 
-    /// The user's sources, for verbs that draw nothing.
+    /// The user's sources for verbs that draw no frames.
     pub(crate) fn sources(&self) -> Sources {
         Sources {
             catalogs: self.catalogs.clone(),
@@ -221,19 +221,19 @@ impl From<SessionError> for CliError {
     }
 }
 
-/// More threads only wait for each other, and starting 1000 takes seconds.
+/// Largest number of worker threads. More threads would only wait for each other, and starting 1000 takes seconds.
 const MAX_THREADS: usize = 256;
 
-/// 0 means one thread per core.
+/// Parses `--threads`; 0 means one thread per core.
 fn thread_count(text: &str) -> Result<usize, String> {
     let allowed = || format!("write a whole number of threads from 1 to {MAX_THREADS}, or 0 for one per core");
     text.parse().ok().filter(|n| *n <= MAX_THREADS).ok_or_else(allowed)
 }
 
-/// Longest argument that messages quote, characters.
+/// Longest quotation of an argument in a message, characters.
 const WORD_ECHO: usize = 60;
 
-/// Parses the arguments; without a verb they belong to `view`.
+/// Parses the arguments; arguments without a verb are those of `view`.
 fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
     let e = match Cli::try_parse_from(args) {
         Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
@@ -241,16 +241,16 @@ fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
     };
     let verbs = Cli::command();
     let is_verb = |word: &OsString| verbs.get_subcommands().any(|v| word == v.get_name());
-    let kept_view = match e.get(ContextKind::InvalidSubcommand) {
+    let may_be_view = match e.get(ContextKind::InvalidSubcommand) {
         // A misspelt verb must not open the window.
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
-    if !kept_view || args.iter().skip(1).any(is_verb) {
+    if !may_be_view || args.iter().skip(1).any(is_verb) {
         return Err(e);
     }
-    let viewed = args.iter().take(1).cloned().chain([OsString::from("view")]).chain(args.iter().skip(1).cloned());
-    Cli::try_parse_from(viewed)
+    let with_view_verb = args.iter().take(1).cloned().chain([OsString::from("view")]).chain(args.iter().skip(1).cloned());
+    Cli::try_parse_from(with_view_verb)
 }
 
 /// Prints the requested help or version.
@@ -272,8 +272,8 @@ fn print_usage_error(e: &clap::Error, args: &[OsString]) {
         return;
     }
     given.sort_by_key(|word| std::cmp::Reverse(word.len()));
-    let said = given.iter().fold(e.render().to_string(), |said, word| said.replace(word.as_str(), &echo_within(word, WORD_ECHO)));
-    output::write_error(&escape_controls(&said));
+    let message = given.iter().fold(e.render().to_string(), |text, word| text.replace(word.as_str(), &echo_within(word, WORD_ECHO)));
+    output::write_error(&escape_controls(&message));
 }
 
 /// Runs the program with the arguments of the process.

@@ -1,7 +1,7 @@
-//! Output of all frames in one: a y4m stream on standard output, or an animation file.
+//! Writes all frames into one output: a y4m stream on standard output, or an animation file.
 //!
-//! In: frames in order. Out: bytes on standard output as they come, or a complete file at the end. Always: an existing file is kept unless it may be replaced; an
-//! interrupted run leaves no file. Not here: single pictures.
+//! In: frames in order. Out: each frame at once on standard output, or a complete file at the end. Always: an existing file is replaced only with
+//! `--overwrite`; an interrupted run leaves no file. Not here: single pictures.
 
 use super::CliError;
 use super::frames::Output;
@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 pub(crate) enum MovingOutput {
-    /// Each frame is a file of its own.
+    /// Each frame has its own file, which is written elsewhere.
     None,
     Stream {
         rate: u32,

@@ -1,7 +1,7 @@
-//! Standard output and standard error, for all verbs.
+//! Writes to standard output and standard error, for all verbs.
 //!
-//! In: results and messages. Out: text on the two streams. Always: a closed stream never panics: results return
-//! [`CliError::OutputClosed`], messages are dropped. It formats nothing.
+//! In: results and messages. Out: text on the two streams. Always: a closed stream never causes a panic: for results the error is
+//! [`CliError::OutputClosed`], messages are dropped. This module formats nothing.
 
 use super::CliError;
 use crate::wording::{escape_controls, one_line};
@@ -16,7 +16,7 @@ pub(crate) fn print_result(text: &str) -> Result<(), CliError> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
 }
 
-/// The verb's error for a failed write to standard output.
+/// The error of a verb whose write to standard output failed.
 pub(crate) fn stdout_error(e: &Error) -> CliError {
     match e.kind() {
         ErrorKind::BrokenPipe => CliError::OutputClosed,
@@ -34,12 +34,12 @@ pub(crate) fn print_messages(lines: &str) {
     write_error(&format!("orrery: {}\n", escape_controls(lines)));
 }
 
-/// Writes text to standard error unchanged. A failure is ignored: a closed stream has no reader.
+/// Writes text to standard error unchanged. A failure is ignored, because a closed stream has no reader.
 pub(crate) fn write_error(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
-/// A progress bar on a terminal, nothing in a pipe.
+/// A progress bar if standard error is a terminal, otherwise a hidden one.
 pub(crate) fn progress(steps: u64) -> indicatif::ProgressBar {
     if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }

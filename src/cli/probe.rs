@@ -1,4 +1,4 @@
-//! `orrery probe`: answers queries from the command line or JSON lines with the emitted shaders.
+//! `orrery probe`: evaluates queries from the command line or JSON lines with the emitted shaders.
 
 use super::output::{print_message, print_result};
 use super::{CliError, Common};

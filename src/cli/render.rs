@@ -1,4 +1,4 @@
-//! `orrery render`: an image or a sequence of frames to files or a video stream.
+//! `orrery render`: draws an image or a sequence of frames into files or a video stream.
 use super::composition_args::CompositionArgs;
 use super::frames::{Output, existing_frames, shard, step_seconds};
 use super::moving_output::MovingOutput;
@@ -50,7 +50,7 @@ const TOUR_FILE_HELP: &str = "Tour file: \"title\", and \"stops\" in order, each
 /// Heading of the options that do not describe the view.
 const OUTPUT: &str = "Output";
 
-/// Text below the options: examples and the camera file.
+/// Text below the options: examples, and descriptions of camera and tour files.
 fn after_help() -> String {
     format!("{EXAMPLES}\n{CAMERA_FILE_HELP}\n{TOUR_FILE_HELP}")
 }
@@ -68,7 +68,7 @@ pub(crate) struct RenderArgs {
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     frames: u32,
-    /// Tour file (JSON) in place of a view: frames along its stops, --rate of them a second; its fields are described below
+    /// Tour file (JSON) in place of a view: draw --rate frames per second along its stops; its fields are described below
     #[cfg(feature = "view")]
     #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
         "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
@@ -94,10 +94,10 @@ pub(crate) struct RenderArgs {
 }
 
 pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
-    let begun = Moment::now();
+    let program_start = Moment::now();
     let mut first_frame = None;
     let tour_file = args.tour_file();
-    // The number of frames of a tour is known once it has been read.
+    // The number of frames of a tour is not known before it has been read; `u32::MAX` stands for several frames.
     let output = Output::parse(args.output.as_deref(), if tour_file.is_some() { u32::MAX } else { args.frames })?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
@@ -125,14 +125,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     let mut existing_frames = existing_frames(wanted, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
-        // They would be the same bytes.
+        // A single picture is drawn again; the bytes would be the same.
         existing_frames.clear();
     }
     if !existing_frames.is_empty() {
         print_message(&format!("kept {} of {} frames of an earlier run", existing_frames.len(), numbers().count()));
     }
-    let bounded = frame(0);
-    check_error_files(args, &session, &bounded, starts_now)?;
+    let error_bound_request = frame(0);
+    check_error_files(args, &session, &error_bound_request, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
     let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
@@ -148,7 +148,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let request = frame(number);
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
         let drawn = session.draw(&request, sampling, keep_hdr)?;
-        first_frame.get_or_insert_with(|| begun.elapsed());
+        first_frame.get_or_insert_with(|| program_start.elapsed());
         drawn_frames += 1;
         drawn_by = Some(drawn.by.clone());
         let before = if args.time_report { process_cpu() } else { None };
@@ -170,9 +170,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     moving.finish()?;
     bar.finish_and_clear();
     if !args.error.is_empty() {
-        let bounds = error_bounds(&session, &bounded)?;
+        let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {
-            let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, session.provenance(&bounded).to_text())];
+            let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, session.provenance(&error_bound_request).to_text())];
             write_picture(path, &bounds, &text)?;
         }
     }
@@ -201,7 +201,7 @@ impl RenderArgs {
     }
 }
 
-/// Refuses error bounds that cannot be written: of sequences, in other formats, over files of other requests.
+/// Refuses error bounds that cannot be written: for sequences, in other file formats, or over files of other requests.
 fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, starts_now: bool) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
         return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
@@ -215,7 +215,7 @@ fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest
     existing_frames(wanted, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 
-/// A progress bar on a terminal, nothing in a pipe or for one frame.
+/// A progress bar if standard error is a terminal and there are several frames, otherwise a hidden one.
 fn progress(frames: u32) -> indicatif::ProgressBar {
     if frames > 1 && std::io::stderr().is_terminal() {
         indicatif::ProgressBar::new(u64::from(frames))
@@ -224,7 +224,7 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
     }
 }
 
-/// Metadata of a picture: without a clock, so that the same command writes the same bytes.
+/// The metadata of a picture. It does not contain the time of writing, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
@@ -252,14 +252,14 @@ fn report(session: &Session, written: &Stages, frames: u32, first_frame: Option<
     if let Some(ran) = written.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, ran);
     }
-    // Stages without CPU time were not counted: catalog and kernel, which come first, and all of them where the system has no account.
+    // Only stages whose CPU time was counted: not catalog and kernel, which run before counting starts, and none if the system reports no CPU time.
     let counted =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();
-    let whole = process_cpu().map(milliseconds);
+    let process_cpu_ms = process_cpu().map(milliseconds);
     let mut report = serde_json::json!({
         "renderer": by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
-        "process_cpu_ms": whole, "library": library, "first_frame_ms": first_frame.map(milliseconds),
+        "process_cpu_ms": process_cpu_ms, "library": library, "first_frame_ms": first_frame.map(milliseconds),
     });
     if let Some(timings) = by.as_ref().and_then(|by| by.software.as_ref()) {
         report["software_passes"] = serde_json::json!(timings.passes);

@@ -12,9 +12,9 @@ use std::path::Path;
 const MAX_FRAMES: f64 = 216_000.0;
 
 pub(crate) enum Views {
-    /// `count` frames of one view, `step_s` simulated seconds apart.
+    /// `count` frames of a single view, `step_s` simulated seconds apart.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
-    // Tour files are parsed by `view`.
+    // Constructed only with the feature `view`, whose module parses tour files.
     #[cfg_attr(not(feature = "view"), expect(dead_code))]
     Tour { title: String, frames: Vec<ViewRequest> },
 }
@@ -72,7 +72,7 @@ impl Views {
         }
     }
 
-    /// The request of a frame, counted from 0; beyond the end that of the last frame.
+    /// The request of a frame, counted from 0. A number beyond the end of a tour gives its last frame.
     pub(crate) fn request(&self, number: u32) -> ViewRequest {
         match self {
             Self::Steps { first, step_s, .. } => {

@@ -1,4 +1,4 @@
-//! `orrery shader`: list, emit, compare, cost and verify generated shaders.
+//! `orrery shader`: lists, emits, compares, measures, verifies and exports generated shaders.
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{print_message, print_result, write_error};
@@ -270,7 +270,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
 /// Largest fragment or digest file, bytes.
 const MAX_FILE_BYTES: u64 = 1 << 26;
 
-/// Writes the built-in fragments as files. Files with the same content are left alone.
+/// Writes the built-in fragments as files; files that already have the same content are not written.
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     let shown = |path: &Path| echo(&path.display().to_string());
     let (mut new, mut same) = (Vec::new(), 0);
@@ -289,16 +289,16 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
         std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
         write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
     }
-    let there = if same == 0 { String::new() } else { format!(", {same} unchanged") };
-    print_result(&format!("{} fragments written to {}{there}; use this folder with --shaders\n", new.len(), shown(folder)))
+    let unchanged_note = if same == 0 { String::new() } else { format!(", {same} unchanged") };
+    print_result(&format!("{} fragments written to {}{unchanged_note}; use this folder with --shaders\n", new.len(), shown(folder)))
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let ids = recorded_modules(&reachable_keys(common)?);
     let bar = indicatif::ProgressBar::new(ids.len() as u64);
-    let made = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
+    let verified = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let now = made.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
+    let now = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
         Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
         Err(e) => e,
     })?;

@@ -1,4 +1,4 @@
-//! `orrery shader atlas` and `orrery shader corpus`: modules exported for readers elsewhere.
+//! `orrery shader atlas` and `orrery shader corpus`: export modules as a static site, and as test cases for other WGSL executors.
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{print_message, print_result, progress};
@@ -28,13 +28,13 @@ pub(crate) struct KeySelection {
     /// Keys that cover every combination of this many dimension values [default: for an atlas all keys that views can need, for a corpus 2]
     #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
     covering: Option<u8>,
-    /// The keys of the default view of this body alone
+    /// Only the keys of the default view of this body
     #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
     of: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
     time: Option<String>,
-    /// Replace the one that the folder holds already
+    /// Replace an earlier export in the folder
     #[arg(long)]
     overwrite: bool,
 }
@@ -52,7 +52,7 @@ impl KeySelection {
 /// Largest manifest, bytes; a longer one was not written by this program.
 const MAX_MANIFEST_BYTES: u64 = 1 << 28;
 
-/// Contents of an output folder: its manifest, the list in it that identifies it, and the folders that are replaced.
+/// The layout of an output folder: its manifest, the name of the list in the manifest by which it is recognised, and the subfolders that are replaced.
 struct ExportFolder {
     what: &'static str,
     manifest: &'static str,
@@ -63,7 +63,8 @@ struct ExportFolder {
 const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", folders: ["pages", "pictures"] };
 const CORPUS: ExportFolder = ExportFolder { what: "a corpus", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
 
-/// Prepares a folder that is new or empty, or, with `--overwrite`, one of an earlier export. Its pages are removed first, since other keys have other pages.
+/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export; the files of that export are removed, because
+/// another selection of keys has other files.
 fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Result<(), CliError> {
     let what = layout.what;
     let shown = echo(&folder.display().to_string());
@@ -105,20 +106,20 @@ pub(crate) fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Res
     let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();
     prepare_folder(folder, &ATLAS, which.overwrite)?;
     let bar = progress(ids.len() as u64);
-    let made = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
+    let written = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let entries = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
+    let entries = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
     print_result(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
 }
 
 pub(crate) fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
     let keys = which.keys(common, || Ok(covering(2)))?;
-    // A cost view shows the number of operations on the software renderer, not radiance.
+    // Keys with a cost view are left out: it shows the number of operations on the software renderer, not radiance.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     prepare_folder(folder, &CORPUS, which.overwrite)?;
     let bar = progress(keys.len() as u64);
-    let made = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
+    let written = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let cases = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
+    let cases = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
     print_result(&format!("{cases} cases written to {}; docs/corpus.md describes the files\n", echo(&folder.display().to_string())))
 }

@@ -1,4 +1,4 @@
-//! `orrery shader verify --report A B`: how two revisions of the shader library differ, by cause.
+//! `orrery shader verify --report A B`: reports how two revisions of the shader library differ, grouped by cause.
 
 use super::CliError;
 use super::inputs::lowering;
@@ -14,10 +14,10 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Keys of a group that the text lists; `--json` lists all.
+/// Number of keys of a group that the text lists; `--json` lists all.
 const MAX_LISTED: usize = 3;
 
-/// The modules by which folders of fragments are compared: every pair of dimension values, simple shaders and probes.
+/// The modules that are compiled to compare folders of fragments: keys with every pair of dimension values, simple shaders and probes.
 fn default_modules() -> Vec<ModuleId> {
     let keys = covering(2).into_iter().map(ModuleId::Planet);
     SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()
@@ -35,9 +35,9 @@ pub(crate) fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     let [first, second] = folders else { return Err(CliError::Failed("--report takes two folders".into())) };
     let revisions = [revision(first)?, revision(second)?];
     let bar = progress(0);
-    let made = Report::of(revisions.each_ref(), &default_modules(), &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
+    let compared = Report::of(revisions.each_ref(), &default_modules(), &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
     bar.finish_and_clear();
-    let report = made?;
+    let report = compared?;
     if as_json {
         print_result(&format!("{}\n", json!({ "report": report, "equal": report.is_equal() })))?;
     } else {
@@ -52,7 +52,7 @@ pub(crate) fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     }
 }
 
-/// `1 module`, `2 modules`.
+/// A count such as `1 module` or `2 modules`.
 fn modules(n: usize) -> String {
     if n == 1 { "1 module".into() } else { format!("{n} modules") }
 }
@@ -83,14 +83,14 @@ fn more(of: usize) -> String {
     if of > MAX_LISTED { format!(" and {} more", of - MAX_LISTED) } else { String::new() }
 }
 
-/// The name of a cause: a fragment by its path in the source tree.
+/// The description of a cause; a fragment is named by its path in the source tree.
 fn cause_words(cause: &str) -> String {
-    let one = |what: &str| match what {
+    let description = |cause: &str| match cause {
         "generator" => "the generator: lines without a fragment, or their order".to_owned(),
         "lowering" => "the lowering: the same text, another tape".to_owned(),
         path => format!("shaders/{path}"),
     };
-    cause.split(" + ").map(one).collect::<Vec<_>>().join(", ")
+    cause.split(" + ").map(description).collect::<Vec<_>>().join(", ")
 }
 
 fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
@@ -114,8 +114,8 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
             picture.max_levels, picture.mean_levels, picture.pixels
         );
     }
-    let percent = |of: &dyn Fn(&Figures) -> Option<f64>| range(changes, of);
-    if let Some(light) = percent(&|f| f.mean_luminance) {
+    let change_range = |of: &dyn Fn(&Figures) -> Option<f64>| range(changes, of);
+    if let Some(light) = change_range(&|f| f.mean_luminance) {
         let _ = writeln!(text, "  mean light  {light}");
     }
     let rounding = |of: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| of(c)).fold(0.0, f64::max);
@@ -123,10 +123,10 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
         let (before, after) = (rounding(|c| c.first.rounding_levels), rounding(|c| c.second.rounding_levels));
         let _ = writeln!(text, "  f32 to f64  at most {before:.3} of 255 levels in A, {after:.3} in B");
     }
-    if let Some(operations) = percent(&|f| Some(f.operations as f64)) {
+    if let Some(operations) = change_range(&|f| Some(f.operations as f64)) {
         let _ = writeln!(text, "  operations  {operations}");
     }
-    if let Some(reads) = percent(&|f| Some(f.texture_reads as f64)) {
+    if let Some(reads) = change_range(&|f| Some(f.texture_reads as f64)) {
         let _ = writeln!(text, "  texture reads  {reads}");
     }
     let names: Vec<&str> = changes.iter().take(MAX_LISTED).map(|c| c.module.as_str()).collect();
@@ -134,15 +134,15 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
     text
 }
 
-/// The smallest and greatest relative change of a figure.
+/// The smallest and greatest relative change of a figure, as text.
 fn range(changes: &[&ModuleChange], of: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
-    let part = |c: &&ModuleChange| {
+    let percent_change = |c: &&ModuleChange| {
         let (a, b) = (of(&c.first)?, of(&c.second)?);
         Some(if a == b { 0.0 } else { 100.0 * (b - a) / a.abs().max(f64::MIN_POSITIVE) })
     };
-    let parts: Vec<f64> = changes.iter().filter_map(part).collect();
-    let (least, greatest) = parts.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), p| (l.min(*p), g.max(*p)));
-    match parts.len() {
+    let percent_changes: Vec<f64> = changes.iter().filter_map(percent_change).collect();
+    let (least, greatest) = percent_changes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), p| (l.min(*p), g.max(*p)));
+    match percent_changes.len() {
         0 => None,
         _ if least == 0.0 && greatest == 0.0 => Some("unchanged".into()),
         _ => Some(format!("{least:+.2} % to {greatest:+.2} %")),

@@ -1,4 +1,4 @@
-//! `orrery stability`: sweeps over the extremes, each with its bound.
+//! `orrery stability`: runs sweeps over extreme views and checks each against its bound.
 
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
@@ -73,7 +73,7 @@ pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError>
     }
 }
 
-/// JSON has no infinity or NaN: they become null.
+/// A sweep's report as JSON. JSON has no infinity or NaN, so these become null.
 fn row(report: &SweepReport) -> Value {
     json!({
         "name": report.name, "cases": report.found.cases, "worst": report.found.worst, "bound": report.bound, "unit": report.unit,

@@ -1,6 +1,6 @@
-//! Values of options: the enums of other modules, under the names of the command line.
+//! Names the variants of other modules' enums as option values of the command line.
 //!
-//! In: nothing. Out: clap's lists of values. Always: one enum per choice, used by the command line and below.
+//! In: nothing. Out: clap's lists of values. Always: each choice has one enum, which the command line shares with the modules below.
 
 use crate::catalog::EclipseRadii;
 use crate::ephemeris::Source;

@@ -95,11 +95,11 @@ mod windowed {
     pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let language =
             args.language.as_deref().map(Language::by_code).transpose().map_err(|e| CliError::Failed(format!("--language {e}")))?;
-        let heard: Arc<Mutex<Vec<String>>> = Arc::default();
-        let hearing = Arc::clone(&heard);
+        let messages: Arc<Mutex<Vec<String>>> = Arc::default();
+        let session_messages = Arc::clone(&messages);
         let session = Session::open(&common.sources_to_draw(), move |line| {
             print_message(line);
-            hearing.lock().push(line.to_owned());
+            session_messages.lock().push(line.to_owned());
         })?;
         let watch = common
             .shaders
@@ -107,10 +107,10 @@ mod windowed {
             .map(|folder| ShaderWatcher::open(folder, &session))
             .transpose()
             .map_err(|e| CliError::Failed(e.to_string()))?;
-        let default_view = ViewState { quality: common.quality, ..first(&session, args)? };
+        let default_view = ViewState { quality: common.quality, ..default_view_of(&session, args)? };
         let saved_view = args.link.as_ref().map(|link| saved_view(link, &session)).transpose();
         let warning = saved_view.as_ref().err().cloned();
-        // A user who clicked on a link does not see standard error.
+        // Also shown in the window, because a user who clicked on a link does not see standard error.
         warning.iter().for_each(|line: &String| print_message(line));
         let mut view = saved_view.ok().flatten().unwrap_or(default_view);
         // Options of the command line take precedence over a link.
@@ -121,13 +121,13 @@ mod windowed {
         }
         let viewer = Viewer::new(subjects(&session), view, clock);
         let path = args.settings.clone().or_else(Settings::default_path);
-        let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
-        said.iter().for_each(|line: &String| print_message(line));
-        heard.lock().extend(said);
+        let (settings, load_message) = path.as_deref().map_or((Settings::default(), None), Settings::load);
+        load_message.iter().for_each(|line: &String| print_message(line));
+        messages.lock().extend(load_message);
         let mut interface = Interface::new(viewer, settings);
         interface.language =
             language.or(interface.settings.language).unwrap_or_else(|| Language::of_environment(|name| std::env::var(name).ok()));
-        interface.session_messages = heard;
+        interface.session_messages = messages;
         interface.warning = warning;
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
@@ -138,26 +138,27 @@ mod windowed {
                 let session = &session;
                 scope.spawn(move || lose_devices(session, period, &end));
             }
-            let shown = window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()));
+            let result = window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()));
             drop(ended);
-            shown
+            result
         })
     }
 
-    /// Fault injection of `.ci/soak`: `ORRERY_LOSE_DEVICE_S`, the seconds from one lost device to the next.
+    /// Fault injection for `.ci/soak`: the variable `ORRERY_LOSE_DEVICE_S` gives the seconds from one simulated device loss to the next.
     fn loss_period() -> Option<Duration> {
         let seconds: f64 = std::env::var("ORRERY_LOSE_DEVICE_S").ok()?.parse().ok()?;
         Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero())
     }
 
-    /// Loses the device as a driver's reset does; half a period later the user chooses software, then the GPU again, which opens a new one.
+    /// Destroys the device once per period, as a driver reset would. Half a period later it switches to software and back, as a user would,
+    /// which opens a new device.
     fn lose_devices(session: &Session, period: Duration, end: &Receiver<()>) {
-        let goes_on = || end.recv_timeout(period / 2) == Err(RecvTimeoutError::Timeout);
+        let wait_half_period = || end.recv_timeout(period / 2) == Err(RecvTimeoutError::Timeout);
         let (_, preference) = session.renderers();
-        while goes_on() {
+        while wait_half_period() {
             #[cfg(feature = "gpu")]
             session.destroy_gpu();
-            if !goes_on() {
+            if !wait_half_period() {
                 return;
             }
             session.set_renderer_preference(RendererPreference::Software);
@@ -165,7 +166,7 @@ mod windowed {
         }
     }
 
-    /// The view of a link, or of the file that contains one.
+    /// The view of a link, or of a file with a saved view.
     fn saved_view(link: &str, session: &Session) -> Result<ViewState, String> {
         let named = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
         if is_link(link) {
@@ -175,7 +176,7 @@ mod windowed {
         view_from_text(&text, session, clock()).map_err(|e| named(&e))
     }
 
-    fn first(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
+    fn default_view_of(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
         let target = catalog.named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
         let view = initial_view(catalog, &SessionPositions(session), target, instant(&args.time)?);
@@ -183,7 +184,7 @@ mod windowed {
     }
 
     fn clock() -> Instant {
-        // J2000 if the system clock is outside the calendar.
+        // Falls back to J2000 if the system clock is outside the supported calendar.
         instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 

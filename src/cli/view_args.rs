@@ -1,6 +1,6 @@
-//! The options that describe a view, shared by the verbs that render or explain one.
+//! The options that describe a view, shared by the verbs that render or explain a view.
 //!
-//! In: arguments. Out: a [`ViewRequest`]. `--time now` reads the clock here; nothing below does.
+//! In: arguments. Out: a [`ViewRequest`]. `--time now` reads the clock here; the modules below never read it.
 
 use super::CliError;
 use crate::catalog::{Catalog, NaifId};
@@ -13,7 +13,7 @@ use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
 
-/// Largest camera file, bytes; it has some dozen fields.
+/// Largest camera file, bytes; real ones have about a dozen fields.
 const MAX_CAMERA_FILE_BYTES: u64 = 1 << 20;
 
 /// Target, camera, time and image options.
@@ -67,7 +67,7 @@ pub(crate) struct ViewArgs {
     /// -data (on where a catalog has a [[layer]]); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
-    /// Stops by which stars, Milky Way and zodiacal light are brighter than they are, to show them beside a lit planet
+    /// Brighten stars, Milky Way and zodiacal light by this many stops, to show them next to a lit planet
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, help_heading = "Image")]
     pub stars_boost: f64,
     /// What the pixels show: final, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the
@@ -76,7 +76,7 @@ pub(crate) struct ViewArgs {
     pub pixels: String,
 }
 
-/// `now`, or any text that [`Instant::parse`] accepts.
+/// The instant of a text: `now`, or any text that [`Instant::parse`] accepts.
 pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
@@ -87,7 +87,7 @@ fn wrong(option: &str, value: &str, allowed: &str) -> CliError {
     CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
-/// `1024x768`.
+/// Width and height of a text such as `1024x768`.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     sides.ok_or_else(|| wrong("--size", text, "write width x height in pixels, as 1024x768"))
@@ -111,12 +111,12 @@ fn pixel_view(text: &str) -> Result<PixelView, CliError> {
 }
 
 impl ViewArgs {
-    /// The request of these options with this catalog.
+    /// The request that these options describe.
     pub(crate) fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
         self.request_with(catalog, Composition::default())
     }
 
-    /// The same for a composed picture.
+    /// As [`Self::request`], for a composed picture.
     pub(crate) fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
         let time = instant(&self.time)?;
@@ -192,14 +192,14 @@ impl ViewArgs {
     }
 }
 
-/// Distance of a camera above a place of the target if none is given.
+/// Default distance from the target's centre, in equatorial radii, of a camera above a place of the target.
 const DEFAULT_DISTANCE_OVER_PLACE_RADII: f64 = 3.0;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// From all latitudes of three bodies, towards bodies high, low and below the horizon: the horizon is level and the zenith up.
+    /// For cameras at many latitudes of three bodies, looking towards bodies high, low and below the horizon: the horizon is level and the zenith up.
     #[test]
     fn the_horizon_is_level_from_the_ground() {
         use crate::ephemeris::Ephemeris;

@@ -1,7 +1,7 @@
 //! Apparent places from the Earth's centre, and the sub-observer and sub-solar points of a body.
 //!
 //! In: a body and an instant (of reception). Out: degrees, kilometres and seconds, for display. Apparent places include light time, light deflection by the
-//! Sun, and stellar aberration with its relativistic terms. Left out: deflection by the planets (under 0.02
+//! Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the planets (under 0.02
 //! arcsec, and only beside their discs), the atmosphere, and the observer's place on the Earth.
 
 use super::orientation::{self, PoleAndMeridian};
@@ -11,7 +11,7 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// Angle from the Sun's centre (half of its square, radians) below which the deflection fades out; the Sun's limb is at 1.1e-5.
+/// Half of the squared angle from the Sun's centre, radians, below which the deflection fades out; the Sun's limb is at 1.1e-5.
 const BENDING_LIMIT: f64 = 1e-6;
 
 /// Right ascension 0 to 360 and declination, degrees.
@@ -24,7 +24,7 @@ pub struct RaDec {
 }
 
 impl RaDec {
-    /// Of a direction of any length in the same frame.
+    /// Right ascension and declination of a direction of any length, in the direction's frame.
     pub fn of(direction: DVec3) -> Self {
         let (lon_deg, lat_deg) = lon_lat_deg(direction);
         Self { ra_deg: lon_deg, dec_deg: lat_deg }
@@ -53,7 +53,7 @@ fn tenths_of_seconds(value: f64) -> u64 {
     (value * TENTHS as f64).round() as u64
 }
 
-/// Whole part, minutes and seconds.
+/// Hours or degrees, minutes and seconds.
 fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
     (tenths / TENTHS, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
 }
@@ -63,11 +63,11 @@ fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
 pub struct ApparentPlace {
     /// Right ascension and declination in the GCRS.
     pub gcrs: RaDec,
-    /// Right ascension and declination of the true equator and equinox of date (IAU 2006/2000A).
+    /// Right ascension and declination in the true equator and equinox of date (IAU 2006/2000A).
     pub true_of_date: RaDec,
     /// Distance from the body at the time of emission to the Earth at reception.
     pub distance_km: f64,
-    /// From the body to the observer.
+    /// Light time from the body to the observer.
     pub light_time_s: f64,
     /// The least accurate theory that took part.
     pub source: Source,
@@ -104,18 +104,18 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
         sun_distance_au,
         (1.0 - velocity.length_squared()).sqrt(),
     ));
-    let answer = ephemeris.state(body, NaifId::EARTH, t, None)?;
+    let geometric = ephemeris.state(body, NaifId::EARTH, t, None)?;
     Ok(ApparentPlace {
         gcrs: RaDec::of(seen),
         true_of_date: RaDec::of(orientation::true_of_date_from_gcrs(t) * seen),
         distance_km,
         light_time_s: distance_km / SPEED_OF_LIGHT_KM_S,
-        source: answer.source,
-        error_arcsec: answer.error_km / distance_km / RAD_PER_ARCSEC,
+        source: geometric.source,
+        error_arcsec: geometric.error_km / distance_km / RAD_PER_ARCSEC,
     })
 }
 
-/// Direction in which a viewer who moves with `velocity_km_s` sees light that comes from the unit direction `u` for one at rest.
+/// Direction in which a viewer who moves with `velocity_km_s` sees the light that a viewer at rest sees in the unit direction `u`.
 ///
 /// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
 pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
@@ -128,14 +128,14 @@ pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
 /// A point of a body's surface, degrees.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SurfacePoint {
-    /// Planetocentric: east positive, 0 to 360.
+    /// Planetocentric longitude: east positive, 0 to 360.
     pub lon_east_deg: f64,
     /// Planetocentric latitude, north.
     pub lat_centric_deg: f64,
-    /// Planetographic: the normal's latitude, and the longitude that grows with time for a far observer (west for direct rotation, east
-    /// for retrograde); by custom east for the Sun, the Earth and the Moon.
+    /// Planetographic longitude: it grows with time for a distant observer (west for direct rotation, east for
+    /// retrograde); by custom east for the Sun, the Earth and the Moon.
     pub lon_graphic_deg: f64,
-    /// Planetographic latitude, north.
+    /// Planetographic latitude, that of the normal, north.
     pub lat_graphic_deg: f64,
 }
 
@@ -144,7 +144,7 @@ pub struct SurfacePoint {
 pub struct SubPoints {
     /// Where the line to the observer meets the surface.
     pub sub_observer: SurfacePoint,
-    /// `None` for the Sun itself.
+    /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SurfacePoint>,
     /// Angle at the body between the observer and the Sun; `None` for the Sun itself.
     pub phase_angle_deg: Option<f64>,
@@ -152,13 +152,13 @@ pub struct SubPoints {
     pub pole: RaDec,
     /// Angle of the prime meridian, WGCCRE's W.
     pub w_deg: f64,
-    /// From the observer to the body's centre.
+    /// Distance from the observer to the body's centre.
     pub distance_km: f64,
-    /// From the body to the observer.
+    /// Light time from the body to the observer.
     pub light_time_s: f64,
 }
 
-/// The points of `body` under `observer` and under the Sun, as the light shows them that reaches the observer at `t`. Aberration is left
+/// The sub-observer and sub-solar points of `body` in the light that reaches `observer` at `t`. Aberration is left
 /// out, as is usual for these points.
 pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Instant) -> Result<SubPoints, EphemerisError> {
     let observer_pos_km = ephemeris.state(observer, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
@@ -186,14 +186,14 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
     })
 }
 
-/// Whether the rotation is retrograde: a fixed direction then moves east in the body's axes.
+/// Whether the rotation is retrograde, so that a fixed direction moves east in the body's axes.
 fn is_retrograde(now: &DMat3, soon: &DMat3) -> bool {
     (*soon * now.row(0)).y > 0.0
 }
 
 fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {
     let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
-    // Of the spheroid with the mean equatorial radius; a planet has just one.
+    // Latitude on the spheroid with the mean equatorial radius; a planet has only one equatorial radius.
     let equatorial_km = 0.5 * (radii_km.x + radii_km.y);
     let equator_over_pole = equatorial_km / radii_km.z;
     let across = direction_in_body.truncate().length();
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sense_of_rotation_is_seen() {
+    fn retrograde_rotation_is_recognized() {
         let turned = |deg: f64| PoleAndMeridian { pole_ra_deg: 272.8, pole_dec_deg: 67.2, w_deg: deg }.body_from_icrf();
         assert!(is_retrograde(&turned(10.0), &turned(9.9)));
         assert!(!is_retrograde(&turned(10.0), &turned(10.1)));

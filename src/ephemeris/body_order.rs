@@ -1,4 +1,4 @@
-//! Bodies in the order in which people name them: the Sun, each planet followed by its moons, then everything else.
+//! Bodies in the usual order: the Sun, each planet followed by its moons, then everything else.
 //!
 //! In: the catalog and the ephemeris. Out: every body's code once. Siblings are sorted by mean distance from their parent: the semi-major axis of
 //! the catalog's elements, else that of the osculating orbit at J2000. Nothing here depends on the displayed instant.
@@ -16,9 +16,9 @@ pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body)
     let parent = catalog.body(body.parent?)?;
     let state = ephemeris.state(body.id, parent.id, Instant::from_tdb_seconds_past_j2000(0.0), None).ok()?.state;
     let distance_km = state.pos_km.length();
-    let both = parent.gm_km3_s2.map(|gm| gm + body.gm_km3_s2.unwrap_or(0.0));
-    let bound = both.map(|gm| 1.0 / (2.0 / distance_km - state.vel_km_s.length_squared() / gm)).filter(|a| a.is_finite() && *a > 0.0);
-    Some(bound.unwrap_or(distance_km))
+    let total_gm = parent.gm_km3_s2.map(|gm| gm + body.gm_km3_s2.unwrap_or(0.0));
+    let axis_km = total_gm.map(|gm| 1.0 / (2.0 / distance_km - state.vel_km_s.length_squared() / gm)).filter(|a| a.is_finite() && *a > 0.0);
+    Some(axis_km.unwrap_or(distance_km))
 }
 
 /// Every body of the catalog once: stars, planets and the rest, each followed by its moons.
@@ -47,14 +47,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn planets_stand_by_distance_each_with_its_moons() {
+    fn planets_are_sorted_by_distance_each_with_its_moons() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         let order = by_distance(&catalog, &ephemeris);
         let names: Vec<&str> = order.iter().filter_map(|id| catalog.body(*id)).map(|b| b.name.as_str()).collect();
         assert_eq!(names[..8], ["Sun", "Mercury", "Venus", "Earth", "Moon", "Mars", "Phobos", "Deimos"]);
         let place = |name: &str| names.iter().position(|n| *n == name).unwrap_or_else(|| panic!("{name} is missing"));
-        // Distances of the moons: JPL's table of mean elements; Amalthea and Thebe circle inside Io, Triton outside Proteus.
+        // Distances of the moons: JPL's table of mean elements; Amalthea and Thebe orbit inside Io, Triton outside Proteus.
         for following in [
             &["Jupiter", "Metis", "Adrastea", "Amalthea", "Thebe", "Io", "Europa", "Ganymede", "Callisto", "Saturn"][..],
             &["Mimas", "Enceladus", "Tethys", "Dione", "Rhea", "Titan", "Hyperion", "Iapetus", "Uranus", "Miranda", "Ariel", "Umbriel"],
@@ -66,7 +66,7 @@ mod tests {
         assert_eq!(order.iter().collect::<std::collections::BTreeSet<_>>().len(), order.len(), "once");
     }
 
-    /// The axis from a state is the planet's own to the size of its perturbations. Standish 1992: Mars 1.523 71 au, Jupiter 5.202 89 au.
+    /// The axis from a state differs from the mean axis by the size of the perturbations. Standish 1992: Mars 1.523 71 au, Jupiter 5.202 89 au.
     #[test]
     fn an_orbit_known_by_its_state_has_its_published_axis() {
         let catalog = Catalog::embedded();

@@ -11,10 +11,10 @@ use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Terms of a polynomial.
+/// Number of terms of a polynomial.
 const TERMS: usize = 14;
 /// Maximum number of cached polynomials, a third of a kilobyte each; when it is exceeded, all are dropped.
-const MOST: usize = 8192;
+const MAX_POLYNOMIALS: usize = 8192;
 
 /// Coefficients of an interval by axis.
 type ChebyshevSegment = [Vec<f64>; 3];
@@ -26,7 +26,7 @@ pub struct ChebyshevCache {
 }
 
 impl ChebyshevCache {
-    /// The state of `place`, whose position in km at TDB seconds past J2000 is `theory`'s. `days`: the length of a stretch.
+    /// The state of `place`. `theory` gives its position in km at TDB seconds past J2000. `days`: the length of an interval.
     pub fn state(&self, place: i32, days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
         let radius_s = 0.5 * days * SECONDS_PER_DAY;
         let number = (tdb_s / (2.0 * radius_s)).floor();
@@ -34,10 +34,10 @@ impl ChebyshevCache {
         let key = (place, number as i64);
         let known = self.kept.lock().get(&key).cloned();
         let piece = known.unwrap_or_else(|| {
-            // Computed without the lock, so that others are not blocked. Two threads that compute the same interval get the same numbers.
+            // Computed without the lock, so that other threads are not blocked. Two threads that compute the same interval get the same numbers.
             let made = Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
             let mut kept = self.kept.lock();
-            if kept.len() >= MOST {
+            if kept.len() >= MAX_POLYNOMIALS {
                 kept.clear();
             }
             kept.insert(key, Arc::clone(&made));
@@ -54,25 +54,25 @@ mod tests {
     use std::sync::atomic::{AtomicU32, Ordering};
 
     #[test]
-    fn a_stretch_is_asked_for_once_and_answers_do_not_depend_on_order() {
-        let asked = AtomicU32::new(0);
+    fn each_interval_is_fitted_once_and_results_do_not_depend_on_order() {
+        let evaluations = AtomicU32::new(0);
         let circle = |s: f64| {
-            asked.fetch_add(1, Ordering::Relaxed);
+            evaluations.fetch_add(1, Ordering::Relaxed);
             let angle = s / (20.0 * SECONDS_PER_DAY);
             1e6 * DVec3::new(angle.cos(), angle.sin(), 0.0)
         };
         let times = [-1.0, 0.0, 1e5, 2e5, 9e5, 1e7, -3e9];
         let forth = ChebyshevCache::default();
-        let there: Vec<State> = times.iter().map(|s| forth.state(3, 16.0, *s, circle)).collect();
-        let first = asked.load(Ordering::Relaxed);
-        assert_eq!(first as usize, 4 * TERMS, "four stretches");
+        let forth_states: Vec<State> = times.iter().map(|s| forth.state(3, 16.0, *s, circle)).collect();
+        let first = evaluations.load(Ordering::Relaxed);
+        assert_eq!(first as usize, 4 * TERMS, "four intervals");
         let back = ChebyshevCache::default();
-        let mut again: Vec<State> = times.iter().rev().map(|s| back.state(3, 16.0, *s, circle)).collect();
-        again.reverse();
-        assert_eq!(there, again);
+        let mut back_states: Vec<State> = times.iter().rev().map(|s| back.state(3, 16.0, *s, circle)).collect();
+        back_states.reverse();
+        assert_eq!(forth_states, back_states);
         times.iter().for_each(|s| assert_eq!(forth.state(3, 16.0, *s, circle), back.state(3, 16.0, *s, circle)));
-        assert_eq!(asked.load(Ordering::Relaxed), 2 * first);
-        for (s, state) in times.iter().zip(&there) {
+        assert_eq!(evaluations.load(Ordering::Relaxed), 2 * first);
+        for (s, state) in times.iter().zip(&forth_states) {
             let angle = s / (20.0 * SECONDS_PER_DAY);
             let rate = 1e6 / (20.0 * SECONDS_PER_DAY);
             assert!((state.pos_km - 1e6 * DVec3::new(angle.cos(), angle.sin(), 0.0)).length() < 1e-6, "{s}");
@@ -81,11 +81,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_has_an_end() {
+    fn the_cache_has_a_maximum_size() {
         let pieces = ChebyshevCache::default();
-        for k in 0..=MOST {
+        for k in 0..=MAX_POLYNOMIALS {
             pieces.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
         }
-        assert!(pieces.kept.lock().len() <= MOST);
+        assert!(pieces.kept.lock().len() <= MAX_POLYNOMIALS);
     }
 }

@@ -1,14 +1,14 @@
 //! Motion on any conic about one centre: ellipse, parabola and hyperbola by one formula, Kepler's equation in universal variables.
 //!
-//! In: a state and the centre's GM, or the orbit of a small body; a time span. Out: the state after it. Of Stumpff's functions c_k(x) = sum (-x)^n / (2n + k)!
-//! the first four serve all three kinds of conic, so no precision is lost near the parabola. Units: those of length and time in GM. Left out: perturbations.
-//! After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
+//! In: a state and the centre's GM, or the orbit of a small body; a time span. Out: the state after that span. The first four of Stumpff's functions
+//! c_k(x) = sum (-x)^n / (2n + k)! describe all three kinds of conic, so no precision is lost near the parabola. Units: the length and time units of GM.
+//! Omitted: perturbations. After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
 
 use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Stumpff's c0 to c3 at `x`, to rounding: the series for an argument divided by four until it is small, then double-angle formulas.
+/// Stumpff's c0 to c3 at `x`, accurate to rounding: the series for an argument divided by four until it is small, then double-angle formulas.
 pub fn stumpff(x: f64) -> [f64; 4] {
     let (mut x, mut halvings) = (x, 0);
     while x.abs() > 0.1 && halvings < 64 {
@@ -37,7 +37,7 @@ pub fn stumpff(x: f64) -> [f64; 4] {
 pub struct ConicState {
     /// Position relative to the centre.
     pub position: DVec3,
-    /// Its derivative.
+    /// Time derivative of the position.
     pub velocity: DVec3,
 }
 
@@ -52,9 +52,9 @@ impl ConicState {
     pub fn after(&self, gm: f64, span: f64) -> Self {
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
         let alpha = self.inverse_axis_gm(gm);
-        let turn = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
-        // Whole revolutions are removed.
-        let span = if turn.is_finite() { span - turn * (span / turn).round() } else { span };
+        let period = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
+        // Full revolutions are removed.
+        let span = if period.is_finite() { span - period * (span / period).round() } else { span };
         let universal_functions = |s: f64| {
             let [c0, c1, c2, c3] = stumpff(alpha * s * s);
             [c0, s * c1, s * s * c2, s * s * s * c3]
@@ -112,7 +112,7 @@ mod tests {
     use crate::ephemeris::two_body::eccentric_anomaly;
 
     #[test]
-    fn stumpffs_functions_are_those_of_the_circle_and_the_hyperbola() {
+    fn stumpff_functions_agree_with_circular_and_hyperbolic_functions() {
         for k in 0..400 {
             let x = 1e-6 * 1.06_f64.powi(k);
             if x > 12.0 {
@@ -136,7 +136,7 @@ mod tests {
 
     /// Ellipses against the classical equation; the hyperbola against sinh; the parabola against Barker's equation.
     #[test]
-    fn places_are_those_of_the_classical_formulas() {
+    fn positions_agree_with_the_classical_formulas() {
         for e in [0.0, 1e-9, 0.2, 0.7, 0.97, 0.999, 0.999_999] {
             let (q, a) = (1.0 - e, 1.0);
             for step in -31..=31 {
@@ -164,21 +164,22 @@ mod tests {
             let found = heliocentric_state(&orbit(1.0, 1.0), days).position;
             let expected = DVec3::new(1.0 - w * w, 2.0 * w, 0.0);
             assert!(found.distance(expected) < 1e-11 * expected.length(), "{w}: {found} {expected}");
-            // Its neighbours on both sides, where classical formulas divide by nothing.
+            // Nearly parabolic orbits on both sides, where classical formulas divide by nearly zero.
             let near = [1.0 - 1e-10, 1.0 + 1e-10].map(|e| heliocentric_state(&orbit(1.0, e), days).position);
             assert!(near.iter().all(|p| p.distance(expected) < 1e-5 * expected.length()), "{near:?}");
         }
     }
 
     #[test]
-    fn a_state_goes_on_as_its_orbit_does() {
+    fn propagated_states_stay_on_their_orbit() {
         let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
         for (q, e) in [(0.6, 0.967), (1.0, 1.0), (2.0, 3.4), (2.5, 0.05)] {
             let (at, span) = (heliocentric_state(&orbit(q, e), 123.0), 77.0);
-            let (on, expected) = (at.after(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
-            assert!(on.position.distance(expected.position) < 1e-12 && on.velocity.distance(expected.velocity) < 1e-13, "{q} {e}");
+            let (propagated, expected) = (at.after(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
+            let (position, velocity) = (propagated.position, propagated.velocity);
+            assert!(position.distance(expected.position) < 1e-12 && velocity.distance(expected.velocity) < 1e-13, "{q} {e}");
             let slope = (at.after(gm, 0.01).position - at.after(gm, -0.01).position) / 0.02;
-            assert!(slope.distance(at.velocity) < 1e-9 && slope.distance(on.velocity) > 1e-4);
+            assert!(slope.distance(at.velocity) < 1e-9 && slope.distance(velocity) > 1e-4);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Coverage of the theories, for messages: why a state is not available at an instant, and which fields of a catalog no theory supports.
 //!
-//! In: places, instants, a catalog. Out: lines for the user. Always: the span that a message names is that of the theories themselves. No positions are
-//! computed here.
+//! In: places, instants, a catalog. Out: lines for the user. Always: a message names the span that the theories really cover. No positions are computed
+//! here.
 
 use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, has_massive_moons, mean_elements};
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
@@ -23,7 +23,7 @@ fn span_of((first, last): (f64, f64)) -> (f64, f64) {
     (seconds(first), seconds(last))
 }
 
-/// The day, without the time of day.
+/// The date of an instant, without the time of day.
 fn day(tdb_s: f64) -> String {
     let text = Instant::from_tdb_seconds_past_j2000(tdb_s).to_utc_iso();
     text.split_once('T').map_or(text.clone(), |(day, _)| day.to_owned())
@@ -51,8 +51,8 @@ impl Ephemeris {
             spans.extend(self.kernels.iter().filter_map(|k| k.reach(place.0)));
         }
         if source.is_none_or(|s| s == Source::Series) {
-            let narrower = self.series.reach(place.0);
-            spans.extend(narrower.map(|(a, b)| (a.max(span_of(SERIES_YEARS).0), b.min(span_of(SERIES_YEARS).1))));
+            let series_span = self.series.reach(place.0);
+            spans.extend(series_span.map(|(a, b)| (a.max(span_of(SERIES_YEARS).0), b.min(span_of(SERIES_YEARS).1))));
         }
         if source.is_none_or(|s| s == Source::Mean) && mean_elements::relative_to(place.0).is_some() {
             spans.push(span_of(MEAN_YEARS));

@@ -1,9 +1,10 @@
-//! The Moon by ELP2000-82B, truncated: an instant comes in, the geocentric state goes out, ICRF.
+//! The Moon by ELP2000-82B, truncated. In: an instant. Out: the geocentric state, ICRF.
 //!
 //! The theory: Chapront-Touzé and Chapront, Astron. Astrophys. 190 (1988), 342; the terms are in catalogs/elp2000_truncated.csv. ELP's tidal acceleration is
-//! older than DE440's, so three figures were fitted to DE440's longitude over 1560 to 2640 (1500 dates). Measured against DE440
-//! (`examples/measure_ephemeris.rs`) over 1552 to 2646: 6.6 km, 3.8 arcsec at the worst, 1.4 km rms; over 1600 to 2500: 4.7 km, 2.7 arcsec. Outside them the
-//! fitted square of time is an extrapolation; a change of 1 arcsec per century squared in the tidal acceleration would be 20 arcmin at 3000 BC.
+//! older than DE440's, so three coefficients were fitted to DE440's longitude over 1560 to 2640 (1500 dates). Measured against DE440
+//! (`examples/measure_ephemeris.rs`) over 1552 to 2646: 6.6 km, 3.8 arcsec at the worst, 1.4 km rms; over 1600 to 2500: 4.7 km, 2.7 arcsec. Outside these
+//! years the fitted quadratic term is an extrapolation: 1 arcsec per century squared more or less in the tidal acceleration moves the Moon by 20 arcmin
+//! in 3000 BC.
 
 use super::{EphemerisError, State, frames};
 use glam::DVec3;
@@ -14,7 +15,7 @@ const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SEC
 /// Mean longitude in the mean dynamical ecliptic of date from its departure point: radians by powers of Julian centuries.
 const MEAN_LONGITUDE: [f64; 5] =
     [3.810_344_430_588_308, 1_732_559_343.736_04 * ARCSEC, -5.8883 * ARCSEC, 0.006_604 * ARCSEC, -0.000_031_69 * ARCSEC];
-/// Correction of the mean longitude to DE440, arcseconds by powers of Julian centuries (fitted here).
+/// Correction of the mean longitude to DE440, radians by powers of Julian centuries (fitted here).
 const FITTED_TO_DE440: [f64; 3] = [-0.076_889 * ARCSEC, -0.317_650 * ARCSEC, -0.946_281 * ARCSEC];
 
 /// D, l', l, F, zeta, then the mean longitudes of Mercury to Neptune: radians by powers of Julian centuries.
@@ -33,8 +34,8 @@ const ARGUMENTS: [[f64; 5]; 13] = [
     [5.481_293_871_604_991, 7.478_159_856_714, 0.0, 0.0, 0.0],
     [5.311_886_286_783_467, 3.813_303_563_758, 0.0, 0.0, 0.0],
 ];
-/// D, l and F contain the Moon's longitude and get the same correction.
-const HOLD_THE_MOON: [usize; 3] = [0, 2, 3];
+/// Indices of D, l and F in [`ARGUMENTS`]: they contain the Moon's longitude and get the same correction.
+const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 
 /// Ratio of the theory's distance unit to the one that its mean motion defines.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
@@ -73,7 +74,7 @@ impl LunarSeries {
         let t = tdb_s / CENTURY_S;
         let (longitude_fix, longitude_fix_rate) = polynomial(&FITTED_TO_DE440, t);
         let mut arguments = ARGUMENTS.map(|a| polynomial(&a, t));
-        for k in HOLD_THE_MOON {
+        for k in WITH_LUNAR_LONGITUDE {
             arguments[k].0 += longitude_fix;
             arguments[k].1 += longitude_fix_rate;
         }

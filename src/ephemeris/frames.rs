@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-/// Rotation from VSOP87's dynamical ecliptic and equinox of J2000 to FK5's equator: the figures of the theory's own text (Bretagnon and
+/// Rotation from VSOP87's dynamical ecliptic and equinox of J2000 to FK5's equator, with the theory's own coefficients (Bretagnon and
 /// Francou, Astron. Astrophys. 202 (1988), 309). FK5 and ICRF axes differ by 0.02 arcsec, which is under the theories' errors.
 pub fn icrf_from_ecliptic() -> DMat3 {
     DMat3::from_cols(

@@ -1,13 +1,13 @@
 //! The Moon's limb profile from a height map, as seen from a place.
 //!
 //! In: a height map and the place in the Moon's axes. Out: [`LimbProfile`], the height of the silhouette over the map's sphere at each position angle. All
-//! ground near the limb is searched, on both sides of the limb of a sphere: the highest in sight defines the profile. The place includes libration. Always:
-//! heights are those of view rays, their least distance from the Moon's centre minus the sphere's radius, so that they hardly depend on the viewer's
-//! distance.
+//! ground near the limb is searched, on both sides of the limb of a sphere: the ground that appears highest defines the profile. Libration is part of the
+//! place. Always: a height is the least distance of a grazing view ray from the Moon's centre, minus the sphere's radius, so that it hardly depends on the
+//! viewer's distance.
 //!
-//! The ground is sampled at half the map's steps along the line of sight, then its summit is searched between the neighbours of the highest sample; a
-//! summit elsewhere is missed if it exceeds that one by less than the ground rises over half a step. Positions are relative to the Moon's centre of mass,
-//! the origin of the map. The Moon's orientation is the session's: accurate to 0.01 degrees, a shift of 0.3 km along the limb.
+//! The ground is sampled at half the map's steps along the line of sight, then the summit is searched between the neighbours of the highest sample. A
+//! summit elsewhere is missed if it exceeds this one by less than the ground rises over half a step. Positions are relative to the Moon's centre of mass,
+//! the origin of the map. The Moon's orientation is accurate to 0.01 degrees, a shift of 0.3 km along the limb.
 
 use crate::catalog::lunar_heights::HeightMap;
 use glam::DVec3;
@@ -20,9 +20,9 @@ pub const LIMB_POINTS: usize = 8192;
 /// Heights of a silhouette.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbProfile {
-    /// Kilometres over the sphere, at equal steps of the position angle from the first of `across` to the second.
+    /// Kilometres above the sphere, at equal steps of the position angle from the first vector of `across` towards the second.
     heights_km: Vec<f64>,
-    /// Unit vectors across the direction to the place, the Moon's axes: towards its north as seen, and a quarter turn counterclockwise from there, to the place's left.
+    /// Unit vectors perpendicular to the direction to the place, in the Moon's axes: towards the Moon's north as seen, and a quarter turn counterclockwise from it.
     across: [DVec3; 2],
     /// Unit vector to the place.
     towards: DVec3,
@@ -30,7 +30,7 @@ pub struct LimbProfile {
 }
 
 impl LimbProfile {
-    /// The profile seen from `place_km` in the Moon's axes, which is outside of all ground.
+    /// The profile seen from `place_km` in the Moon's axes. The place must be outside of all ground.
     pub fn seen_from(map: &HeightMap, place_km: DVec3) -> Self {
         let distance_km = place_km.length();
         let towards = place_km / distance_km;
@@ -56,17 +56,17 @@ impl LimbProfile {
         &self.heights_km
     }
 
-    /// The unit vectors at position angles of 0 and 90 degrees, the Moon's axes.
+    /// The unit vectors at position angles of 0 and 90 degrees, in the Moon's axes.
     pub fn across(&self) -> [DVec3; 2] {
         self.across
     }
 
-    /// Unit vector to the place that sees it, the Moon's axes.
+    /// Unit vector to the place from which the profile is seen, in the Moon's axes.
     pub fn towards(&self) -> DVec3 {
         self.towards
     }
 
-    /// The minimum and the maximum height.
+    /// The minimum and maximum height.
     pub fn range_km(&self) -> [f64; 2] {
         self.heights_km.iter().fold([f64::MAX, f64::MIN], |[a, b], h| [a.min(*h), b.max(*h)])
     }
@@ -79,22 +79,22 @@ impl LimbProfile {
         at(first) + (at(first + 1) - at(first)) * place.fract()
     }
 
-    /// A point of the silhouette as a direction from the place: unit vector, the Moon's axes. `distance_km`: of the Moon's centre.
+    /// Direction from the place to point `k` of the silhouette: unit vector in the Moon's axes. `distance_km`: from the place to the Moon's centre.
     pub fn direction(&self, k: usize, distance_km: f64) -> DVec3 {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
-        let of_centre = ((self.sphere_km + self.heights_km[k]) / distance_km).min(1.0);
-        (self.across[0] * cos + self.across[1] * sin) * of_centre - self.towards * (1.0 - of_centre * of_centre).sqrt()
+        let sin_angle = ((self.sphere_km + self.heights_km[k]) / distance_km).min(1.0);
+        (self.across[0] * cos + self.across[1] * sin) * sin_angle - self.towards * (1.0 - sin_angle * sin_angle).sqrt()
     }
 }
 
 /// Iterations of the ternary search for the summit: (2/3)^13 is half a hundredth.
 const REFINEMENTS: usize = 13;
 
-/// The greatest distance of a grazing view ray from the Moon's centre in the half plane towards `aside`, less the sphere's radius.
+/// The greatest distance from the Moon's centre of a view ray that meets ground in the half plane towards `aside`, less the sphere's radius.
 fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3) -> f64 {
     let [_, greatest_km] = map.range_km();
     let sphere_km = map.sphere_km();
-    // Of the ray through ground at an angle from below the place.
+    // Distance from the centre of the view ray through a point at `angle` from the direction to the place.
     let ray_km = |radius_km: f64, angle: f64| {
         let (across, ahead) = (radius_km * angle.sin(), distance_km - radius_km * angle.cos());
         distance_km * across / across.hypot(ahead)
@@ -103,7 +103,7 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
     let ground_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + aside * angle.sin()), angle);
     let step = 0.5 * map.step_rad();
     let (mut best_km, mut best_angle) = (ground_km(limb), limb);
-    // Outwards on both sides, until even the map's maximum could not exceed the highest sample.
+    // Away from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
     for way in [-1.0, 1.0] {
         for k in 1.. {
             let angle = limb + way * step * f64::from(k);
@@ -150,23 +150,24 @@ mod tests {
     }
 
     #[test]
-    fn even_ground_has_an_even_limb() {
+    fn level_ground_has_a_level_limb() {
         for km in [-2.0, 0.0, 3.5] {
             let profile = LimbProfile::seen_from(&map(|_, _| km), from(5.0, -7.0, 370_000.0));
             let [least, greatest] = profile.range_km();
-            // The sphere's limb is asked for, not that of the ground: a view ray through the former is lower by a part of its own angle.
+            // The samples start at the sphere's limb, not at that of the ground, so the sampled view ray may pass slightly lower.
             assert!((least - km).abs() < 2e-3 && (greatest - km).abs() < 2e-3, "{km}: {least} to {greatest}");
         }
     }
 
-    /// A summit behind or before the limb stands as high as plane geometry says: the view ray that grazes it passes the centre at (R + h) cos(angle from the limb).
+    /// A summit behind or in front of the limb appears as high as plane geometry predicts: the view ray that grazes it passes the centre at
+    /// (R + h) cos(angle from the limb).
     #[test]
-    fn summits_behind_and_before_the_limb_count() {
+    fn summits_behind_and_in_front_of_the_limb_count() {
         for (behind_deg, seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
-            // A ridge of 9 km that crosses the equator, east, wider than the profile's points are apart; the place's limb is 89.73 degrees away.
+            // A ridge of 9 km that crosses the equator, east, wider than the spacing of the profile's points; the place's limb is 89.73 degrees away.
             let limb_deg = (USUAL_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
             let at_deg: f64 = (limb_deg + behind_deg) / 0.25;
-            // On a middle of a cell.
+            // At the middle of a cell.
             let summit_deg = (at_deg.floor() + 0.5) * 0.25;
             let hill = |latitude: f64, longitude: f64| {
                 let beside_deg = ((latitude - 0.125).abs() - 0.5).max(0.0);
@@ -179,7 +180,7 @@ mod tests {
             assert_eq!(expected > 0.1, seen, "{expected}");
             assert!((greatest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {greatest} for {expected}");
             if seen {
-                // East is on the side of the second vector or against it: the highest point lies across north.
+                // The highest point must lie in the east, whichever way the position angle counts.
                 let highest = (0..LIMB_POINTS).max_by(|a, b| profile.heights_km[*a].total_cmp(&profile.heights_km[*b])).expect("points");
                 let east = profile.across[0] * (TAU * highest as f64 / LIMB_POINTS as f64).cos()
                     + profile.across[1] * (TAU * highest as f64 / LIMB_POINTS as f64).sin();

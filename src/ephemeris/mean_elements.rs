@@ -1,7 +1,7 @@
 //! The planets on mean ellipses for 3000 BC to AD 3000: the elements and rates of E. M. Standish, "Keplerian elements for approximate
 //! positions of the major planets" (JPL), tables 2a and 2b.
 //!
-//! In: a planet's barycentre and an instant. Out: a heliocentric state, ICRF. Errors are in [`error_km`].
+//! In: a planet's barycentre and an instant. Out: a heliocentric state, ICRF. [`error_km`] bounds its error.
 
 use super::{State, frames, two_body};
 use crate::units::{DAYS_PER_JULIAN_CENTURY, KM_PER_AU, SECONDS_PER_DAY};

@@ -1,8 +1,8 @@
 //! Positions, velocities and orientations of bodies: f64, kilometres, TDB, ICRF.
 //!
-//! In: a catalog and an instant. Out: states. Each place is defined relative to another (Moon to Earth, Earth to the Earth-Moon barycentre, that to the
-//! solar system's); a state is the difference of two chains up to their first common place. Always: the result names the least accurate source that it used
-//! and an upper limit of its error. No file is read here: the caller passes bytes.
+//! In: a catalog and an instant. Out: states. Each place is defined relative to another (Moon to Earth, Earth to the Earth-Moon barycentre, and so on to
+//! the solar system's); a state is the difference of two chains up to their first common place. Always: the result names the least accurate source that it
+//! used and an upper limit of its error. No file is read here: the caller passes bytes.
 
 pub mod apparent;
 #[doc(hidden)]
@@ -63,10 +63,10 @@ pub struct State {
 }
 
 impl State {
-    /// At the origin, not moving.
+    /// At rest in the origin.
     pub const REST: Self = Self { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO };
 
-    /// This state relative to the origin of `other`.
+    /// This state relative to the origin of `other`, which is the state of this state's own origin.
     pub fn plus(self, other: Self) -> Self {
         Self { pos_km: self.pos_km + other.pos_km, vel_km_s: self.vel_km_s + other.vel_km_s }
     }
@@ -77,8 +77,8 @@ impl State {
     }
 }
 
-/// A geometric state with the source that gave it and that source's error bound: infinite where a user's kernel took part, for an SPK
-/// does not say how good it is.
+/// A geometric state with the source that gave it and that source's error bound: infinite if a user's kernel took part, because an
+/// SPK does not state its accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourcedState {
     /// Position and velocity.
@@ -89,7 +89,7 @@ pub struct SourcedState {
     pub error_km: f64,
 }
 
-/// Angle between two directions of any length, radians: from cross and dot product, so that small angles keep their digits.
+/// Angle between two directions of any length, radians: from cross and dot product, so that small angles keep their precision.
 pub fn angle_rad(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
@@ -107,7 +107,7 @@ struct LinkState {
     error_km: f64,
 }
 
-/// The source of a step. Finding it is cheap, so only the steps that a result needs are evaluated.
+/// The source of a step, found without evaluating it, so that only the steps that a result needs are evaluated.
 #[derive(Clone, Copy)]
 enum Theory<'a> {
     Kernel {
@@ -129,7 +129,7 @@ struct ChainLink<'a> {
     theory: Theory<'a>,
 }
 
-/// How the catalog moves a body about its parent.
+/// The motion of a body about its parent, from the catalog.
 #[derive(Debug)]
 struct Orbit {
     parent: NaifId,
@@ -139,7 +139,7 @@ struct Orbit {
 /// Maximum length of a chain: moon, planet, barycentre, Sun, solar system.
 const LONGEST_CHAIN: usize = 8;
 
-/// All theories behind one interface. Results never depend on earlier calls; it is shared by threads.
+/// All theories behind one interface. Results never depend on earlier calls; threads may share it.
 #[derive(Debug)]
 pub struct Ephemeris {
     /// Kernels in order of precedence; the shipped one is the last.
@@ -188,7 +188,7 @@ impl Ephemeris {
         Ok(self)
     }
 
-    /// Geometric state of `body` relative to `center`, ICRF. `source: None` takes the best that covers `t`.
+    /// Geometric state of `body` relative to `center`, ICRF. `source: None` selects the best that covers `t`.
     pub fn state(&self, body: NaifId, center: NaifId, t: Instant, source: Option<Source>) -> Result<SourcedState, EphemerisError> {
         if !t.tdb_seconds_past_j2000().is_finite() {
             return Err(EphemerisError("the time is not a number".into()));
@@ -197,17 +197,17 @@ impl Ephemeris {
         // The common part of both chains cancels: the Sun's own place is not needed if the Sun is the centre.
         let common = up.places().find_map(|(i, p)| down.places().find_map(|(j, q)| (p == q).then_some((i, j))));
         let Some((up_len, down_len)) = common else {
-            let stuck = if up.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &down } else { &up };
-            return Err(self.no_theory(stuck.end(), t, source));
+            let incomplete = if up.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &down } else { &up };
+            return Err(self.no_theory(incomplete.end(), t, source));
         };
-        let mut answer = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
+        let mut result = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
         for (link, back) in up.links(up_len).map(|link| (link, false)).chain(down.links(down_len).map(|link| (link, true))) {
             let step = self.step(link, t).ok_or_else(|| self.no_theory(link.place, t, source))?;
-            answer.state = if back { answer.state.minus(step.state) } else { answer.state.plus(step.state) };
-            answer.source = answer.source.min(step.source);
-            answer.error_km += step.error_km;
+            result.state = if back { result.state.minus(step.state) } else { result.state.plus(step.state) };
+            result.source = result.source.min(step.source);
+            result.error_km += step.error_km;
         }
-        Ok(answer)
+        Ok(result)
     }
 
     /// Rotation `body_from_icrf` (rows are the body's axes) at `t`.
@@ -239,8 +239,8 @@ impl Ephemeris {
     /// time.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
-        // Each round shrinks the error by v/c, under 1e-3 for any body here. What is late by less than a second is moved along its velocity, which
-        // leaves 6 metres at most (Metis, which turns most; tests/ephemeris/positions.rs).
+        // Each round shrinks the error by v/c, under 1e-3 for any body here. The last correction, of less than a second, is made along the
+        // velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
             let state = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None)?.state;
             let light_s = (state.pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
@@ -323,7 +323,7 @@ impl Ephemeris {
         }
     }
 
-    /// A body relative to its parent, by its theory. The theories of moons and asteroids serve every `source`: none here is more accurate.
+    /// A body relative to its parent, by its theory. The theories of moons and asteroids serve every `source`, because there are no others.
     fn orbit_step(&self, place: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
         if !in_years(t, ORBIT_YEARS) {
             return None;
@@ -360,11 +360,11 @@ impl Ephemeris {
     }
 }
 
-/// Where the two theories are used: VSOP87's authors give 1 arcsec for 4000 years either side of 2000 (Mercury to Mars), 2000 years
-/// (Jupiter, Saturn) and 6000 years (Uranus, Neptune).
+/// Years in which series and mean elements are used. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to Mars),
+/// 2000 years (Jupiter, Saturn) and 6000 years (Uranus, Neptune).
 const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
 const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
-/// Moons answer wherever a long kernel such as DE441 has their planet, with an error that grows; rotations likewise.
+/// Years in which moons and rotations are computed, with an error that grows: a long kernel such as DE441 may cover their planet there.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
 /// Planets whose centre is computed from the masses of their moons.
@@ -383,8 +383,8 @@ struct MassShare {
     mass_share: f64,
 }
 
-/// A moon that has less of its system's mass than this does not count: the largest left out, Mimas and Hyperion, shift Saturn by
-/// 12 and 15 metres; Phobos shifts Mars by 0.2 metres.
+/// Moons with a smaller share of their system's mass are left out. The largest of these, Mimas and Hyperion, shift Saturn by 12 and
+/// 15 metres; Phobos shifts Mars by 0.2 metres.
 const MIN_MASS_SHARE: f64 = 1e-7;
 /// Upper limit of the effect of the omitted moons, km.
 const OMITTED_MOONS_KM: f64 = 0.05;

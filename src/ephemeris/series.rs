@@ -2,7 +2,7 @@
 //!
 //! In: a place and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated at
 //! the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs), which agree with them to 4e-3 km, the resolution of a Julian date in a double,
-//! and to 2e-6 km/s (tests/ephemeris/positions.rs). Errors against DE440 are in [`error_km`].
+//! and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
 
 use super::chebyshev_cache::ChebyshevCache;
 use super::{EphemerisError, State, elp::LunarSeries, frames, spk::Spk};
@@ -13,7 +13,7 @@ use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
 /// Ratio of the Earth's mass to the Moon's (DE440, Park et al. 2021).
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 
-/// Days that one polynomial covers. The limit is Mercury, with the shortest period and the largest harmonics.
+/// Days that one polynomial covers. Mercury needs shorter polynomials: it has the shortest period and the largest harmonics.
 const MERCURY_SEGMENT_DAYS: f64 = 16.0;
 const SEGMENT_DAYS: f64 = 32.0;
 
@@ -41,7 +41,7 @@ impl Series {
         }
     }
 
-    /// The span in which the series are valid for `place`, TDB seconds past J2000; infinite without a limit of their own.
+    /// The span in which the series are valid for `place`, TDB seconds past J2000; infinite if they have no limit of their own.
     pub fn reach(&self, place: i32) -> Option<(f64, f64)> {
         match place {
             9 => self.pluto.reach(9),
@@ -69,7 +69,7 @@ impl Series {
         planetary(place).map(|theory| theory_position_km(theory, tdb_s))
     }
 
-    /// The Moon by its largest terms only: mean motion, equation of the centre, evection, variation and the like.
+    /// The Moon's geocentric state by its largest terms only: mean motion, equation of the centre, evection, variation and the like.
     pub fn mean_moon(&self, tdb_s: f64) -> State {
         self.moon.state(tdb_s, 500.0)
     }
@@ -81,7 +81,7 @@ pub fn earth_from_moon(moon: State) -> State {
     State { pos_km: moon.pos_km * part, vel_km_s: moon.vel_km_s * part }
 }
 
-/// Astronomical units, ecliptic of J2000, as a function of the Julian date.
+/// Position in astronomical units, ecliptic of J2000, as a function of the Julian date.
 type Theory = fn(f64) -> RectangularCoordinates;
 
 fn planetary(place: i32) -> Option<Theory> {

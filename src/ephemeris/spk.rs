@@ -1,10 +1,10 @@
 //! SPK kernels. In: the bytes of a file. Out: states of bodies relative to their segment's centre.
 //!
 //! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
-//! doubles and summed in `chebyshev`: anise's own call goes through an epoch of nanoseconds, which costs more than the sum.
+//! doubles and summed in `chebyshev`: anise's own evaluation converts to an epoch in nanoseconds, which costs more than the sum.
 //! Always: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
 //! (Chebyshev positions) and 3 (positions and velocities) are read; other types are rejected by name. A file is rejected before anise reads it
-//! if its chain of summary records leaves the file or returns to a record, which anise would follow for ever.
+//! if its chain of summary records leaves the file or returns to a record, because anise would follow it for ever.
 
 use super::chebyshev::value_and_slope;
 use super::{EphemerisError, State};
@@ -19,11 +19,11 @@ const RECORD_BYTES: usize = 1024;
 /// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
 
-/// Walks the chain of summary records (DAF Required Reading: each begins with the numbers of the next and of the previous record and with how
-/// many summaries it holds; records count from 1 and the last names 0).
+/// Walks the chain of summary records (DAF Required Reading: each begins with the numbers of the next and of the previous record and with the
+/// number of its summaries; records count from 1, and the last record names 0 as the next).
 ///
 /// # Errors
-/// Which record is outside the file, was there before, or has no such beginning.
+/// Names the record that is outside the file, occurs twice, or does not begin in this way.
 fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
     let records = bytes.len() / RECORD_BYTES;
     let first = bytes.get(76..80).and_then(|b| b.try_into().ok()).map_or(0, i32::from_le_bytes);
@@ -96,7 +96,7 @@ pub struct Spk {
 }
 
 impl Spk {
-    /// Reads the bytes of an SPK file. `name` is used in errors alone.
+    /// Reads the bytes of an SPK file. `name` is used only in errors.
     pub fn parse(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
         catch_panic(|| Self::read(name, bytes))
             .unwrap_or_else(|| Err(EphemerisError(format!("kernel {name}: damaged; fetch the file again"))))
@@ -180,7 +180,7 @@ impl Spk {
         self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))
     }
 
-    /// From the first to the last second that any segment of `target` covers.
+    /// The first and the last second that any segment of `target` covers.
     pub fn reach(&self, target: i32) -> Option<(f64, f64)> {
         let spans = self.by_target.get(&target)?.iter().map(|s| (s.start_s, s.end_s));
         spans.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
@@ -217,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_kernel_is_refused() {
+    fn files_that_are_not_kernels_are_rejected() {
         for bytes in [&b""[..], &b"PNG"[..], &b"DAF/SPK "[..], &[b'D'; 4096][..]] {
             let error = Spk::parse("x.bsp", bytes).expect_err("not a kernel").to_string();
             assert!(error.starts_with("kernel x.bsp: ") && !error.contains('\n'));
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn type_3_takes_its_velocities_from_the_file() {
-        // Midpoint, radius, then two coefficients of x, y, z and of their velocities, which no slope of the positions gives.
+        // Midpoint, radius, then two coefficients of x, y, z and of their velocities, which differ from the slopes of the positions.
         let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0];
         let spk = Spk::parse("x.bsp", &file_of(3, &record)).expect("a kernel");
         let (from, state) = spk.step(399, 50.0).expect("the Earth");
@@ -277,14 +277,14 @@ mod tests {
         assert!((state.pos_km - DVec3::new(6.0, 12.0, 18.0)).length() < 1e-12, "{}", state.pos_km);
         assert!((state.vel_km_s - DVec3::new(7.25, 8.125, 8.5)).length() < 1e-12, "{}", state.vel_km_s);
         assert!(spk.step(399, 100.5).is_none() && spk.step(301, 50.0).is_none());
-        // The same positions as type 2 have the slope for a velocity.
+        // With type 2, the velocity is the slope of the same positions.
         let spk = Spk::parse("x.bsp", &file_of(2, &record[..8])).expect("a kernel");
         let (_, state) = spk.step(399, 50.0).expect("the Earth");
         assert!((state.vel_km_s - DVec3::new(0.1, 0.2, 0.3)).length() < 1e-12, "{}", state.vel_km_s);
     }
 
     #[test]
-    fn kernels_that_are_not_read_say_why() {
+    fn rejections_of_kernels_state_the_reason() {
         let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0];
         let mut big = file_of(2, &record);
         big[88..96].copy_from_slice(b"BIG-IEEE");
@@ -330,7 +330,7 @@ mod tests {
         assert!(Spk::parse("x.bsp", &whole).is_ok());
     }
 
-    /// Each summary of a record may name the same data: a file of some kilobytes must not ask for more memory than it has bytes.
+    /// Each summary of a record may name the same data: a file of some kilobytes must not cause larger allocations than its own size.
     #[test]
     fn segments_that_share_their_records_are_refused() {
         let mut bytes = file_of(2, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0]);
@@ -352,9 +352,9 @@ mod tests {
         assert!(error.contains("the segments hold more than the file"), "{error}");
     }
 
-    /// Every double and every whole number of the heads replaced by extremes: an answer, whichever, and no panic.
+    /// Every double and every integer of the headers is replaced by extremes: the reader may return anything, but must not panic.
     #[test]
-    fn no_number_in_the_heads_makes_the_reader_panic() {
+    fn no_number_in_the_headers_makes_the_reader_panic() {
         let whole = file_of(3, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0]);
         let heads = (0..1024 + 64).chain(3072..3072 + 18 * 8);
         for at in heads.step_by(4) {

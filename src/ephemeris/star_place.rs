@@ -1,8 +1,8 @@
 //! The place of a star at a date: linear space motion, and parallax from the viewer's position.
 //!
 //! In: a star of a catalogue, the years since its epoch, the viewer's barycentric position. Out: the vector to the star in units of its distance at the
-//! epoch, so that stars without a measured distance need no special case: its direction is that for a viewer at rest, and one over its squared length is
-//! the brightness relative to the catalogue. Left out: the change of light time along the star's path, as in catalogues, orbits of double stars, and light
+//! epoch, so that stars without a measured distance need no special case. Its direction is without aberration, and one over its squared length is the
+//! brightness relative to the catalogue. Omitted: the change of light time along the star's path (as in catalogues), orbits of double stars, and light
 //! deflection by the Sun (0.004 arcsec at 90 degrees, 1.75 at the limb).
 
 use crate::catalog::stars::Star;
@@ -20,8 +20,8 @@ mod tests {
     use crate::ephemeris::angle_rad;
     use crate::units::RAD_PER_ARCSEC;
 
-    /// Half a year apart the nearest bright star moves by twice its parallax, 0.742 arcsec (alpha Centauri A, HIP 71683, parallax 754.81 mas), and seen from its
-    /// own place's half way it is four times as bright.
+    /// In half a year the nearest bright star moves by twice its parallax, 0.742 arcsec (alpha Centauri A, HIP 71683, parallax 754.81 mas). Seen from half way
+    /// to the star, it is four times as bright.
     #[test]
     fn parallax_is_the_angle_of_an_au() {
         let catalog = StarCatalog::embedded();
@@ -35,7 +35,7 @@ mod tests {
         assert!((half_way.length() - 0.5).abs() < 1e-12 && angle_rad(half_way, star.direction) < 1e-12);
     }
 
-    /// Arcturus (2.28 arcsec a year) stood 3.1 degrees away in 3000 BC, and straight motion never turns it by a right angle.
+    /// Arcturus (2.28 arcsec a year) was 3.1 degrees away in 3000 BC. Motion along a straight line never turns its direction by a right angle.
     #[test]
     fn proper_motion_is_straight() {
         let catalog = StarCatalog::embedded();

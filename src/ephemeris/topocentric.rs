@@ -1,8 +1,9 @@
 //! Topocentric phenomena: altitude and azimuth, rising and setting, and transits and occultations of discs.
 //!
 //! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
-//! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is in, stellar
-//! aberration is left out: 20 arcsec of altitude, 1.4 s of a rising; two neighbouring discs are displaced together. The horizon is the ellipsoid's.
+//! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is included.
+//! Stellar aberration is left out: it changes altitudes by 20 arcsec and risings by 1.4 s, and shifts two neighbouring discs together. The horizon is that
+//! of the ellipsoid.
 
 use super::{Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};
@@ -23,26 +24,26 @@ const ROOT_TOLERANCE_S: f64 = 0.05;
 pub struct Observer {
     /// The body that the place is on.
     pub body: NaifId,
-    /// Planetographic.
+    /// Planetographic latitude.
     pub latitude_deg: f64,
-    /// East.
+    /// East longitude.
     pub longitude_deg: f64,
-    /// Above the reference ellipsoid.
+    /// Height above the reference ellipsoid.
     pub height_km: f64,
 }
 
 /// The position of a target in the sky of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizontal {
-    /// From north through east, 0 to 360.
+    /// Azimuth from north through east, 0 to 360.
     pub azimuth_deg: f64,
-    /// Without refraction.
+    /// Altitude without refraction.
     pub altitude_deg: f64,
     /// Hour angle from the meridian westward, -180 to 180.
     pub hour_angle_deg: f64,
-    /// From the observer to the body's centre.
+    /// Distance from the observer to the body's centre.
     pub distance_km: f64,
-    /// Angular diameter of the disc of mean radius.
+    /// Angular radius of the disc, from the body's mean radius.
     pub semidiameter_deg: f64,
     /// Direction from the place to the target, ICRF.
     pub direction: DVec3,
@@ -64,17 +65,17 @@ pub struct RiseSetTimes {
 /// A transit or occultation of one disc by another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscPassage {
-    /// First and last contact of the discs.
+    /// First contact of the discs.
     pub begins: Instant,
     /// Last contact of the discs.
     pub ends: Instant,
-    /// Second and third contact, between which the smaller disc is wholly in front of or behind the larger.
+    /// Second and third contact, between which the smaller disc is entirely in front of or behind the larger.
     pub inner: Option<(Instant, Instant)>,
     /// The instant of greatest obscuration.
     pub greatest: Instant,
     /// Largest covered part of the target's diameter; if one disc lies within the other, the ratio of their sizes.
     pub magnitude: f64,
-    /// The target's altitude then.
+    /// The target's altitude at the greatest obscuration.
     pub altitude_deg: f64,
 }
 
@@ -92,15 +93,17 @@ pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, h
 pub struct ObserverSky<'a> {
     /// The bodies with their radii.
     pub catalog: &'a Catalog,
-    /// Their positions.
+    /// The positions of the bodies.
     pub ephemeris: &'a Ephemeris,
     /// The observer's place.
     pub place: Observer,
 }
 
 impl ObserverSky<'_> {
+    /// The position of a target in the sky of the place.
+    ///
     /// # Errors
-    /// A body that is not of the catalog, or that the ephemeris cannot place at `t`.
+    /// A body that is not in the catalog, or that the ephemeris cannot place at `t`.
     pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
         let known = |id: NaifId| self.catalog.body(id).ok_or_else(|| EphemerisError(format!("no body has the code {}", id.0)));
         let (ground, body) = (known(self.place.body)?, known(target)?);
@@ -127,11 +130,11 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// Height of the target's upper limb over the apparent horizon, degrees.
+    /// Altitude of the target's upper limb above the apparent horizon, degrees.
     fn above(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let seen = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
-        // Almanacs treat planets and stars as points; the Sun and the Moon have limbs, and so have bodies as large.
+        // Almanacs treat planets and stars as points, but use the upper limb of the Sun and the Moon. Here every disc of comparable size has a limb.
         let limb = if seen.semidiameter_deg > 0.05 { seen.semidiameter_deg } else { 0.0 };
         Ok(seen.altitude_deg + refraction + limb)
     }
@@ -144,7 +147,7 @@ impl ObserverSky<'_> {
         let height = |s: f64| self.above(target, start.plus_seconds(s));
         let (rises, sets) = first_crossings(length_s, height)?;
         let seen = |s: f64| self.topocentric(target, start.plus_seconds(s));
-        // Of its two meridian passages, one is below the pole.
+        // The target passes the meridian twice. Only the upper passage, at an hour angle of 0, is its transit.
         let westward = |s: f64| Ok(seen(s)?.hour_angle_deg.to_radians().sin());
         let (to_west, to_east) = first_crossings(length_s, westward)?;
         let mut transit = None;
@@ -206,7 +209,7 @@ impl ObserverSky<'_> {
             let o = overlap(s)?;
             match best {
                 Some((_, most)) if o > most => best = Some((s, o)),
-                // After its maximum; later overlaps belong to another passage.
+                // The passage is over; later overlaps belong to another one.
                 Some((_, most)) if most > 0.0 && o <= 0.0 => break,
                 None => best = Some((s, o)),
                 _ => {}
@@ -218,7 +221,8 @@ impl ObserverSky<'_> {
         if deepest <= 0.0 {
             return Ok(None);
         }
-        let outward = |sign: f64, f: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
+        // The contact before (-1) or after (1) the greatest obscuration.
+        let contact = |sign: f64, f: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
             let mut step = CONTACT_STEP_S;
             let mut inside = greatest_s;
             loop {
@@ -241,13 +245,13 @@ impl ObserverSky<'_> {
             Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(before, t)?.semidiameter_deg))
         };
         let inner = if inner_at(greatest_s)? > 0.0 {
-            Some((start.plus_seconds(outward(-1.0, &inner_at)?), start.plus_seconds(outward(1.0, &inner_at)?)))
+            Some((start.plus_seconds(contact(-1.0, &inner_at)?), start.plus_seconds(contact(1.0, &inner_at)?)))
         } else {
             None
         };
         Ok(Some(DiscPassage {
-            begins: start.plus_seconds(outward(-1.0, &outer_overlap)?),
-            ends: start.plus_seconds(outward(1.0, &outer_overlap)?),
+            begins: start.plus_seconds(contact(-1.0, &outer_overlap)?),
+            ends: start.plus_seconds(contact(1.0, &outer_overlap)?),
             inner,
             greatest: t,
             magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { deepest / (2.0 * far.semidiameter_deg) },
@@ -307,7 +311,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ground_points_of_the_earth_are_those_of_wgs84() {
+    fn ground_points_of_the_earth_agree_with_wgs84() {
         // Paris by the closed form of the geodetic transform with a 6378.137 km, 1/f 298.257223563: 48.8584 N, 2.2945 E.
         let a: f64 = 6378.137;
         let b = a * (1.0 - 1.0 / 298.257_223_563);

@@ -1,6 +1,6 @@
 //! Motion on a precessing ellipse. In: mean elements. Out: a state relative to the parent, ICRF.
 //!
-//! Always: 0 <= e < 1. Left out: all periodic perturbations; the tests of each caller measure the resulting error per body.
+//! Always: 0 <= e < 1. Omitted: all periodic perturbations; the tests of each caller measure the resulting error per body.
 
 use super::State;
 use crate::catalog::MeanElements;
@@ -9,9 +9,9 @@ use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// Eccentric anomaly (radians, within half a turn of `mean_anomaly_rad`) that solves E - e sin E = M for 0 <= e < 1, to rounding.
+/// Eccentric anomaly (radians, within half a turn of `mean_anomaly_rad`) that solves E - e sin E = M for 0 <= e < 1, accurate to rounding.
 ///
-/// Newton's method inside a bracket that every step narrows: E is in [M, M + e] for M in [0, π], and by symmetry below.
+/// Newton's method inside a bracket that every step narrows: E is in [M, M + e] for M in [0, π]; negative M by symmetry.
 pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     let turns = (mean_anomaly_rad / TAU).round();
     let m = mean_anomaly_rad - turns * TAU;
@@ -64,8 +64,8 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
-/// The node regresses for inclinations under 90 degrees and advances above; the periapsis advances. The table's mean motion is that of the mean longitude
-/// at the epoch, so the rate of the anomaly is what remains after the two slow angles; a tidal term in T² is added to both.
+/// The node regresses for inclinations under 90 degrees and advances above; the periapsis advances. The table's mean motion is the rate of the mean
+/// longitude at the epoch, so the anomaly's rate is that rate less those of node and periapsis; a tidal term in T² is added to longitude and anomaly.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     let per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * 365.25) };
@@ -91,8 +91,8 @@ pub fn state(elements: &MeanElements, t: Instant) -> State {
     );
     // The ellipse itself rotates: about the orbit's normal with the periapsis, about the frame's pole with the node.
     let normal = DMat3::from_rotation_z(node) * DMat3::from_rotation_x(elements.inclination_deg.to_radians()) * DVec3::Z;
-    let turn = (normal * argument_rate + DVec3::Z * node_rate) * (PI / 180.0 / SECONDS_PER_DAY);
-    state.vel_km_s += turn.cross(state.pos_km);
+    let angular_velocity = (normal * argument_rate + DVec3::Z * node_rate) * (PI / 180.0 / SECONDS_PER_DAY);
+    state.vel_km_s += angular_velocity.cross(state.pos_km);
     let icrf_from_frame = icrf_from_pole_frame(elements.pole_ra_deg, elements.pole_dec_deg);
     State { pos_km: icrf_from_frame * state.pos_km, vel_km_s: icrf_from_frame * state.vel_km_s }
 }
@@ -111,7 +111,7 @@ mod tests {
             }
             assert!(eccentric_anomaly(0.0, e).abs() < 1e-15);
         }
-        // A wrong root is noticed.
+        // The residual detects a wrong root.
         assert!((1.0_f64 - 0.5 * 1.0_f64.sin() - 1.0).abs() > 1e-3);
     }
 

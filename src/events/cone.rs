@@ -1,7 +1,7 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
-//! In: centres of the Sun and the Moon from the Earth's, GCRS, km. Out: by how much a cone clears the spheroid, and where its axis or its nearest side
-//! meets the ground. The gap is exact: the widest slab between the spheroid and a plane that touches the cone along a side.
+//! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where its axis or its
+//! nearest side meets the ground. The gap is exact: the greatest distance between the spheroid and a plane that touches the cone along a side.
 
 use super::numeric::least;
 use crate::scene::eclipse::shadow_cone::under_unit_sphere;
@@ -17,17 +17,17 @@ pub(super) struct Spheroid {
 }
 
 impl Spheroid {
-    /// Each vector's components along and across the pole, times these.
+    /// The vector with its components across and along the pole multiplied by these factors.
     fn scaled(&self, v: DVec3, across: f64, along: f64) -> DVec3 {
         v * across + self.pole * (v.dot(self.pole) * (along - across))
     }
 
-    /// How far it reaches from its centre along a unit vector.
+    /// Distance from the centre to the tangent plane whose normal is this unit vector.
     fn reach_km(&self, direction: DVec3) -> f64 {
         self.scaled(direction, self.equatorial_km, self.polar_km).length()
     }
 
-    /// The point of its surface farthest along a direction.
+    /// The point of the surface that lies farthest along a direction.
     pub(crate) fn farthest_km(&self, direction: DVec3) -> DVec3 {
         self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.reach_km(direction)
     }
@@ -38,7 +38,7 @@ impl Spheroid {
         under_unit_sphere(p, d).1
     }
 
-    /// Where that line meets the surface, first as seen against `direction`.
+    /// Where that line meets the surface: of the two points the one farther along `direction`.
     pub(crate) fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.unit_sphere(point_km, direction);
         let (foot, half_squared) = under_unit_sphere(p, d);
@@ -83,7 +83,7 @@ impl Cone {
         Self { apex_km: moon_km, opens: -axis(sun_km, moon_km).0, sin_half: 0.0 }
     }
 
-    /// By how much it clears the spheroid, km, negative where it does not; and the unit vector from the cone's nearest side to the spheroid.
+    /// Gap between cone and spheroid, km, negative if they overlap; and the unit vector from the cone's nearest side to the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
         let aside = to_centre - self.opens * to_centre.dot(self.opens);
@@ -112,7 +112,7 @@ mod tests {
     const EARTH: Spheroid = Spheroid { equatorial_km: 6378.0, polar_km: 6357.0, pole: DVec3::Z };
 
     #[test]
-    fn gaps_over_pole_and_equator_are_those_of_plane_geometry() {
+    fn gaps_over_pole_and_equator_agree_with_plane_geometry() {
         let sun = DVec3::X * 1.5e8;
         for (aside, reach_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
             let moon = DVec3::X * 4e5 + aside * 7000.0;

@@ -2,10 +2,10 @@
 
 use crate::time::Instant;
 
-/// As the Earth's centre receives the light.
+/// Name and instant of a contact, as the Earth's centre receives the light.
 pub(crate) type Contact = (&'static str, Instant);
 
-/// From one contact to another; `None` where one is missing.
+/// Seconds from one contact to another; `None` if either is missing.
 pub(super) fn seconds_between(contacts: &[Contact], first: &str, last: &str) -> Option<f64> {
     let of = |name: &str| Some(contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
     Some(of(last)? - of(first)?)

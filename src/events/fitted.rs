@@ -1,13 +1,13 @@
-//! A position over some hours as a Chebyshev polynomial, so that contacts need no ephemeris.
+//! A position over some hours as a Chebyshev polynomial, so that contacts are found without the ephemeris.
 
 use crate::ephemeris::{EphemerisError, chebyshev};
 use glam::DVec3;
 use std::cell::RefCell;
 
-/// Terms by axis: over a day and a half of the Moon, or half an orbit of Io, the rest is under a metre.
+/// Number of terms per axis: over a day and a half of the Moon, or half an orbit of Io, the error is under a metre.
 const TERMS: usize = 14;
 
-/// km; times are seconds from the middle.
+/// A fitted position, km; times are seconds from the middle.
 #[derive(Clone, Debug)]
 pub(super) struct FittedPlace {
     half_s: f64,
@@ -15,8 +15,10 @@ pub(super) struct FittedPlace {
 }
 
 impl FittedPlace {
+    /// Fits `place` from -`half_s` to `half_s`.
+    ///
     /// # Errors
-    /// The first of `place`.
+    /// The first error of `place`.
     pub(crate) fn over(half_s: f64, place: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
         let failed = RefCell::new(None);
         let axes = chebyshev::fit_nodes(TERMS, |u| {
@@ -38,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_orbit_is_met_and_an_error_is_told() {
+    fn an_orbit_is_fitted_and_an_error_is_returned() {
         let circle = |s: f64| DVec3::new((s / 2e4).cos(), (s / 2e4).sin(), 0.0) * 4e5;
         let fitted = FittedPlace::over(3e4, |s| Ok(circle(s))).expect("a fit");
         for i in -30..=30 {

@@ -2,8 +2,8 @@
 //!
 //! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: instants at which the Sun's disc and the Moon's true silhouette touch, where on the limb, and
 //! by how much they are later than those of the mean limb. The last bead before totality goes out at C2 and the first one after it shines at C3; in an annular eclipse the
-//! last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is that of [`LimbProfile`], made anew at each contact; where the Sun
-//! shines through a valley even at the deepest, there is no C2 and no C3. Not in: refraction, the Sun's own unevenness, magnitude and obscuration, which stay those of the mean limb.
+//! last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed anew at each contact; if the Sun
+//! shines through a valley even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
 use super::local::{Place, Station};
 use super::numeric::end_of_negative;
@@ -17,8 +17,9 @@ use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// The Moon moves by a third of an arcsecond a second and its heights reach seven: contacts are looked for this far from those of the mean limb, in steps that no bead is seen for less than.
+/// Contacts are searched this far from those of the mean limb: the Moon moves by a third of an arcsecond a second, and its heights reach seven arcseconds.
 const SEARCH_S: f64 = 90.0;
+/// Step of the search; every visible bead lasts longer.
 const STEP_S: f64 = 0.25;
 
 /// A contact of the Moon's silhouette with the Sun's limb.
@@ -27,20 +28,20 @@ pub struct LimbContact {
     /// C1 to C4.
     pub name: &'static str,
     pub time: Instant,
-    /// Than the contact of the mean limb.
+    /// Seconds after the contact of the mean limb; negative if earlier.
     pub later_s: f64,
-    /// Of the place on the limb, from celestial north (ICRF) through east.
+    /// Position angle of the contact on the limb, from celestial north (ICRF) through east.
     pub position_angle_deg: f64,
-    /// Of the silhouette there, over the map's sphere.
+    /// Height of the silhouette at the contact, above the map's sphere.
     pub height_km: f64,
 }
 
 /// Which part of the silhouette defines a contact.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Touch {
-    /// Some point of it lies on the Sun: outer contacts, and those of a total eclipse.
+    /// Some point of the silhouette lies on the Sun: outer contacts, and the inner contacts of a total eclipse.
     Any,
-    /// All of it lies on the Sun: the inner contacts of an annular eclipse.
+    /// The entire silhouette lies on the Sun: the inner contacts of an annular eclipse.
     All,
 }
 
@@ -54,22 +55,22 @@ struct Silhouette<'a> {
 impl<'a> Silhouette<'a> {
     fn at(station: &'a Station<'a>, ephemeris: &Ephemeris, map: &HeightMap, s: f64) -> Result<Self, EphemerisError> {
         let (_, moon_km) = station.sun_and_moon_km(s);
-        let left = station.instant(s).plus_seconds(-moon_km.length() / SPEED_OF_LIGHT_KM_S);
-        let moon_from_icrf = ephemeris.body_from_icrf(NaifId::MOON, left)?;
+        let emitted = station.instant(s).plus_seconds(-moon_km.length() / SPEED_OF_LIGHT_KM_S);
+        let moon_from_icrf = ephemeris.body_from_icrf(NaifId::MOON, emitted)?;
         let profile = LimbProfile::seen_from(map, moon_from_icrf * -moon_km);
         Ok(Self { station, profile, icrf_from_moon: moon_from_icrf.transpose() })
     }
 
-    /// Position angles stay fixed while the Moon moves.
+    /// Direction to point `k` of the silhouette. Position angles stay fixed while the Moon moves.
     fn direction(&self, k: usize, moon_km: DVec3) -> DVec3 {
         let (distance_km, towards) = (moon_km.length(), moon_km.normalize());
         let across = self.profile.across().map(|a| self.icrf_from_moon * a).map(|a| (a - towards * a.dot(towards)).normalize());
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
-        let of_centre = (self.profile.sphere_km() + self.profile.heights_km()[k]) / distance_km;
-        (across[0] * cos + across[1] * sin) * of_centre + towards * (1.0 - of_centre * of_centre).sqrt()
+        let sin_angle = (self.profile.sphere_km() + self.profile.heights_km()[k]) / distance_km;
+        (across[0] * cos + across[1] * sin) * sin_angle + towards * (1.0 - sin_angle * sin_angle).sqrt()
     }
 
-    /// How far the silhouette's nearest, or farthest, point is outside of the Sun's disc, radians; and which it is.
+    /// How far the silhouette's nearest (or farthest) point lies outside the Sun's disc, radians, and the index of that point.
     fn outside(&self, touch: Touch, s: f64) -> (f64, usize) {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
         let sun_radius = (self.station.bodies().sun_km / sun_km.length()).min(1.0).asin();
@@ -96,15 +97,15 @@ impl<'a> Silhouette<'a> {
 }
 
 impl SolarEclipse {
-    /// Contacts by the Moon's own heights, by time; none where the mean limb has none.
+    /// Contacts of the Moon's true silhouette, by time; none if the mean limb has none.
     ///
     /// # Errors
-    /// The Moon's orientation is unknown then.
+    /// The Moon's orientation at that time is unknown.
     pub fn limb_contacts(&self, place: Place, ephemeris: &Ephemeris, map: &HeightMap) -> Result<Vec<LimbContact>, EphemerisError> {
         let station = self.geometry.station(place);
         let Some(mean) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
-        // The first instant on the way from `from_s` to `to_s` at which the sign of `outside` is `wanted`, with a profile of its own.
+        // The first instant on the way from `from_s` to `to_s` at which the sign of `outside` is `wanted`, with a silhouette computed for that instant.
         let first = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], wanted: f64| -> Result<Option<LimbContact>, EphemerisError> {
             let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
             let mut at_s = None;
@@ -126,7 +127,7 @@ impl SolarEclipse {
         // Outside is positive before C1 and after C4.
         found.extend(first("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
         if let Some((c2, c3)) = mean.inner {
-            // From within outwards: totality ends where a point lies on the Sun, annularity where one lies beside it.
+            // From the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
             let (touch, wanted) = if mean.is_annular { (Touch::All, 1.0) } else { (Touch::Any, -1.0) };
             let middle = 0.5 * (c2 + c3);
             let (begin, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));

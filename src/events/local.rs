@@ -1,7 +1,7 @@
 //! Local circumstances of an eclipse: contacts, magnitude, altitudes, limited by sunrise and sunset.
 //!
 //! In: a place and the sky of the eclipse. Out: circumstances, or none if the discs do not overlap above the horizon. Contacts are those of the mean
-//! limbs; altitudes are airless, rising and setting count the conventional refraction of 34 arcmin and the upper limb.
+//! limbs; altitudes are without refraction; rising and setting are those of the upper limb with the conventional refraction of 34 arcmin.
 
 use super::numeric::{end_of_negative, least_instant};
 use super::sky::{EarthSky, EclipseBodies};
@@ -11,25 +11,25 @@ use crate::time::Instant;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Refraction at the horizon, as almanacs have it, radians.
+/// Refraction at the horizon by the convention of almanacs, radians.
 const HORIZON_REFRACTION: f64 = 34.0 / 60.0 * PI / 180.0;
-/// Longest time from maximum to either end: a solar eclipse lasts 3.6 hours at a place at most, a lunar one 6.3, a transit 8.
+/// Longest time from maximum to either end: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 const STEP_S: f64 = 120.0;
 
 /// A place on the Earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Geodetic.
+    /// Geodetic latitude.
     pub latitude_deg: f64,
-    /// East.
+    /// East longitude.
     pub longitude_deg: f64,
-    /// Height over the ellipsoid.
+    /// Height above the ellipsoid.
     pub height_km: f64,
 }
 
 impl Place {
-    /// The place on the ground below a point of the spheroid's surface, ITRS.
+    /// The place at a point of the spheroid's surface, ITRS. `earth_km`: the spheroid's semi-axes.
     pub(super) fn of_surface_point(point_km: DVec3, earth_km: DVec3) -> Self {
         let normal = point_km / (earth_km * earth_km);
         Self {
@@ -63,21 +63,22 @@ const DISC_RADIUS: f64 = 16.0 / 60.0 * PI / 180.0;
 /// Local circumstances of an eclipse.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalCircumstances {
-    /// Whether any of it is above the horizon; if not, the rest is pure geometry.
+    /// Whether any part of the eclipse is above the horizon; if not, the other fields are purely geometric.
     pub visible: bool,
     /// C1 to C4 of a solar eclipse or transit, P1 to P4 of a lunar eclipse, by time; [`LocalContact::is_up`] marks those above the horizon.
     pub contacts: Vec<LocalContact>,
-    /// The maximum above the horizon; if none is, the geometric maximum.
+    /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
-    /// Part of the Sun's diameter that is covered then; where one disc lies within the other, the Moon's diameter over the Sun's. Of the Moon: as
-    /// seen from everywhere.
+    /// Part of the Sun's diameter that is covered at maximum; if one disc lies within the other, the Moon's diameter over the Sun's. The magnitude
+    /// of a lunar eclipse is the same everywhere.
     pub magnitude: f64,
-    /// Part of the Sun's disc that is covered then; not of the Moon.
+    /// Part of the Sun's disc that is covered at maximum; `None` for a lunar eclipse.
     pub obscuration: Option<f64>,
-    /// Between first and last contact.
+    /// Rising between first and last contact.
     pub rise: Option<Instant>,
+    /// Setting between first and last contact.
     pub set: Option<Instant>,
-    /// From second to third contact.
+    /// Seconds from second to third contact.
     pub central_s: Option<f64>,
 }
 
@@ -91,11 +92,11 @@ pub(super) struct Discs {
 }
 
 impl Discs {
-    /// Negative where the discs overlap.
+    /// Angle between the limbs, negative if the discs overlap.
     fn apart(&self) -> f64 {
         self.separation - self.sun - self.penumbral_moon
     }
-    /// Negative where one disc lies within the other.
+    /// Angle by which the discs miss internal tangency, negative if one disc lies within the other.
     pub(crate) fn outside(&self) -> f64 {
         self.separation - (self.sun - self.moon).abs()
     }
@@ -122,12 +123,14 @@ impl Discs {
     }
 }
 
-/// When the mean limbs touch, seconds.
+/// Instants at which the mean limbs touch, seconds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeanContacts {
+    /// When the separation is least.
     pub deepest: f64,
+    /// First and last contact.
     pub outer: (f64, f64),
-    /// `None` where no disc lies within the other.
+    /// Second and third contact; `None` if no disc comes to lie within the other.
     pub inner: Option<(f64, f64)>,
     pub is_annular: bool,
 }
@@ -157,7 +160,7 @@ impl<'a> Station<'a> {
         }
     }
 
-    /// From the place, GCRS.
+    /// Vectors from the place to the Sun and the Moon, GCRS.
     pub(crate) fn sun_and_moon_km(&self, s: f64) -> (DVec3, DVec3) {
         let point_km = self.sky.itrs_from_gcrs(s).transpose() * self.point_km;
         (self.sky.sun_km(s) - point_km, self.sky.near_km(s) - point_km)
@@ -185,12 +188,12 @@ impl<'a> Station<'a> {
         LocalContact { name, time: self.sky.instant(s), altitude_deg: altitude.to_degrees(), azimuth_deg: azimuth.to_degrees() }
     }
 
-    /// Of the Sun, degrees.
+    /// Altitude of the Sun, degrees.
     pub(crate) fn sun_altitude_deg(&self, s: f64) -> f64 {
         self.horizontal(self.sky.sun_km(s), s).0.to_degrees()
     }
 
-    /// When the discs are nearest to each other, looked for around `near_s`.
+    /// When the discs are nearest to each other, searched around `near_s`.
     fn deepest(&self, near_s: f64) -> f64 {
         let steps = (2.0 * SEARCH_S / STEP_S) as i32;
         let at = |i: i32| near_s - SEARCH_S + f64::from(i) * STEP_S;
@@ -199,7 +202,7 @@ impl<'a> Station<'a> {
         least_instant(at(nearest) - STEP_S, at(nearest) + STEP_S, apart)
     }
 
-    /// Second and third contact around the deepest; `None` where no disc lies within the other.
+    /// Second and third contact around the least separation; `None` if no disc comes to lie within the other.
     pub(crate) fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
         let deepest = self.deepest(near_s);
         let outside = |s: f64| self.discs(s).outside();
@@ -207,13 +210,13 @@ impl<'a> Station<'a> {
             .then(|| (end_of_negative(deepest, deepest - SEARCH_S, outside), end_of_negative(deepest, deepest + SEARCH_S, outside)))
     }
 
-    /// Whether one disc lies within the other at the deepest, which is within half an hour of `near_s`.
+    /// Whether one disc lies within the other at the least separation, which must be within half an hour of `near_s`.
     pub(crate) fn is_central_near(&self, near_s: f64) -> bool {
         let deepest = least_instant(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
         self.discs(deepest).outside() < 0.0
     }
 
-    /// Contacts of the mean limbs around the deepest, which is looked for around `near_s`; `None` where the discs never meet.
+    /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.
     pub(crate) fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
         let deepest = self.deepest(near_s);
         let apart = |s: f64| self.discs(s).apart();
@@ -224,7 +227,7 @@ impl<'a> Station<'a> {
         })
     }
 
-    /// What the place sees of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` where the discs never meet.
+    /// Circumstances at the place of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` if the discs never meet.
     pub(crate) fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
         let MeanContacts { deepest, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
         let sun = |s: f64| self.sky.sun_km(s);
@@ -234,8 +237,8 @@ impl<'a> Station<'a> {
         }
         let up = self.up_between(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();
-        // The separation increases monotonically on either side of the maximum; if that is below the horizon, the best instant is a rising or a
-        // setting.
+        // The separation increases monotonically on either side of the maximum; if the maximum is below the horizon, the best instant is a rising
+        // or a setting.
         let best = up.best(deepest, magnitude);
         Some(LocalCircumstances {
             visible: best.is_some(),
@@ -249,7 +252,7 @@ impl<'a> Station<'a> {
         })
     }
 
-    /// What the place sees of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
+    /// Circumstances at the place of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
     pub(crate) fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
         let moon = |s: f64| self.sky.near_km(s);
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
@@ -267,9 +270,9 @@ impl<'a> Station<'a> {
         }
     }
 
-    fn up_between(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> Up {
+    fn up_between(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
         let height = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION + DISC_RADIUS;
-        let mut up = Up { spans: Vec::new(), rise: None, set: None };
+        let mut up = AboveHorizon { spans: Vec::new(), rise: None, set: None };
         let mut since = (height(first) > 0.0).then_some(first);
         let mut at = first;
         while at < last {
@@ -294,15 +297,15 @@ impl<'a> Station<'a> {
     }
 }
 
-/// When a body is above the horizon, seconds.
-struct Up {
+/// The spans in which a body is above the horizon, and its first rising and setting, seconds.
+struct AboveHorizon {
     spans: Vec<(f64, f64)>,
     rise: Option<f64>,
     set: Option<f64>,
 }
 
-impl Up {
-    /// The deepest instant above the horizon.
+impl AboveHorizon {
+    /// The instant of the largest magnitude above the horizon.
     fn best(&self, deepest: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
         let nearest = self.spans.iter().map(|(from, to)| deepest.clamp(*from, *to));
         nearest.max_by(|a, b| magnitude(*a).total_cmp(&magnitude(*b)))

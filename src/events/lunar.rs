@@ -1,8 +1,8 @@
 //! Eclipses of the Moon.
 //!
-//! In: a full moon, the ephemeris, the catalog's radii. Out: type, greatest eclipse, magnitudes and contacts with the Earth's shadow. Light takes time: the
-//! light that leaves the Moon in eclipse passed the Earth 1.3 s before and came from where the Sun was seen then, which puts the shadow's axis
-//! opposite to the Sun of 2.6 s before. Almanacs take the Sun of the same moment: their instants are 0.2 s later.
+//! In: a full moon, the ephemeris, the catalog's radii. Out: type, greatest eclipse, magnitudes and contacts with the Earth's shadow. Light time is
+//! included: light seen from the Moon left it 1.3 s earlier, and had passed the Earth another 1.3 s earlier. So the axis of the shadow is opposite to
+//! the place where the Sun was seen 2.6 s earlier. Almanacs use the Sun of the same instant: their instants are 0.2 s later.
 //!
 //! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
@@ -18,10 +18,11 @@ use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::DVec3;
 
+/// The true full moon is within 15 hours of the mean full moon.
 const PHASE_S: f64 = 15.0 * 3600.0;
 /// The Moon leaves the penumbra within 3.2 hours of the greatest eclipse.
 const SHADOW_S: f64 = 4.0 * 3600.0;
-/// Danjon's enlargement of the Moon's parallax: what the air adds to the Earth's radius, less the flattening at 45 degrees.
+/// Danjon's enlargement of the Moon's parallax: the effect of the air on the Earth's radius, less the flattening at 45 degrees.
 const DANJON: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +42,7 @@ impl LunarType {
     }
 }
 
-/// How the Earth's shadow is enlarged for its air, by the radii in force.
+/// Name of the rule by which the Earth's shadow is enlarged for the air, for the radii in force.
 pub fn shadow_of(radii: EclipseRadii) -> &'static str {
     match radii {
         EclipseRadii::Iau => "geometric",
@@ -55,22 +56,22 @@ pub struct LunarEclipse {
     pub class: LunarType,
     /// When the Moon's centre is nearest to the axis of the shadow, as the Earth's centre receives the light, like the contacts.
     pub greatest: Instant,
-    /// Least distance of the Moon's centre from the axis, the Earth's equatorial radii, positive north of it.
+    /// Least distance of the Moon's centre from the axis in the Earth's equatorial radii, positive north of the axis.
     pub gamma: f64,
     /// Part of the Moon's diameter inside the umbra, and inside the penumbra; negative outside.
     pub umbral_magnitude: f64,
     pub penumbral_magnitude: f64,
     /// Where the Moon is overhead at greatest eclipse.
     pub place: Place,
-    /// P1, U1, U2, U3, U4, P4 by time: the Moon meets the penumbra, meets the umbra, is wholly inside it, and so back.
+    /// P1, U1, U2, U3, U4, P4 by time: the Moon enters the penumbra, enters the umbra, is entirely inside it, and the reverse.
     pub contacts: Vec<Contact>,
     pub saros: i64,
-    /// Number in the series, from 1 on.
+    /// Number in the Saros series, starting at 1.
     pub saros_member: Option<i64>,
     geometry: Geometry,
 }
 
-/// Times are seconds from the mean full moon.
+/// Sky and radii of one eclipse; times are seconds from the mean full moon.
 #[derive(Clone, Debug)]
 struct Geometry {
     sky: EarthSky,
@@ -78,9 +79,9 @@ struct Geometry {
     greatest_s: f64,
 }
 
-/// Where the Moon is against the shadow, km.
+/// Position of the Moon relative to the shadow, and the shadow's radii at the Moon, km.
 struct InShadow {
-    /// From the axis to the Moon's centre.
+    /// Vector from the axis to the Moon's centre.
     aside: DVec3,
     umbra_km: f64,
     penumbra_km: f64,
@@ -99,7 +100,7 @@ impl Geometry {
         let along = -sun_km / distance_km;
         let behind_km = moon_km.dot(along);
         let (earth_km, sun_radius_km) = (self.bodies.earth_km.x, self.bodies.sun_km);
-        // Radius of a cone with this half angle where the Moon is.
+        // Radius of a cone with this half angle at the Moon's distance.
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
             (earth_km + sign * behind_km * sin_half) / cos_half
@@ -134,7 +135,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     if penumbral_magnitude <= 0.0 {
         return Ok(None);
     }
-    // Where the part of the diameter inside a shadow passes `part`.
+    // Adds the instants at which the part of the diameter inside a shadow passes `part`.
     let mut contacts = Vec::new();
     let mut add = |first, last, magnitude: &dyn Fn(f64) -> f64, part: f64| {
         let outside = |s: f64| part - magnitude(s);
@@ -172,12 +173,12 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
 }
 
 impl LunarEclipse {
-    /// From one contact to another, such as U1 to U4 for the partial and U2 to U3 for the total phase.
+    /// Seconds from one contact to another, such as U1 to U4 for the partial and U2 to U3 for the total phase.
     pub fn duration_s(&self, first: &str, last: &str) -> Option<f64> {
         seconds_between(&self.contacts, first, last)
     }
 
-    /// What a place sees of it.
+    /// Local circumstances at a place.
     pub fn seen_from(&self, place: Place) -> LocalCircumstances {
         let station = Station::new(&self.geometry.sky, self.geometry.bodies, place);
         let past = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();

@@ -1,6 +1,6 @@
 //! Mean new and full moons, and the Saros series that they belong to.
 //!
-//! In: instants and numbers of lunations. Out: mean phases within 15 hours of the true ones, and numbers of series. Lunation 0 is the new moon of
+//! In: instants and numbers of lunations. Out: mean phases within 15 hours of the true phases, and numbers of series. Lunation 0 is the new moon of
 //! 2000-01-06 (Meeus 1998, Astronomical Algorithms, chapter 49). Not here: the true phases.
 
 use crate::time::Instant;
@@ -21,12 +21,12 @@ pub(super) enum Phase {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Syzygy {
     pub phase: Phase,
-    /// Of the lunation that contains it.
+    /// Number of the lunation that contains it.
     pub lunation: i64,
 }
 
 impl Syzygy {
-    /// The last one whose mean instant is not after `t`.
+    /// The last syzygy whose mean instant is not after `t`.
     pub(crate) fn before(phase: Phase, t: Instant) -> Self {
         let part = if phase == Phase::New { 0.0 } else { 0.5 };
         let lunation = ((t.jd_tt() - FIRST_JD_TT) / SYNODIC_MONTH_DAYS - part).floor() as i64;
@@ -57,9 +57,10 @@ impl Syzygy {
 
     /// Number of the Saros series, as van den Bergh counts them (Periodicity and Variation of Solar (and Lunar) Eclipses, 1955).
     ///
-    /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223, for
-    /// 38 times 358 is 1 modulo 223. Anchors: the solar eclipse of 2024-04-08 is of series 139, the lunar one of 2022-11-08 of 136 (Espenak and Meeus
-    /// 2006). Of the numbers that agree modulo 223 the answer is nearest to the series that are in their middle at that time.
+    /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223,
+    /// because 38 times 358 is 1 modulo 223. Anchors: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
+    /// (Espenak and Meeus 2006). Of the numbers that agree modulo 223, the result is the one nearest to the series that are then in the middle of
+    /// their lives.
     pub(crate) fn saros(self) -> i64 {
         let (anchor, number, middle) = match self.phase {
             Phase::New => (300, 139, 137),
@@ -77,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn series_are_those_of_the_canons() {
+    fn series_numbers_agree_with_the_canons() {
         // Espenak and Meeus, Five Millennium Canons: (an instant two days before the eclipse, phase, series).
         for (before, phase, series) in [
             ("2017-08-20", Phase::New, 145),
@@ -103,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn a_series_goes_on_after_eighteen_years_and_the_next_begins_after_twenty_nine() {
+    fn a_saros_later_is_the_same_series_and_an_inex_later_the_next() {
         for phase in [Phase::New, Phase::Full] {
             for lunation in (-20_000..14_000).step_by(97) {
                 let at = Syzygy { phase, lunation };

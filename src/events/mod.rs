@@ -1,8 +1,8 @@
 //! Events: eclipses of the Sun and the Moon, transits of Mercury and Venus, and phenomena of the Galilean moons and Titan.
 //!
-//! In: catalog, ephemeris, a span of time. Out: events by time, with their instants as the Earth's centre receives the light, and what a place sees of
-//! them. The geometry is that of the shaders: bodies stand where the light passed them, radii are the catalog's, of the convention in force. Nothing is
-//! drawn here and no file is read.
+//! In: catalog, ephemeris, a span of time. Out: events by time, with their instants as the Earth's centre receives the light, and their local
+//! circumstances. The geometry is that of the shaders: bodies are where the light passed them, radii are the catalog's, by the convention in force.
+//! Nothing is drawn here and no file is read.
 
 mod cone;
 mod contacts;
@@ -36,17 +36,17 @@ use lunation::{Phase, Syzygy};
 use series::SeriesStarts;
 use sky::EclipseBodies;
 
-/// Eclipses of the Sun that are greatest from `from` to before `to`.
+/// Eclipses of the Sun whose greatest phase is in `from..to`.
 ///
 /// # Errors
-/// The catalog lacks a body, or the theories do not reach the span.
+/// The catalog lacks a body, or the theories do not cover the span.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
     let bodies = EclipseBodies::of(catalog)?;
     let at = |new_moon| solar::at(ephemeris, bodies, new_moon);
     at_phases(Phase::New, from, to, |e: &SolarEclipse| e.greatest, at, |e, member| e.saros_member = member)
 }
 
-/// Eclipses of the Moon that are greatest from `from` to before `to`.
+/// Eclipses of the Moon whose greatest phase is in `from..to`.
 ///
 /// # Errors
 /// As [`solar_eclipses`].
@@ -56,6 +56,7 @@ pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
     at_phases(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, at, |e, member| e.saros_member = member)
 }
 
+/// The eclipses that `at` finds at the syzygies of a phase, with their numbers in the Saros series.
 fn at_phases<E>(
     phase: Phase,
     from: Instant,
@@ -66,12 +67,12 @@ fn at_phases<E>(
 ) -> Result<Vec<E>, EphemerisError> {
     let mut found = Vec::new();
     let mut starts = SeriesStarts::default();
-    // A day covers the distance between mean and true phase.
+    // Mean and true phase differ by less than a day.
     const MARGIN_S: f64 = 86_400.0;
     let mut syzygy = Syzygy::before(phase, from.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < to.plus_seconds(MARGIN_S) {
         if let Some(mut eclipse) = at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))) {
-            // A series that began before the theories do has no known start.
+            // The start of a series that began before the theories' span is unknown.
             set_member(&mut eclipse, starts.member(syzygy, |earlier| at(earlier).map(|e| e.is_some())).ok());
             found.push(eclipse);
         }

@@ -1,9 +1,9 @@
 //! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
 //! In: a span of time. Out: events as the Earth's centre sees them. The geometry is that of planes that touch the planet's spheroid and the source: the
-//! Earth as a point for transits and occultations, the Sun's disc for shadows and eclipses. Light takes time between Sun, moon, planet and Earth. An event
-//! is listed though another may hide it, such as the end of an eclipse behind the planet. The theories of the moons limit the instants: 30 s for
-//! the Galilean ones. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
+//! Earth as a point for transits and occultations, the Sun's disc for shadows and eclipses. Light time between Sun, moon, planet and Earth is included. An
+//! event is listed even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants:
+//! 30 s for the Galilean moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPlace;
@@ -21,7 +21,7 @@ const STEPS_PER_ORBIT: f64 = 16.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoonEventType {
-    /// The moon before the planet.
+    /// The moon in front of the planet.
     Transit,
     /// The moon behind the planet.
     Occultation,
@@ -53,18 +53,19 @@ pub struct MoonEvent {
     pub class: MoonEventType,
     pub moon: NaifId,
     pub planet: NaifId,
-    /// The other moon, of mutual events.
+    /// The other moon of a mutual event.
     pub by: Option<NaifId>,
-    /// The moon, or its shadow, is nearest to the middle of the planet, or of the shadow that it is in; the centres of two moons are nearest.
+    /// When the moon or its shadow is nearest to the middle of the planet, or the moon to the middle of the shadow around it. In mutual events,
+    /// when the centres of the two moons are nearest.
     pub greatest: Instant,
-    /// By time. `begin` and `end`: the moon's centre passes the planet's edge, seen from the Earth or from the Sun's centre. I, II, III, IV: the limbs
-    /// touch, in transits and occultations. P1 and P4: the penumbra touches and leaves; U2 and U3: the moon is wholly inside the umbra. U1 and U4: umbra or
-    /// antumbra of another moon touches and leaves.
+    /// Contacts by time. `begin` and `end`: the moon's centre passes the planet's edge, seen from the Earth or from the Sun's centre. I, II, III, IV: the
+    /// limbs touch, in transits and occultations. P1 and P4: the penumbra touches and leaves; U2 and U3: the moon is entirely inside the umbra. U1 and U4:
+    /// umbra or antumbra of another moon touches and leaves.
     pub contacts: Vec<Contact>,
 }
 
 impl MoonEvent {
-    /// From `begin` to `end`; of mutual events from the first to the last contact.
+    /// Seconds from `begin` to `end`; in mutual events from the first to the last contact.
     pub(crate) fn duration_s(&self) -> Option<f64> {
         let between = |first, last| seconds_between(&self.contacts, first, last);
         between("begin", "end")
@@ -73,10 +74,10 @@ impl MoonEvent {
     }
 }
 
-/// Events that are greatest from `from` to before `to`, moon by moon.
+/// Events whose greatest phase is in `from..to`, moon by moon. Moons that the catalog lacks are left out.
 ///
 /// # Errors
-/// The theories do not reach the span. Moons that the catalog lacks are left out.
+/// The theories do not cover the span.
 pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<MoonEvent>, EphemerisError> {
     let mut found = Vec::new();
     let Some(sun) = catalog.body(NaifId::SUN) else { return Ok(found) };
@@ -106,7 +107,7 @@ impl Pair<'_> {
         Ok((state.pos_km, state.vel_km_s))
     }
 
-    /// When the moon passes the line from the planet to a body, by the planet's clock to some seconds, and whether before the planet.
+    /// When the moon crosses the line from the planet to a body, as time at the planet to some seconds, and whether it is in front of the planet.
     fn conjunctions(&self, source: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
         let system = NaifId(self.planet.id.0 / 100);
         let sides = |t: Instant| -> Result<(f64, f64), EphemerisError> {
@@ -115,7 +116,7 @@ impl Pair<'_> {
             let aside = pos_km.cross(vel_km_s).cross(towards);
             Ok((pos_km.dot(aside) / aside.length(), pos_km.dot(towards)))
         };
-        // Light from the planet is on its way for less than two hours.
+        // Light from the planet takes less than two hours.
         const LIGHT_S: f64 = 7200.0;
         let (pos_km, vel_km_s) = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;
@@ -126,7 +127,7 @@ impl Pair<'_> {
             let next = at.plus_seconds(step_s);
             let there = sides(next)?.0;
             if (here < 0.0) != (there < 0.0) {
-                // Secants: the sideways place is nearly a straight line here.
+                // Secant method: the sideways offset is nearly linear in time here.
                 let (mut a, mut fa, mut b, mut fb) = (0.0, here, step_s, there);
                 for _ in 0..4 {
                     let s = a - fa * (b - a) / (fb - fa);
@@ -146,27 +147,27 @@ impl Pair<'_> {
     }
 }
 
-/// A moon, its planet and what shines or looks on both, around a conjunction. Times are seconds from the middle by the planet's clock; vectors are from
-/// the planet's centre, km, ICRF axes.
+/// A moon, its planet and the source (the Sun, or the Earth as observer) around a conjunction. Times are seconds from the middle, at the planet; vectors
+/// are from the planet's centre, km, ICRF axes.
 struct Passage {
     source: NaifId,
     middle: Instant,
     half_s: f64,
     moon: FittedPlace,
-    /// To the Earth that receives the light, or to the Sun that sent it.
+    /// Vector to the Earth when it receives the light, or to the Sun when it sent the light.
     to_source: FittedPlace,
-    /// Barycentric.
+    /// Barycentric velocity of the planet.
     planet_velocity_km_s: DVec3,
     pole: DVec3,
 }
 
-/// Which planes bound the region: those through the source's centre, or those that leave its disc on the planet's side or on the other.
+/// The planes that bound a region. They touch the planet, and pass through the source's centre or touch its disc on the same or the opposite side.
 #[derive(Clone, Copy)]
 enum Edge {
     Centre,
-    /// Of the umbra, and of the lines between planet and Sun.
+    /// External tangent planes: of the umbra, and of the region of all lines between planet and Sun.
     Outer,
-    /// Of the penumbra.
+    /// Internal tangent planes: of the penumbra.
     Crossed,
 }
 
@@ -183,7 +184,8 @@ impl Passage {
         Ok(Self { source, middle, half_s, moon, to_source, planet_velocity_km_s, pole })
     }
 
-    /// The moon where the light passes it that meets or leaves the planet's centre at `s`, seconds by which that is later, and the way to the source.
+    /// For light that reaches or leaves the planet's centre at `s`: the moon's position when the light passes it, how many seconds later that is,
+    /// and the vector to the source.
     fn places(&self, s: f64) -> (DVec3, f64, DVec3) {
         let to_source = self.to_source.at(s);
         let along_km = self.moon.at(s).dot(to_source.normalize_or_zero());
@@ -192,7 +194,7 @@ impl Passage {
         (self.moon.at(s + later_s) + self.planet_velocity_km_s * later_s, later_s, to_source)
     }
 
-    /// How far the moon's centre is outside the region, km.
+    /// How far the moon's centre lies outside the region, km.
     fn outside_km(&self, pair: &Pair<'_>, s: f64, edge: Edge) -> f64 {
         let (moon_km, _, to_source) = self.places(s);
         let distance_km = to_source.length();
@@ -208,7 +210,7 @@ impl Passage {
         let other = towards.cross(aside);
         let beyond = |angle: f64| {
             let across = aside * angle.cos() + other * angle.sin();
-            // The plane's normal leans so that it touches both planet and source.
+            // The normal is tilted so that the plane touches both planet and source.
             let lean = (reach_km(across) + radius_km) / distance_km;
             let normal = across * (1.0 - lean * lean).max(0.0).sqrt() + towards * lean;
             moon_km.dot(normal) - reach_km(normal)
@@ -216,7 +218,7 @@ impl Passage {
         beyond(least(-0.3, 0.3, 1e-5, |angle| -beyond(angle)))
     }
 
-    /// When the Earth's centre sees what happens at `s`: at the moon, or at the planet.
+    /// When the Earth's centre sees what happens at `s`: for an eclipse at the moon, else at the planet.
     fn seen(&self, pair: &Pair<'_>, class: MoonEventType, s: f64) -> Result<Instant, EphemerisError> {
         let (moon_km, later_s, _) = self.places(s);
         let at = self.middle.plus_seconds(s);
@@ -264,7 +266,8 @@ impl Passage {
     }
 }
 
-/// From a planet at `t` to the Earth that receives its light, or to the Sun whose light meets it: km, ICRF axes.
+/// Vector from a planet at `t` to the Earth when it receives the planet's light, or to the Sun when it sent the light that arrives at `t`: km, ICRF
+/// axes.
 pub(super) fn way_to(ephemeris: &Ephemeris, planet: NaifId, source: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
     let barycentric_km = |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km);
     let planet_km = barycentric_km(planet, t)?;

@@ -1,8 +1,8 @@
 //! Mutual phenomena of the Galilean moons: occultations and eclipses of one by another, in the seasons when the Earth or the Sun is in the plane of their
 //! orbits.
 //!
-//! In: a span of time. Out: events as the Earth's centre sees them. Light takes time between Sun, both moons and the Earth; moons are spheres. The theory
-//! of the moons limits the instants to 30 s and grazing events to certainly or not. Listed though Jupiter may hide them.
+//! In: a span of time. Out: events as the Earth's centre sees them. Light time between Sun, both moons and the Earth is included; moons are spheres. The
+//! theory of the moons limits the accuracy of instants to 30 s, so that grazing events are uncertain. Events that Jupiter hides are listed too.
 
 use super::contacts::sort_by_time;
 use super::fitted::FittedPlace;
@@ -15,30 +15,30 @@ use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 
 const JUPITER: NaifId = NaifId(599);
-/// Between samples: two moons pass each other with 30 km/s at most.
+/// Time between samples: two moons pass each other at 30 km/s at most.
 const STEP_S: f64 = 600.0;
-/// Two moons whose centres are farther apart at the sample nearest to their passage do not meet.
+/// Two moons do not meet if their centres are farther apart than this at the sample nearest to their passage.
 const NEAR_KM: f64 = 40_000.0;
-/// Two moons in a line with the Sun or the Earth are 249 000 km apart in depth or more (Io and Europa), so they miss each other where that stands
-/// higher over their orbits: the sine of 4 degrees, of which the orbits' own inclinations take up to one.
+/// Two moons in a line with the Sun or the Earth are 249 000 km apart in depth or more (Io and Europa), so they miss each other if the Sun or the
+/// Earth is higher above their orbits than this: the sine of 4 degrees, of which the orbits' own inclinations take up to one.
 const SEASON_SINE: f64 = 0.07;
-/// The slowest passages, near the greatest elongation, take some hours.
+/// Half of the fitted span: the slowest passages, near the greatest elongation, take some hours.
 const HALF_S: f64 = 4.0 * 3600.0;
 
-/// Events that are greatest from `from` to before `to`.
+/// Events whose greatest phase is in `from..to`. Moons that the catalog lacks are left out.
 ///
 /// # Errors
-/// The theories do not reach the span. Moons that the catalog lacks are left out.
+/// The theories do not cover the span.
 pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<MoonEvent>, EphemerisError> {
     let moons: Vec<&Body> = GALILEAN.iter().filter_map(|id| catalog.body(*id)).filter(|b| b.parent == Some(JUPITER)).collect();
     let mut found = Vec::new();
     let Some(sun) = catalog.body(NaifId::SUN) else { return Ok(found) };
     let pairs: Vec<(usize, usize)> = (0..moons.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
-    // Light from Jupiter is on its way for less than an hour.
+    // Light from Jupiter takes less than an hour.
     let start = from.plus_seconds(-3600.0 - 2.0 * STEP_S);
     for source in [NaifId::EARTH, NaifId::SUN] {
         let mut at = start;
-        // Distances of the pairs across the line of sight at the last two samples.
+        // Distances of the pairs perpendicular to the line of sight at the last two samples.
         let mut earlier: Option<Vec<f64>> = None;
         let mut before: Option<Vec<f64>> = None;
         while at < to.plus_seconds(2.0 * STEP_S) {
@@ -67,7 +67,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     Ok(found)
 }
 
-/// Two moons around their conjunction. Times are seconds from the middle by the clock of the farther moon; vectors are from Jupiter's centre, km.
+/// Two moons around their conjunction. Times are seconds from the middle, at the farther moon; vectors are from Jupiter's centre, km.
 struct Passage<'a> {
     near: &'a Body,
     far: &'a Body,
@@ -80,7 +80,7 @@ struct Passage<'a> {
     middle: Instant,
 }
 
-/// The nearer moon against the line from the farther moon's centre to the source, km.
+/// Position of the nearer moon relative to the line from the farther moon's centre to the source, km.
 struct Offset {
     aside_km: f64,
     depth_km: f64,
@@ -90,10 +90,10 @@ struct Offset {
 /// The region behind the nearer moon.
 #[derive(Clone, Copy)]
 enum Region {
-    /// From the Earth.
+    /// Hidden from the Earth.
     Hidden,
     Penumbra,
-    /// Or behind its tip the antumbra.
+    /// The umbra, or the antumbra beyond its tip.
     Umbra,
 }
 
@@ -121,18 +121,18 @@ impl<'a> Passage<'a> {
         let to_source = self.to_source.at(s) - far_km;
         let source_km = to_source.length();
         let towards = to_source / source_km;
-        // Light goes from the farther moon over the nearer one to the Earth, and from the Sun over the nearer one to the farther.
+        // Light goes from the farther moon past the nearer one to the Earth, and from the Sun past the nearer one to the farther.
         let depth_km = (self.near_km.at(s) - far_km).dot(towards);
         let later_s = if self.source == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
         let near_km = self.near_km.at(s + later_s) + self.planet_velocity_km_s * later_s - far_km;
         Offset { aside_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), source_km }
     }
 
-    /// How far the farther moon is outside a region behind the nearer one.
+    /// Distance of the farther moon from a region behind the nearer one, negative if it touches the region.
     fn outside_km(&self, s: f64, region: Region) -> f64 {
         let at = self.offset(s);
         let (near_km, far_km) = (self.near.radii_km.x, self.far.radii_km.x);
-        // The source is this far from the nearer moon, whose shadow widens or narrows with depth.
+        // Distance of the source from the nearer moon, whose shadow widens or narrows with depth.
         let beyond_km = at.source_km - at.depth_km;
         let radius_km = match region {
             Region::Hidden => near_km * at.source_km / beyond_km,

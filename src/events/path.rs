@@ -1,30 +1,30 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places at equal steps of time. A limit is where the umbra's edge touches a place and turns back, so it follows from the
-//! deepest moment of each place, on a line across the path. Not here: the limits beyond the ends of the centre line, where the shadow leaves the
-//! ground sideways.
+//! In: a solar eclipse. Out: places at equal steps of time. A limit is where the umbra's edge just touches a place, so it follows from
+//! the greatest phase of the places on a line across the path. Not here: the limits beyond the ends of the centre line, where only one side of the
+//! shadow meets the ground.
 
 use super::local::Place;
 use super::solar::SolarEclipse;
 use crate::time::Instant;
 use std::f64::consts::FRAC_PI_2;
 
-/// Points of the centre line.
+/// Steps along the centre line.
 const POINTS: i32 = 120;
-/// Farthest that a limit is looked for from the centre line, degrees of arc: antumbrae that graze the ground are over 1000 km wide.
+/// Largest distance from the centre line at which a limit is searched, degrees of arc: antumbrae that graze the ground are over 1000 km wide.
 const WIDEST_DEG: f64 = 20.0;
 
-/// A path on the ground, from west to east as the shadow goes.
+/// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
 pub struct EclipsePath {
     pub centre_line: Vec<(Instant, Place)>,
-    /// North and south of the centre line; a point is missing where the ground ends before the umbra.
+    /// North and south of the centre line; a point is missing where the umbra extends beyond the sunlit ground.
     pub northern_limit: Vec<Place>,
     pub southern_limit: Vec<Place>,
 }
 
 impl SolarEclipse {
-    /// `None` where the axis of the shadow misses the ground.
+    /// The path of the eclipse; `None` if the axis of the shadow misses the ground.
     pub fn path(&self) -> Option<EclipsePath> {
         let geometry = &self.geometry;
         let (from, to) = geometry.central_span()?;
@@ -40,7 +40,7 @@ impl SolarEclipse {
                 (false, _, Some(behind)) => bearing_rad(behind, centre),
                 _ => continue,
             };
-            // To the left of the shadow's way, which is north unless the path goes westward over a pole.
+            // To the left of the shadow's motion, which is north unless the path goes westward over a pole.
             path.northern_limit.extend(self.limit(s, centre, heading_rad - FRAC_PI_2));
             path.southern_limit.extend(self.limit(s, centre, heading_rad + FRAC_PI_2));
         }
@@ -88,7 +88,7 @@ fn moved(from: Place, bearing_rad: f64, distance_deg: f64) -> Place {
     Place { latitude_deg: sine.asin().to_degrees(), longitude_deg, height_km: 0.0 }
 }
 
-/// A line of places as (longitude, latitude), cut where it crosses the date line, as GeoJSON wants it (RFC 7946, section 3.1.9).
+/// A line of places as (longitude, latitude), cut where it crosses the date line, as GeoJSON requires (RFC 7946, section 3.1.9).
 pub fn cut_at_date_line(places: &[Place]) -> Vec<Vec<[f64; 2]>> {
     let mut parts: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
     for pair in places
@@ -99,7 +99,7 @@ pub fn cut_at_date_line(places: &[Place]) -> Vec<Vec<[f64; 2]>> {
         let (before, at) = pair;
         if let Some(before) = before.filter(|b| (b[0] - at[0]).abs() > 180.0) {
             let edge = 180.0_f64.copysign(before[0]);
-            // Degrees of longitude to the date line, and over it in all.
+            // Degrees of longitude from the earlier place to the date line, and to the later place.
             let (first, all) = ((edge - before[0]).abs(), 360.0 - (before[0] - at[0]).abs());
             let latitude = before[1] + (at[1] - before[1]) * if all > 0.0 { first / all } else { 0.0 };
             parts.last_mut().into_iter().for_each(|part| part.push([edge, latitude]));

@@ -1,7 +1,7 @@
 //! The place of an eclipse in its Saros series.
 //!
-//! In: an eclipse, and a function that tells whether there is one at another phase of the same series. Out: its number, starting at 1. A series begins with
-//! the first eclipse by the radii in force: a smaller shadow may begin it later.
+//! In: an eclipse, and a function that reports whether there is an eclipse at another phase of the same series. Out: its number, starting at 1. A series
+//! begins with the first eclipse by the radii in force: with a smaller shadow it may begin later.
 
 use super::lunation::Syzygy;
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use std::collections::HashMap;
 /// Lunations from one eclipse of a series to the next.
 const SAROS_LUNATIONS: i64 = 223;
 /// More than the number of eclipses of any series.
-const MOST: i64 = 100;
+const MAX_MEMBERS: i64 = 100;
 
 /// Cache of the first lunations of series.
 #[derive(Debug, Default)]
@@ -21,13 +21,13 @@ impl SeriesStarts {
     /// Number of the eclipse at `syzygy` in its series. The eclipses of a series follow each other without a gap, so bisection finds the first.
     ///
     /// # Errors
-    /// That of `exists`.
+    /// The error of `exists`.
     pub(crate) fn member<E>(&mut self, syzygy: Syzygy, exists: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
         let series = syzygy.saros();
         let first = match self.first.get(&series) {
             Some(first) => *first,
             None => {
-                let (mut before, mut too_many) = (0, MOST);
+                let (mut before, mut too_many) = (0, MAX_MEMBERS);
                 while too_many - before > 1 {
                     let middle = (before + too_many) / 2;
                     if exists(Syzygy { lunation: syzygy.lunation - SAROS_LUNATIONS * middle, ..syzygy })? {
@@ -54,17 +54,17 @@ mod tests {
     #[test]
     fn members_are_counted_from_the_first() {
         let at = |lunation| Syzygy { phase: Phase::New, lunation };
-        let asked = Cell::new(0);
+        let calls = Cell::new(0);
         let exists = |s: Syzygy| {
-            asked.set(asked.get() + 1);
+            calls.set(calls.get() + 1);
             Ok::<_, ()>(s.lunation >= 300 - 29 * SAROS_LUNATIONS)
         };
         let mut starts = SeriesStarts::default();
         assert_eq!(starts.member(at(300), exists), Ok(30));
-        let once = asked.get();
+        let once = calls.get();
         assert!(once < 9);
         assert_eq!(starts.member(at(300 + SAROS_LUNATIONS), exists), Ok(31));
-        assert_eq!(asked.get(), once, "the series is known");
+        assert_eq!(calls.get(), once, "the series is known");
         assert_eq!(SeriesStarts::default().member(at(300), |_| Err::<bool, _>("too early")), Err("too early"));
     }
 }

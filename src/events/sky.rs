@@ -1,9 +1,9 @@
-//! The Sun, and the Moon or a planet beside it, as the Earth's centre sees them for some hours.
+//! Apparent places of the Sun, and of the Moon or a planet near it, from the Earth's centre over some hours.
 //!
-//! In: the ephemeris and an instant. Out: apparent places by Chebyshev polynomials, exact to under a metre, so that contacts cost no ephemeris. Light time
-//! is in, and so is the aberration of the Earth's motion: in the Earth's own frame the light that passes the Moon meets the ground where the straight
-//! line says, to the 20 metres that the Moon moves while light crosses the Earth. The shader's receiver has the same frame. Not in: bending of light,
-//! refraction.
+//! In: the ephemeris and an instant. Out: apparent places by Chebyshev polynomials, accurate to under a metre, so that contacts are found without the
+//! ephemeris. Light time and the aberration of the Earth's motion are included: in the Earth's own frame, light that passes the Moon meets the ground on
+//! a straight line, except for the 20 metres that the Moon moves while light crosses the Earth. The eclipse shaders use the same frame. Not included:
+//! bending of light, refraction.
 
 use super::fitted::FittedPlace;
 use crate::catalog::{Catalog, EclipseRadii, NaifId};
@@ -18,7 +18,7 @@ const EARTH_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 /// The apparent position of a body from the Earth's centre at `t`: km, ICRF axes.
 ///
 /// # Errors
-/// The theories do not reach `t`.
+/// The theories do not cover `t`.
 pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
     let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
     let offset_km = ephemeris.light_time_position(body, earth.pos_km, t)?.0 - earth.pos_km;
@@ -26,7 +26,7 @@ pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant
     Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
 }
 
-/// Radii of the three bodies of an eclipse, km: the catalog's. In a transit the planet is in the Moon's place.
+/// Radii of the three bodies of an eclipse, km, from the catalog. In a transit the planet takes the Moon's place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EclipseBodies {
     pub sun_km: f64,
@@ -39,6 +39,8 @@ pub(super) struct EclipseBodies {
 }
 
 impl EclipseBodies {
+    /// The radii of a catalog.
+    ///
     /// # Errors
     /// The catalog lacks one of the bodies.
     pub(crate) fn of(catalog: &Catalog) -> Result<Self, EphemerisError> {
@@ -57,7 +59,7 @@ impl EclipseBodies {
     }
 }
 
-/// Times are seconds from the middle.
+/// Fitted places of the Sun and the nearer body. Times are seconds from the middle.
 #[derive(Clone, Debug)]
 pub(super) struct EarthSky {
     middle: Instant,
@@ -67,10 +69,10 @@ pub(super) struct EarthSky {
 }
 
 impl EarthSky {
-    /// `half_s` before and after `middle`, a day at most of the Moon. `near`: the Moon, or a planet that passes before the Sun.
+    /// The sky from `half_s` before to `half_s` after `middle`; for the Moon a day at most. `near`: the Moon, or a planet that passes in front of the Sun.
     ///
     /// # Errors
-    /// The theories do not reach so far.
+    /// The theories do not cover the span.
     pub(crate) fn around(ephemeris: &Ephemeris, near: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
         let fit = |body| FittedPlace::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {

@@ -14,10 +14,10 @@ use crate::catalog::NaifId;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 
-/// The true new moon is nearer to the mean one than 15 hours, and the penumbra leaves the Earth within 4 hours of the greatest eclipse.
+/// The true new moon is within 15 hours of the mean new moon, and the penumbra leaves the Earth within 4 hours of the greatest eclipse.
 const PHASE_S: f64 = 15.0 * 3600.0;
 const SHADOW_S: f64 = 4.0 * 3600.0;
-/// Places along the centre line at which umbra and antumbra are told apart.
+/// Number of places along the centre line that are tested for umbra or antumbra.
 const LINE_SAMPLES: i32 = 24;
 
 /// The type of a solar eclipse: what is seen at the place of greatest eclipse.
@@ -47,16 +47,16 @@ pub struct SolarEclipse {
     pub class: SolarType,
     /// Whether the axis of the shadow meets the ground.
     pub central: bool,
-    /// Instant of greatest eclipse, when the light reaches the Earth's centre; the contacts likewise.
+    /// Instant of greatest eclipse, when the light reaches the Earth's centre; contacts are given in the same way.
     pub greatest: Instant,
-    /// Least distance of the axis from the Earth's centre, equatorial radii, positive north of it.
+    /// Least distance of the axis from the Earth's centre in equatorial radii, positive if the axis passes north of it.
     pub gamma: f64,
-    /// At the place of greatest eclipse: part of the Sun's diameter that is covered; where one disc lies within the other, the ratio of diameters.
+    /// At the place of greatest eclipse: part of the Sun's diameter that is covered; if one disc lies within the other, the ratio of diameters.
     pub magnitude: f64,
     /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
     pub place: Place,
     pub sun_altitude_deg: f64,
-    /// Duration of totality or annularity there.
+    /// Duration of totality or annularity at that place.
     pub duration_s: Option<f64>,
     /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: umbra or antumbra.
     pub contacts: Vec<Contact>,
@@ -96,7 +96,7 @@ impl Geometry {
         Some(Place::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_km))
     }
 
-    /// The place nearest to the axis where that misses the ground.
+    /// The place nearest to the axis if the axis misses the ground.
     fn nearest_place(&self, s: f64) -> Place {
         let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_km(s)).gap_km(&self.earth());
         Place::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().farthest_km(-towards_earth), self.bodies.earth_km)
@@ -106,7 +106,7 @@ impl Geometry {
         Station::new(&self.sky, self.bodies, place)
     }
 
-    /// When the axis meets and leaves the ground; `None` where it misses.
+    /// When the axis meets and leaves the ground; `None` if it misses the ground.
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
         let misses = |s: f64| -earth.depth_of_line(self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)).0);
@@ -121,8 +121,9 @@ impl Geometry {
         discs.moon > discs.sun
     }
 
+    /// The type of a central eclipse, from samples of the centre line.
     fn class_of_line(&self, (from, to): (f64, f64)) -> SolarType {
-        // Slightly inside, where the line surely meets the ground.
+        // Slightly inside the span, where the axis certainly meets the ground.
         let margin = 1e-4 * (to - from);
         let at = |i: i32| from + margin + (to - from - 2.0 * margin) * f64::from(i) / f64::from(LINE_SAMPLES);
         let total: Vec<bool> = (0..=LINE_SAMPLES).filter_map(|i| self.centre(at(i)).map(|place| self.is_total(at(i), place))).collect();
@@ -141,7 +142,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
         return Ok(None);
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_S + SHADOW_S)?;
-    // The axis as a vector from the Earth's centre to its nearest point.
+    // Vector from the Earth's centre to the nearest point of the axis.
     let foot_km = |s: f64| {
         let (moon_km, (to_sun, _)) = (sky.near_km(s), axis(sky.sun_km(s), sky.near_km(s)));
         moon_km - to_sun * moon_km.dot(to_sun)

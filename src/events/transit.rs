@@ -1,7 +1,7 @@
 //! Transits of Mercury and Venus across the Sun.
 //!
-//! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs, as the Earth's centre sees them and from places. The
-//! planet is where the light passed it, the Sun where the light left. Not here: the black drop.
+//! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs, as seen from the Earth's centre and from places on
+//! the ground. The planet's position is that where the light passed it, the Sun's that where the light left it. Not here: the black drop.
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{LocalCircumstances, Place, Station};
@@ -16,9 +16,9 @@ use crate::units::RAD_PER_ARCSEC;
 const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
 /// Time between samples of the elongation, less than an inferior conjunction of either planet takes (more than a week).
 const STEP_S: f64 = 2.0 * 86_400.0;
-/// Within a step of a transit the planet is nearer to the Sun than this, radians: 1.9 degrees a day are the most.
-const NEAR: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// Longest duration of a transit: 8 hours.
+/// Within a step of a transit the planet is nearer to the Sun than this, radians: it moves by at most 1.9 degrees a day.
+const NEAR_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// Half of the fitted span. The longest transits take 8 hours.
 const HALF_S: f64 = 6.0 * 3600.0;
 
 /// A transit of an inner planet.
@@ -30,30 +30,30 @@ pub struct Transit {
     pub separation_arcsec: f64,
     /// Distance of the centres over the Sun's radius, positive where the planet passes north of the Sun's centre (celestial north).
     pub gamma: f64,
-    /// The planet's diameter over the Sun's; less where the planet is not wholly before the Sun.
+    /// The planet's diameter over the Sun's; less if the planet is never entirely in front of the Sun.
     pub magnitude: f64,
-    /// I to IV; II and III are missing where the planet is never wholly before the Sun.
+    /// I to IV; II and III are missing if the planet is never entirely in front of the Sun.
     pub contacts: Vec<Contact>,
     passage: Passage,
     greatest_s: f64,
 }
 
 impl Transit {
-    /// From first to fourth contact.
+    /// Seconds from first to fourth contact.
     pub(crate) fn duration_s(&self) -> Option<f64> {
         seconds_between(&self.contacts, "I", "IV")
     }
 
-    /// What a place sees of it; `None` where the planet misses the Sun.
+    /// Local circumstances at a place; `None` if the planet misses the Sun.
     pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
         Station::new(&self.passage.sky, self.passage.bodies, place).solar(self.greatest_s)
     }
 }
 
-/// Transits that are greatest from `from` to before `to`, planet by planet.
+/// Transits whose greatest phase is in `from..to`, planet by planet.
 ///
 /// # Errors
-/// The catalog lacks a body, or the theories do not reach the span.
+/// The catalog lacks a body, or the theories do not cover the span.
 pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<Transit>, EphemerisError> {
     let of_eclipses = EclipseBodies::of(catalog)?;
     let mut found = Vec::new();
@@ -61,7 +61,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         let body = catalog.body(planet).ok_or_else(|| EphemerisError(format!("the catalog has no body {}: transits need it", planet.0)))?;
         let planet_km = body.radii_km.x;
         let bodies = EclipseBodies { moon_km: planet_km, penumbral_moon_km: planet_km, ..of_eclipses };
-        // Distance of the centres by direction alone; behind the Sun counts as far.
+        // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
             let (sun, near) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
             Ok(if near.length() < sun.length() { angle_rad(sun, near) } else { std::f64::consts::PI })
@@ -71,7 +71,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         let (mut before, mut here) = (elongation(at(-1))?, elongation(at(0))?);
         for i in 0..=steps {
             let after = elongation(at(i + 1))?;
-            if here <= before && here < after && here < NEAR {
+            if here <= before && here < after && here < NEAR_RAD {
                 let passage = Passage::around(ephemeris, planet, at(i), bodies)?;
                 found.extend(passage.transit(planet).filter(|t| (from..to).contains(&t.greatest)));
             }
@@ -90,7 +90,7 @@ struct Passage {
 
 impl Passage {
     fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, bodies: EclipseBodies) -> Result<Self, EphemerisError> {
-        // Over some days first, to find the middle; then over the hours of a transit.
+        // Fitted over some days to find the middle, then over the hours of a transit.
         let days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, bodies };
         let middle = days.sky.instant(least_instant(-STEP_S, STEP_S, |s| days.separation(s)));
         Ok(Self { sky: EarthSky::around(ephemeris, planet, middle, HALF_S)?, bodies })

@@ -1,8 +1,8 @@
 //! The conformance corpus: modules with their inputs, expected outputs and tolerances, for other executors of WGSL.
 //!
-//! In: a revision and keys. Out: a folder per key with `module.wgsl` and `case.json`, and `data/` with blobs that cases share, each file named by its SHA-256. Always: the files contain everything that the
-//! draw needs; expected outputs are the software renderer's in f64, rounded to f32; the same modules give the same bytes. The format is described in docs/corpus.md.
-//! Not here: modules that draw no body.
+//! In: a revision and keys. Out: a folder per key with `module.wgsl` and `case.json`, and `data/` with blobs that cases share, each file
+//! named by its SHA-256. Always: the files contain everything that the draw needs; expected outputs are those of the software renderer in
+//! f64, rounded to f32; the same modules give the same bytes. docs/corpus.md describes the format. Not included: modules that draw no body.
 
 use super::revision::{Revision, RevisionError};
 use super::sample::{Sample, Sampler, levels_apart};
@@ -24,13 +24,14 @@ use std::sync::Arc;
 
 /// Side of the picture of each case, pixels.
 const SIDE: u32 = 48;
-/// Cases that are in memory at a time.
+/// Number of cases in memory at a time.
 const BATCH: usize = 64;
 /// Name of the list of cases, which identifies a folder as a corpus.
 pub const MANIFEST: &str = "corpus.json";
-/// Version of the format: it changes with the layout of the files.
+/// Version of the format. It changes with the layout of the files.
 pub(crate) const FORMAT: u32 = 1;
-/// Half a level of 256, below the resolution of a display. The software renderer keeps it in f32 for each key of the covering sets (tests/render/permutations.rs).
+/// Half a level of 256, below the resolution of a display. The software renderer in f32 is within this tolerance for each key of the
+/// covering sets (tests/render/permutations.rs).
 pub(crate) const TOLERANCE: f64 = 1.0 / 512.0;
 
 /// Why a corpus was not written.
@@ -46,7 +47,7 @@ pub enum CorpusError {
     Case { key: String, why: String },
 }
 
-/// Binary data that cases refer to by digest.
+/// Binary data to which cases refer by digest.
 struct Blob {
     name: String,
     bytes: Vec<u8>,
@@ -180,7 +181,7 @@ fn case(sampler: &Sampler, revision: &Revision, key: &ShaderKey, lowering: &Lowe
     case_of(&module, draw, &sampler.draw(&module, key)?).map_err(wrong)
 }
 
-/// Writes the corpus of these keys into a folder; `done` is called after each. Returns the number of cases.
+/// Writes the corpus of these keys into a folder; `done` is called after each case. Returns the number of cases.
 ///
 /// # Errors
 /// A module that cannot be compiled or run, or a file that cannot be written.
@@ -191,26 +192,26 @@ pub fn write(
     lowering: &Lowering,
     done: impl Fn() + Sync,
 ) -> Result<usize, CorpusError> {
-    let make = |path: &Path| std::fs::create_dir_all(path).map_err(|e| write_error(path, &e));
+    let create_dir = |path: &Path| std::fs::create_dir_all(path).map_err(|e| write_error(path, &e));
     let put = |path: &Path, bytes: &[u8]| write_atomic(path, FileAccess::All, |out| out.write_all(bytes));
-    make(&folder.join("data"))?;
+    create_dir(&folder.join("data"))?;
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
-    for some in keys.chunks(BATCH) {
+    for batch in keys.chunks(BATCH) {
         let samplers = || Sampler::new(SIDE);
-        let one = |sampler: &mut Result<Sampler, SessionError>, key: &ShaderKey| {
-            let made = match sampler {
+        let build_case = |sampler: &mut Result<Sampler, SessionError>, key: &ShaderKey| {
+            let result = match sampler {
                 Ok(sampler) => case(sampler, revision, key, lowering),
                 Err(e) => Err(CorpusError::Case { key: key.to_string(), why: e.to_string() }),
             };
             done();
-            made
+            result
         };
-        let made: Vec<Result<Case, CorpusError>> = some.par_iter().map_init(samplers, one).collect();
-        for case in made {
+        let results: Vec<Result<Case, CorpusError>> = batch.par_iter().map_init(samplers, build_case).collect();
+        for case in results {
             let Case { folder: of_case, wgsl, json, blobs } = case?;
             let path = folder.join(&of_case);
-            make(&path)?;
+            create_dir(&path)?;
             for blob in blobs {
                 if written.insert(blob.name.clone()) {
                     put(&folder.join(&blob.name), &blob.bytes)?;
@@ -221,7 +222,7 @@ pub fn write(
             cases.push(of_case);
         }
     }
-    // Written last: a folder with a manifest is complete.
+    // The manifest is written last, so that a folder with a manifest is complete.
     let manifest = json!({ "format": FORMAT, "revision": revision.name, "tolerance": TOLERANCE, "cases": cases });
     put(&folder.join(MANIFEST), format!("{manifest:#}\n").as_bytes())?;
     Ok(cases.len())

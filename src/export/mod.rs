@@ -1,7 +1,9 @@
-//! Exports for readers elsewhere: a report on two revisions of the shader library, an atlas of its modules, a corpus for other executors.
+//! Exports for use outside the program: a report on two revisions of the shader library, an atlas of its modules, a corpus for other
+//! executors.
 //!
-//! In: modules of a [`Revision`]. Out: files or a [`report::Report`]. Always: the sample body of [`crate::session::sample_plan`] is drawn by the software renderer with one
-//! thread per key, so that the same modules give the same bytes. Not here: pictures of views (`session`), and the wording of results (`cli`).
+//! In: modules of a [`Revision`]. Out: files or a [`report::Report`]. Always: the software renderer draws the sample body of
+//! [`crate::session::sample_plan`] with one thread per key, so that the same modules give the same bytes. Not here: pictures of views
+//! (`session`), and the wording of results (`cli`).
 
 pub mod atlas;
 pub mod corpus;

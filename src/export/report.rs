@@ -1,7 +1,8 @@
 //! Compares two revisions of the shader library: source, picture, figures and cost of each module, by cause.
 //!
-//! In: two [`Revision`]s. Out: a [`Report`]. Always: modules whose text and tape are equal are counted and not drawn; a module that one revision cannot compile is a failure with its
-//! reason, never "equal". The causes are the fragments that differ, else the generator, else the lowering.
+//! In: two [`Revision`]s. Out: a [`Report`]. Always: modules with equal text and tape are counted and not drawn. A module that one revision
+//! cannot compile is a failure with its reason, never "equal". The causes of a change are the fragments that differ, otherwise the
+//! generator, otherwise the lowering.
 
 use super::revision::Revision;
 use super::sample::{Sample, Sampler, levels_apart};
@@ -19,7 +20,7 @@ const SIDE: u32 = 40;
 /// Cost and picture statistics of one module in one revision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
-    /// Lane operations of the fragment tape; those of a loop count once.
+    /// Lane operations of the fragment tape; operations in a loop count once.
     pub operations: usize,
     /// Texture samples and loads of the fragment tape.
     pub texture_reads: usize,
@@ -31,7 +32,7 @@ pub struct Figures {
     pub rounding_levels: Option<f64>,
 }
 
-/// Lines of one fragment that only one revision has.
+/// One cause of a difference: a fragment with the lines that only one revision has, or the generator, or the lowering.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Cause {
     /// The fragment's path, or `generator`, or `lowering`.
@@ -87,10 +88,10 @@ enum ModuleComparison {
     Failed(String),
 }
 
-/// The modules in either revision; `usual`: those to compile from folders of fragments.
-fn ids(revisions: [&Revision; 2], usual: &[ModuleId]) -> Vec<ModuleId> {
+/// The modules in either revision. `default_ids`: the modules to compile if both revisions are folders of fragments.
+fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
     let known: Vec<ModuleId> = revisions.iter().filter_map(|r| r.ids()).flatten().collect();
-    let all: BTreeSet<ModuleId> = if known.is_empty() { usual.iter().cloned().collect() } else { known.into_iter().collect() };
+    let all: BTreeSet<ModuleId> = if known.is_empty() { default_ids.iter().cloned().collect() } else { known.into_iter().collect() };
     all.into_iter().collect()
 }
 
@@ -123,7 +124,7 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     };
     let causes: Vec<Cause> =
         changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(of).collect();
-    // The same lines of the same fragments in another order, or lines from no fragment.
+    // The modules have the same lines of the same fragments in another order, or lines from no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
@@ -159,24 +160,24 @@ fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Resu
 }
 
 impl Report {
-    /// Compares two revisions. `usual`: the modules to compile from fragments; `done` is called after each module, from any thread.
+    /// Compares two revisions. `default_ids`: the modules to compile from fragments; `done` is called after each module, from any thread.
     ///
     /// # Errors
     /// No renderer can be created. Errors of single modules are in the report.
     pub fn of(
         revisions: [&Revision; 2],
-        usual: &[ModuleId],
+        default_ids: &[ModuleId],
         lowering: &Lowering,
-        starts: impl FnOnce(usize),
+        on_start: impl FnOnce(usize),
         done: impl Fn() + Sync,
     ) -> Result<Self, SessionError> {
-        let ids = ids(revisions, usual);
-        starts(ids.len());
-        // One sampler per work item: each has one thread.
+        let ids = ids(revisions, default_ids);
+        on_start(ids.len());
+        // One sampler per work item, because each sampler has one thread.
         let samplers = || Sampler::new(SIDE).map_err(|e| e.to_string());
-        let one = |sampler: &mut Result<Sampler, String>, id: &ModuleId| {
-            let made = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
-            let compared = match made {
+        let compare_module = |sampler: &mut Result<Sampler, String>, id: &ModuleId| {
+            let built = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
+            let compared = match built {
                 [Ok(Some(a)), Ok(Some(b))] => match sampler {
                     Ok(sampler) => compare(sampler, [a, b], id).unwrap_or_else(ModuleComparison::Failed),
                     Err(e) => ModuleComparison::Failed(e.clone()),
@@ -187,7 +188,7 @@ impl Report {
             done();
             compared
         };
-        let compared: Vec<ModuleComparison> = ids.par_iter().map_init(samplers, one).collect();
+        let compared: Vec<ModuleComparison> = ids.par_iter().map_init(samplers, compare_module).collect();
         let mut report = Self { first: revisions[0].name.clone(), second: revisions[1].name.clone(), ..Self::default() };
         for (id, compared) in ids.iter().zip(compared) {
             match compared {

@@ -1,7 +1,8 @@
 //! One revision of the shader library: the entries in a folder, or the modules of a folder of fragments.
 //!
-//! In: a folder. Out: modules by id. Always: an entry's text and tape are those that its revision wrote, except that a tape which this program's software renderer cannot run is
-//! lowered again. Fragments are emitted by this program's generator. A folder with several revisions is an error: the caller must name one.
+//! In: a folder. Out: modules by id. Always: an entry's text and tape are those that its revision wrote, except that a tape that this
+//! program's software renderer cannot run is replaced by lowering the module again. Fragments are emitted by this program's generator. A
+//! folder with several revisions is an error: the caller must name one of them.
 
 use crate::files::read_bytes;
 use crate::session::{FragmentFolderError, fragment_times, read_fragments};
@@ -11,7 +12,7 @@ use crate::shader::{Lowering, ModuleId, ShaderError, ShaderModule};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Why a folder has no revision, or a revision no module.
+/// Why a folder contains no revision, or a revision no module.
 #[derive(Debug, thiserror::Error)]
 pub enum RevisionError {
     /// The folder cannot be read.
@@ -43,7 +44,7 @@ enum Modules {
 
 /// Modules of one revision.
 pub struct Revision {
-    /// Its name in a report: its folder.
+    /// Name in a report: the folder.
     pub name: String,
     modules: Modules,
 }
@@ -61,7 +62,7 @@ fn entries_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 }
 
 /// Folders below a library's root that contain entries: one for each generator.
-fn generations(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+fn generator_folders(root: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(root)? {
         let path = entry?.path();
@@ -99,7 +100,7 @@ impl Revision {
             if !root.is_dir() {
                 continue;
             }
-            let found = generations(&root).map_err(failed)?;
+            let found = generator_folders(&root).map_err(failed)?;
             match &found[..] {
                 [] => {}
                 [one] => return Self::of_entries(one, entries_in(one).map_err(failed)?),
@@ -125,7 +126,7 @@ impl Revision {
                 // Long file names are shortened: the entry contains its id.
                 None => {
                     let name = module_name(&read(&file)?).map_err(|why| RevisionError::Entry { file: file.clone(), why })?;
-                    // Another revision's key may have a word that this one does not know.
+                    // A key of another revision may contain a word that this program does not know.
                     let Ok(id) = name.parse() else { continue };
                     id
                 }

@@ -1,6 +1,7 @@
 //! A module on the sample body: its picture in f32 and f64, and statistics of both.
 //!
-//! In: a finished module of a planet's key. Out: a `Sample`. Always: drawn on one thread, so that keys are drawn in parallel on all cores; nothing of the module is kept.
+//! In: a finished module of a planet's key. Out: a `Sample`. Always: drawn on one thread, so that keys can be drawn in parallel on all
+//! cores; nothing of the module is kept.
 
 use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{ModuleProvider, Plan};
@@ -19,11 +20,11 @@ pub(crate) struct Sample {
     pub side: u32,
     /// Linear RGBA, premultiplied, in f32.
     pub single: Vec<[f32; 4]>,
-    /// The same tape in f64, rounded to f32 at the end.
+    /// The result of the same tape in f64, rounded to f32 at the end.
     pub double: Vec<[f32; 4]>,
 }
 
-/// The greatest difference of a channel in display levels, per pixel, where white is a white Lambert surface in full sunlight.
+/// For each pixel, the greatest difference of any channel in display levels, where white is a white Lambert surface in full sunlight.
 pub(crate) fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
     let of = |light| ExposedPixels { light, exposure_factor: 1.0 };
     levels::levels_apart(of(first), of(second))
@@ -41,7 +42,7 @@ impl Sample {
         levels_apart(&self.single, &self.double).into_iter().fold(0.0, f64::max)
     }
 
-    /// Display bytes of the f32 picture, on black. `fitted`: scaled so that the brightest channel is white, for pictures of counts.
+    /// Display bytes of the f32 picture, on black. `fitted`: scaled so that the brightest channel is white, for pictures that show counts.
     pub(crate) fn display(&self, fitted: bool) -> Vec<[u8; 4]> {
         let brightest = self.single.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
         let factor = if fitted && brightest > 0.0 { 1.0 / brightest } else { 1.0 };
@@ -50,7 +51,7 @@ impl Sample {
     }
 }
 
-/// Draws samples.
+/// Draws the sample body with modules.
 pub(crate) struct Sampler {
     side: u32,
     single: SoftwareRenderer,
@@ -67,7 +68,7 @@ impl ModuleProvider for SingleModule<'_> {
 }
 
 impl Sampler {
-    /// Draws pictures with this side in pixels. The portable kernels give the same bits on every machine.
+    /// A sampler for pictures with this side in pixels. It uses the portable kernels, which give the same bits on every machine.
     ///
     /// # Errors
     /// The thread cannot be started.
@@ -92,7 +93,7 @@ impl Sampler {
         let plan = self.plan(module, key)?;
         let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
             let drawn = renderer.render(&plan, &SingleModule(module), true);
-            // The next module may have the same name, and thousands may follow.
+            // The next module may have the same name, and thousands of modules may follow.
             renderer.forget_modules();
             Ok(drawn?.0.hdr)
         };

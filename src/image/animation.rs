@@ -1,7 +1,8 @@
 //! Encodes frames as an animation: an animated PNG, which is lossless, or a GIF of 256 colours per frame.
 //!
-//! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: it loops forever at the given rate (GIF delays are in hundredths of
-//! a second: at rates that do not divide 100, some frames are a hundredth longer, so that the mean rate holds). Alpha is ignored. The same input gives the same bytes.
+//! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: the animation loops forever at the
+//! given rate. GIF delays are in hundredths of a second, so at rates that do not divide 100 some frames last a hundredth longer to keep the
+//! mean rate. Alpha is ignored. The same input gives the same bytes.
 
 use super::ImageError;
 use parking_lot::Mutex;
@@ -11,7 +12,7 @@ use std::sync::Arc;
 
 /// Largest side of a GIF, and largest numerator and denominator of an animated PNG's delays.
 const MAX_U16: u32 = u16::MAX as u32;
-/// Quality of the search for a frame's 256 colours: 1 best, 30 fastest.
+/// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
 const PALETTE_SEARCH_SPEED: i32 = 10;
 
 /// The format of an animation.
@@ -39,7 +40,7 @@ pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
     }
 }
 
-/// A buffer shared between an encoder, which owns its writer, and the caller, who takes the bytes.
+/// A buffer shared between an encoder, which owns its writer, and the caller, which reads the bytes.
 #[derive(Clone, Default)]
 pub struct SharedBytes(pub Arc<Mutex<Vec<u8>>>);
 
@@ -101,7 +102,7 @@ impl<W: Write> AnimationWriter<W> {
     /// Adds a frame.
     ///
     /// # Errors
-    /// Another size, or an error of the writer.
+    /// A frame of a different size, or an error of the writer.
     pub(crate) fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
         let (width, height) = (self.width, self.height);
         if u64::from(width) * u64::from(height) != display.len() as u64 {
@@ -113,7 +114,7 @@ impl<W: Write> AnimationWriter<W> {
         match &mut self.encoder {
             Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
             Encoder::Gif(writer) => {
-                // Both were checked against 65535 at the start.
+                // Width and height were checked against 65535 at the start.
                 let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SEARCH_SPEED);
                 frame.delay = hundredths as u16;
                 writer.write_frame(&frame).map_err(failed)?;

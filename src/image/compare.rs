@@ -1,12 +1,13 @@
 //! The difference of two images in display levels (0 to 255).
 //!
-//! In: two images of one size as 8-bit RGBA rows. Out: a [`Difference`] over every red, green and blue value, alpha if either image has any,
-//! and an image of the differences. Differences are of encoded values, which are perceptually uniform; nothing is aligned, scaled or filtered.
+//! In: two images of one size as 8-bit RGBA rows. Out: a [`Difference`] over every red, green and blue value (and alpha if either image is
+//! not opaque), and an image of the differences. Differences are of encoded values, which are perceptually uniform; nothing is aligned,
+//! scaled or filtered.
 
 use super::{ImageError, decode_rgba8};
 
 /// The largest level of an 8-bit value.
-const FULL: f64 = 255.0;
+const MAX_LEVEL: f64 = 255.0;
 
 /// Statistics of absolute differences, in levels of 255.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -69,14 +70,14 @@ impl DisplayImage {
         let mean_square = moment(2);
         Ok(Difference {
             mean: moment(1),
-            p999: level_that_holds(&of_level, values - values / 1000),
-            max: level_that_holds(&of_level, values),
-            psnr_db: (mean_square > 0.0).then(|| 10.0 * (FULL * FULL / mean_square).log10()),
+            p999: level_not_exceeded(&of_level, values - values / 1000),
+            max: level_not_exceeded(&of_level, values),
+            psnr_db: (mean_square > 0.0).then(|| 10.0 * (MAX_LEVEL * MAX_LEVEL / mean_square).log10()),
             pixels: self.rgba.len() as u64,
         })
     }
 
-    /// The fraction of pixels whose red, green and blue differ by at most those of `bound`, in levels.
+    /// The fraction of pixels whose red, green and blue differ by at most the levels in `bound`.
     ///
     /// # Errors
     /// Different sizes.
@@ -100,12 +101,12 @@ impl DisplayImage {
     }
 }
 
-/// The least level that at least `wanted` values do not exceed.
-fn level_that_holds(of_level: &[u64; 256], wanted: u64) -> u8 {
-    let mut held = 0;
+/// The smallest level that at least `wanted` values do not exceed.
+fn level_not_exceeded(of_level: &[u64; 256], wanted: u64) -> u8 {
+    let mut counted = 0;
     for (level, n) in (0..=u8::MAX).zip(of_level) {
-        held += n;
-        if held >= wanted {
+        counted += n;
+        if counted >= wanted {
             return level;
         }
     }
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn statistics_are_those_worked_by_hand() {
+    fn statistics_agree_with_a_calculation_by_hand() {
         // One pixel of 1000 differs by 51, a fifth of the scale: mean 0.051, mean square 2.601, PSNR 10 log10(65025 / 2.601) = 43.979 dB.
         let a = picture(40, 25, |_| 10);
         let d = a.difference(&picture(40, 25, |i| if i == 7 { 61 } else { 10 })).expect("one size");
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_have_no_psnr_and_the_order_is_no_matter() {
+    fn equal_pictures_have_no_psnr_and_differences_are_symmetric() {
         let (a, b) = (picture(9, 7, |i| i as u8), picture(9, 7, |i| 255 - i as u8));
         let same = a.difference(&a).expect("one size");
         assert!(same.mean == 0.0 && same.max == 0 && same.psnr_db.is_none());
@@ -152,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn alpha_counts_once_either_has_any() {
+    fn alpha_is_compared_if_either_picture_is_not_opaque() {
         let opaque = picture(2, 2, |_| 100);
         let mut clear = opaque.clone();
         clear.rgba[0][3] = 0;

@@ -1,8 +1,8 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
-//! In: the characters that will be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels) and a [`Glyph`] for
-//! each character, and for a ring, the marker of small bodies. Always: cells do not touch. A character missing in the font becomes the font's replacement
-//! glyph. Not here: the position of text. The font is Ubuntu Light, the same as in the window.
+//! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
+//! a [`Glyph`] for each character, and one for a ring, which marks small bodies. Always: cells do not touch. A character missing in the
+//! font becomes the font's replacement glyph. Not here: the position of text. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -22,14 +22,14 @@ pub struct Glyph {
     pub advance: f32,
 }
 
-/// The glyphs of one size.
+/// The glyphs of one text size.
 #[derive(Clone, Debug)]
 pub struct GlyphAtlas {
     pub texture: SharedTexture,
     cells: BTreeMap<char, Glyph>,
-    /// A ring around its centre.
+    /// A ring, the marker of small bodies.
     pub marker: Glyph,
-    /// Full coverage: any part of it can be drawn as a filled rectangle.
+    /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub block: Glyph,
     /// From the middle of a lower-case letter down to the baseline, pixels.
     pub baseline_offset: f32,
@@ -41,19 +41,19 @@ const TEXTURE_WIDTH_EMS: f32 = 20.0;
 const MARKER_STROKE_EMS: f32 = 1.0 / 13.0;
 
 /// The coverage of a glyph before it is placed in the atlas.
-struct Drawn {
+struct GlyphBitmap {
     size: [u32; 2],
     bearing: [i32; 2],
     advance: f32,
     coverage: Vec<f32>,
 }
 
-fn letter(font: &FontRef<'_>, letter: char, size_px: f32) -> Drawn {
+fn letter(font: &FontRef<'_>, letter: char, size_px: f32) -> GlyphBitmap {
     let scaled = font.as_scaled(font.pt_to_px_scale(size_px * POINTS_PER_PX).unwrap_or(size_px.into()));
     let id = font.glyph_id(letter);
     let advance = scaled.h_advance(id);
     let Some(outline) = scaled.outline_glyph(id.with_scale(scaled.scale())) else {
-        return Drawn { size: [0, 0], bearing: [0, 0], advance, coverage: Vec::new() };
+        return GlyphBitmap { size: [0, 0], bearing: [0, 0], advance, coverage: Vec::new() };
     };
     let bounds = outline.px_bounds();
     let size = [bounds.width() as u32, bounds.height() as u32];
@@ -63,37 +63,37 @@ fn letter(font: &FontRef<'_>, letter: char, size_px: f32) -> Drawn {
             *texel = c.clamp(0.0, 1.0);
         }
     });
-    Drawn { size, bearing: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
+    GlyphBitmap { size, bearing: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
 }
 
 /// Points per pixel: the font crate assumes 96 pixels per inch.
 const POINTS_PER_PX: f32 = 0.75;
 
 /// A ring around the pen position, antialiased by the distance from its edges.
-fn ring(radius_px: f32, line_height_px: f32) -> Drawn {
+fn ring(radius_px: f32, line_height_px: f32) -> GlyphBitmap {
     let reach = (radius_px + 0.5 * line_height_px + 1.0).ceil() as i32;
     let side = (2 * reach + 1) as u32;
     let of_texel = |k: u32| {
         let (x, y) = ((k % side) as f32 - reach as f32, (k / side) as f32 - reach as f32);
         (0.5 * line_height_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
     };
-    Drawn { size: [side, side], bearing: [-reach, -reach], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
+    GlyphBitmap { size: [side, side], bearing: [-reach, -reach], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
 }
 
 /// Side of the block, in units of the font size.
 const BLOCK_SIDE_EMS: f32 = 2.0;
 
-fn block(side: u32) -> Drawn {
-    Drawn { size: [side, side], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side as usize * side as usize] }
+fn block(side: u32) -> GlyphBitmap {
+    GlyphBitmap { size: [side, side], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side as usize * side as usize] }
 }
 
 impl GlyphAtlas {
-    /// The given characters for text of `size_px`. `marker_radius`: of the ring, in units of the font size.
+    /// Draws the given characters for text of `size_px`. `marker_radius`: radius of the ring, in units of the font size.
     pub(crate) fn draw(wanted: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
         let wanted: BTreeSet<char> = wanted.into_iter().collect();
-        let drawn: Vec<(Option<char>, Drawn)> = wanted
+        let drawn: Vec<(Option<char>, GlyphBitmap)> = wanted
             .into_iter()
             .filter_map(|c| Some((Some(c), letter(font.as_ref()?, c, size_px))))
             .chain([
@@ -103,7 +103,7 @@ impl GlyphAtlas {
             .collect();
         let widest = drawn.iter().map(|(_, d)| d.size[0]).max().unwrap_or(0);
         let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
-        // Rows as high as their highest glyph, with a border of one empty texel.
+        // Rows of cells, each as high as its highest glyph, with a border of one empty texel.
         let (mut pen, mut row_height) = ([1_u32, 1_u32], 0_u32);
         let mut places = Vec::new();
         for (_, d) in &drawn {
@@ -125,7 +125,7 @@ impl GlyphAtlas {
                 }
             }
         }
-        let cell = |(d, at): (&Drawn, &[u32; 2])| Glyph { at: *at, size: d.size, bearing: d.bearing, advance: d.advance };
+        let cell = |(d, at): (&GlyphBitmap, &[u32; 2])| Glyph { at: *at, size: d.size, bearing: d.bearing, advance: d.advance };
         let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&places).map(|((c, d), at)| (*c, cell((d, at)))).collect();
         let nothing = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
         let x_height = font.as_ref().map_or(0.0, |f| -(letter(f, 'x', size_px).bearing[1] as f32));
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_lie_apart_and_hold_all_that_is_drawn() {
+    fn cells_do_not_touch_and_contain_all_coverage() {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
         let mut all: Vec<Glyph> = glyphs.cells.values().copied().collect();
         all.extend([glyphs.marker, glyphs.block]);

@@ -1,11 +1,12 @@
 //! Display levels of linear light, and how far apart two linear pictures are on a display.
 //!
-//! In: linear light and the exposure factor that takes it to the display, where 1 is white. Out: levels from 0 to 255, not rounded, so that errors below a level can be
-//! distinguished. Always: light above white counts as white; a value that is finite in only one of two pictures is 255 levels off. Alpha is not compared.
+//! In: linear light and the exposure factor that converts it to display light, where 1 is white. Out: levels from 0 to 255, not rounded, so
+//! that errors below a level can be distinguished. Always: light above white counts as white; a value that is finite in only one of two
+//! pictures counts as a difference of 255. Alpha is not compared.
 
 use crate::units::linear_to_srgb;
 
-/// A linear picture, and the factor from its light to the display.
+/// A linear picture, and the factor from its light to display light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExposedPixels<'a> {
     /// Red, green, blue and coverage.
@@ -18,7 +19,7 @@ pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
     255.0 * linear_to_srgb((f64::from(light) * exposure_factor).clamp(0.0, 1.0))
 }
 
-/// Per pixel the difference of the worst channel, in display levels.
+/// For each pixel, the greatest difference of any channel, in display levels.
 pub(crate) fn levels_apart(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
     let apart = |(p, q): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
@@ -35,9 +36,9 @@ pub(crate) fn levels_apart(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f6
 mod tests {
     use super::*;
 
-    /// Without its own case a value that is not a number would be no difference at all: `f64::max` ignores it.
+    /// If not handled separately, a NaN would count as no difference, because `f64::max` ignores it.
     #[test]
-    fn a_value_that_is_not_finite_in_one_picture_is_seen() {
+    fn a_value_that_is_finite_in_only_one_picture_is_a_difference() {
         let grey = [[0.2, 0.2, 0.2, 1.0]];
         fn of(light: &[[f32; 4]]) -> ExposedPixels<'_> {
             ExposedPixels { light, exposure_factor: 1.0 }
@@ -51,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_of_the_display_and_end_at_white() {
+    fn levels_follow_the_display_encoding_and_end_at_white() {
         let of = |light, exposure_factor| ExposedPixels { light, exposure_factor };
         let (black, bright) = ([[0.0, 0.0, 0.0, 1.0]; 2], [[0.0, 0.0, 0.0, 1.0], [0.0, 3.0, 0.0, 1.0]]);
         let apart = levels_apart(of(&black, 1.0), of(&bright, 1.0));

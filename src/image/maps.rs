@@ -1,4 +1,7 @@
-//! The store of maps: from the user's folder first, then embedded ones. Each is decoded once, when first needed.
+//! The store of maps. A map in the user's folder takes precedence over an embedded one; each is decoded when first needed.
+//!
+//! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those that no view has
+//! used for [`UNUSED`] are dropped, the least recently used first, so that a tour of all bodies does not fill the memory. Textures that were not read from a file of a map are kept.
 
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::files::{check_inside, read_bytes};
@@ -8,6 +11,12 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Bytes of decoded maps above which unused ones are dropped: twelve maps of 2048x1024 with their mip levels.
+const BUDGET_BYTES: usize = 128 << 20;
+/// A map that was used more recently is not dropped: the next frame will probably use it again.
+const UNUSED: Duration = Duration::from_secs(10);
 
 /// Where a map of this name would be read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,12 +33,40 @@ pub struct MapDecoding {
     pub poles: PoleFilter,
 }
 
+#[derive(Debug)]
+struct Kept {
+    texture: SharedTexture,
+    /// `None`: its texels cannot be read again.
+    last_used: Option<Instant>,
+}
+
+fn bytes_of(texture: &Texture) -> usize {
+    texture.levels.iter().map(|level| level.bytes.len()).sum()
+}
+
+/// Drops the least recently used maps until the rest fits into the budget.
+fn evict(decoded: &mut HashMap<(String, MapDecoding), Kept>, now: Instant) {
+    let mut total: usize = decoded.values().map(|kept| bytes_of(&kept.texture)).sum();
+    if total <= BUDGET_BYTES {
+        return;
+    }
+    let unused = |kept: &Kept| kept.last_used.filter(|used| now.saturating_duration_since(*used) >= UNUSED);
+    let mut oldest: Vec<_> = decoded.iter().filter_map(|(key, kept)| Some((unused(kept)?, key.clone()))).collect();
+    oldest.sort_by_key(|(used, _)| *used);
+    for (_, key) in oldest {
+        if total <= BUDGET_BYTES {
+            break;
+        }
+        total -= decoded.remove(&key).map_or(0, |kept| bytes_of(&kept.texture));
+    }
+}
+
 /// All maps by file name.
 #[derive(Debug)]
 pub struct MapStore {
     folder: Option<PathBuf>,
     max_megapixels: u32,
-    decoded: Mutex<HashMap<(String, MapDecoding), SharedTexture>>,
+    decoded: Mutex<HashMap<(String, MapDecoding), Kept>>,
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
 }
 
@@ -39,7 +76,7 @@ impl MapStore {
         Self::with_limit(folder, DEFAULT_MAX_MEGAPIXELS)
     }
 
-    /// The same, with a limit on the megapixels of maps in the folder.
+    /// The same store, with a limit on the megapixels of maps in the folder.
     pub(crate) fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
         Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default() }
     }
@@ -65,11 +102,15 @@ impl MapStore {
     /// The map with its mip chain, filtered for drawing.
     pub(crate) fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), decoding);
-        if let Some(found) = self.decoded.lock().get(&key) {
-            return Ok(found.clone());
+        if let Some(found) = self.decoded.lock().get_mut(&key) {
+            found.last_used = found.last_used.map(|_| Instant::now());
+            return Ok(found.texture.clone());
         }
         let texture = Arc::new(self.read(name, decoding)?);
-        Ok(self.decoded.lock().entry(key).or_insert(texture).clone())
+        let mut decoded = self.decoded.lock();
+        let now = Instant::now();
+        evict(&mut decoded, now);
+        Ok(decoded.entry(key).or_insert(Kept { texture, last_used: Some(now) }).texture.clone())
     }
 
     /// A colour image whose texels are multiplied by their alpha, in linear light.
@@ -83,21 +124,21 @@ impl MapStore {
 
     /// Adds a texture that was created elsewhere, under a name that no file has.
     pub(crate) fn keep(&self, name: &str, decoding: MapDecoding, texture: Texture) {
-        self.decoded.lock().insert((name.to_owned(), decoding), Arc::new(texture));
+        self.decoded.lock().insert((name.to_owned(), decoding), Kept { texture: Arc::new(texture), last_used: None });
     }
 
-    /// The same for an image with premultiplied alpha.
+    /// Adds an image with premultiplied alpha under a name that no file has.
     pub(crate) fn keep_premultiplied(&self, name: &str, texture: Texture) {
         self.premultiplied.lock().insert(name.to_owned(), Arc::new(texture));
     }
 
-    /// Decodes in parallel what is not in memory yet. Errors are reported to whoever gets the map.
+    /// Decodes in parallel the maps that are not in memory yet. Errors are reported to later callers that request the map.
     pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
-        let away: Vec<&(&str, MapDecoding)> = {
+        let missing: Vec<&(&str, MapDecoding)> = {
             let decoded = self.decoded.lock();
             wanted.iter().filter(|(name, decoding)| !decoded.contains_key(&((*name).to_owned(), *decoding))).collect()
         };
-        away.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
+        missing.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }
 
     fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
@@ -118,5 +159,37 @@ impl MapStore {
                 Err(ImageError::Missing { name: name.to_owned(), searched })
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Level;
+
+    #[test]
+    fn unused_maps_are_dropped_above_the_budget() {
+        let now = Instant::now();
+        let after = |seconds| now + Duration::from_secs(seconds);
+        let megabytes = |n: usize| {
+            Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width: 1, height: 1, bytes: vec![0; n << 20] }] })
+        };
+        let decoding = MapDecoding { format: TexelFormat::Rgba8Unorm, poles: PoleFilter::None };
+        let mut decoded = HashMap::new();
+        for (name, used) in [("first", Some(after(0))), ("second", Some(after(1))), ("made", None), ("recent", Some(after(30)))] {
+            decoded.insert((name.to_owned(), decoding), Kept { texture: megabytes(40), last_used: used });
+        }
+        let names = |decoded: &HashMap<(String, MapDecoding), Kept>| {
+            let mut names: Vec<String> = decoded.keys().map(|(name, _)| name.clone()).collect();
+            names.sort();
+            names
+        };
+        evict(&mut decoded, after(5));
+        assert_eq!(names(&decoded).len(), 4, "all were used in the last ten seconds");
+        evict(&mut decoded, after(35));
+        assert_eq!(names(&decoded), ["made", "recent", "second"], "120 MB fit");
+        decoded.insert(("large".to_owned(), decoding), Kept { texture: megabytes(200), last_used: Some(after(34)) });
+        evict(&mut decoded, after(36));
+        assert_eq!(names(&decoded), ["large", "made", "recent"], "what is in use, or cannot be read again, stays");
     }
 }

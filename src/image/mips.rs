@@ -1,8 +1,9 @@
 //! Mip chains in linear light.
 //!
 //! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of the one above, rounded down and at least 1. Each level is the area
-//! mean of the one above in linear light, so an odd side takes three texels with partial weights. Means stay floats
-//! from level to level and are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). The left and right edges are cell borders, so no mean crosses the seam.
+//! mean of the one above in linear light, so an odd side needs three texels with partial weights. Means stay floats from level to level and
+//! are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). No mean crosses
+//! the seam at the left and right edges, because they are cell borders.
 
 use super::poles::{PoleRowFilter, PrefixSums};
 use super::{Level, PoleFilter, TexelFormat};
@@ -47,7 +48,7 @@ enum Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Row `y` of a level of this width; one that has to be decoded is written to `buffer`.
+    /// Row `y` of a level of this width. An encoded row is decoded into `buffer`.
     fn row<'b>(self, y: usize, width: usize, buffer: &'b mut Vec<[f32; 4]>) -> &'b [[f32; 4]]
     where
         'a: 'b,
@@ -74,11 +75,12 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, which has the weight `wy`, to a row of the next one: for each texel its cells from left to right.
+/// Adds a row of the finer level, with weight `wy`, to a row of the next level. The source texels of each texel are added from left to
+/// right.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
     if row.len() == 2 * sums.len() {
-        // Two whole cells each.
+        // Each texel has exactly two source texels.
         let weight = 0.5 * wy;
         for (sum, [a, b]) in sums.iter_mut().zip(row.as_chunks::<2>().0) {
             for c in 0..4 {
@@ -124,11 +126,11 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 /// Applies the pole filter to the finest level.
 fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter) {
     let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
-    let circles = PoleRowFilter::of(poles, width, height, false);
-    let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| circles.changes(*y));
+    let pole_filter = PoleRowFilter::of(poles, width, height, false);
+    let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| pole_filter.changes(*y));
     rows.for_each_init(<(Vec<_>, PrefixSums)>::default, |(row, sums), (y, bytes)| {
         decode_row(bytes, colour, row);
-        circles.smooth(y, row, sums);
+        pole_filter.smooth(y, row, sums);
         for (out, t) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(&*row) {
             *out = [encode(t[0], srgb), encode(t[1], srgb), encode(t[2], srgb), encode(t[3], false)];
         }
@@ -137,8 +139,8 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelForm
 
 /// Applies the pole filter to a coarser level, in floats.
 fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter) {
-    let circles = PoleRowFilter::of(poles, width, height, true);
-    linear.par_chunks_mut(width).enumerate().for_each_init(PrefixSums::new, |sums, (y, row)| circles.smooth(y, row, sums));
+    let pole_filter = PoleRowFilter::of(poles, width, height, true);
+    linear.par_chunks_mut(width).enumerate().for_each_init(PrefixSums::new, |sums, (y, row)| pole_filter.smooth(y, row, sums));
 }
 
 /// All levels of an 8-bit image.
@@ -195,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn premultiplied_colours_are_those_of_linear_light() {
+    fn colours_are_premultiplied_in_linear_light() {
         let mut texels = [[255, 255, 255, 128], [200, 10, 99, 255], [255, 0, 0, 0]].concat();
         premultiply(&mut texels, TexelFormat::Rgba8Srgb);
         // IEC 61966-2-1: linear 128/255 is 188.4 of 255.
@@ -219,7 +221,7 @@ mod tests {
 
     /// The area mean by its definition, cell by cell.
     #[test]
-    fn rows_together_give_each_texel_its_mean() {
+    fn adding_rows_gives_the_area_mean_of_each_texel() {
         for (width, height) in [(8, 6), (7, 5), (9, 8), (2, 1), (1, 3), (1638, 3)] {
             let texels: Vec<[f32; 4]> = (0..width * height).map(|i| [0, 1, 2, 3].map(|c| ((i * 29 + c * 7) % 101) as f32 / 97.0)).collect();
             let (w, h, level) = halve(width, height, Rows::Linear(&texels));

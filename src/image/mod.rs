@@ -30,9 +30,9 @@ pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 /// Largest encoded image, bytes.
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Default limit in megapixels: a map of 8192 x 4096 has 34, while a small file can claim any number.
+/// Default limit in megapixels. A map of 8192 x 4096 has 34; a small file can claim any size.
 pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
-/// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and as much again for its own buffers.
+/// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and the same again for its own buffers.
 const DECODER_BYTES_PER_PIXEL: u64 = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -91,7 +91,7 @@ fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<RgbaI
     Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels)?.into_rgba8())
 }
 
-/// The same for any of these formats, with the file's own bit depth.
+/// Decodes an image of any of these formats, with the file's own bit depth.
 fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixels: u32) -> Result<DynamicImage, ImageError> {
     let unreadable = |reason: String| ImageError::Unreadable { name: name.to_owned(), reason };
     let format = image::guess_format(encoded).ok().filter(|f| formats.contains(f));
@@ -115,10 +115,10 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
 impl Texture {
     /// A texture with its full mip chain from 8-bit RGBA rows, top first. `format` is one of the two 8-bit formats.
     pub fn from_rgba8(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Result<Self, ImageError> {
-        Self::around_poles(width, height, rgba, format, PoleFilter::None)
+        Self::with_pole_filter(width, height, rgba, format, PoleFilter::None)
     }
 
-    fn around_poles(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter) -> Result<Self, ImageError> {
+    fn with_pole_filter(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter) -> Result<Self, ImageError> {
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
             return Err(ImageError::Size { width, height, given: rgba.len() });
@@ -131,7 +131,7 @@ impl Texture {
         Self::decode_filtered(name, encoded, MapDecoding { format, poles: PoleFilter::None }, DEFAULT_MAX_MEGAPIXELS)
     }
 
-    /// The same for a map of a whole sphere, with the pole filter.
+    /// The same for a map of an entire sphere, with the pole filter.
     pub(crate) fn decode_filtered(
         name: &str,
         encoded: &[u8],
@@ -140,7 +140,7 @@ impl Texture {
     ) -> Result<Self, ImageError> {
         let rgba = decode_rgba8(name, encoded, max_megapixels)?;
         let (width, height) = rgba.dimensions();
-        Self::around_poles(width, height, rgba.into_raw(), format, poles)
+        Self::with_pole_filter(width, height, rgba.into_raw(), format, poles)
     }
 
     /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that

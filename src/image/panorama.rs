@@ -1,4 +1,4 @@
-//! Panoramas of the whole sky: one equirectangular image, or the six faces of a cube, as one texture.
+//! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
 //! In: a PNG, JPEG or EXR, or a folder or a pattern with `*` for six of them. Out: an equirectangular texture, longitude 0 in the middle and increasing to the left, north up, and the
 //! luminance of its value 1. Always: 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`,
@@ -15,12 +15,12 @@ use std::path::{Path, PathBuf};
 
 /// Formats of a panorama or a face.
 const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::OpenExr];
-/// Their usual extensions.
+/// Usual file extensions of these formats.
 const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width, texels around the equator.
 const MAX_WIDTH: usize = 8192;
-/// Fraction of an EXR's pixels that may be brighter than the texture's 1.
+/// Fraction of an EXR's pixels that may be brighter than the texture's value 1.
 const CLIPPED_FRACTION: f64 = 1e-4;
 
 /// A panorama.
@@ -38,7 +38,7 @@ fn unreadable(path: &Path, reason: impl Into<String>) -> ImageError {
 /// Reads a panorama.
 ///
 /// # Errors
-/// The file that cannot be read, and why, in one line.
+/// A message of one line that names the file and why it cannot be read.
 pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panorama, ImageError> {
     let read = |path: &Path| {
         let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e.to_string()))?;
@@ -86,7 +86,7 @@ struct Linear {
     width: usize,
     height: usize,
     texels: Vec<Vec3>,
-    /// The file was linear.
+    /// Whether the file was linear.
     was_linear: bool,
 }
 
@@ -159,7 +159,7 @@ fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
     let decoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
     let (width, height) = (picture.width as u32, picture.height as u32);
     let texture =
-        Texture::around_poles(width, height, bytes, decoding.format, decoding.poles).map_err(|e| unreadable(path, e.to_string()))?;
+        Texture::with_pole_filter(width, height, bytes, decoding.format, decoding.poles).map_err(|e| unreadable(path, e.to_string()))?;
     Ok(Panorama { texture, unit_cd_m2: picture.was_linear.then_some(f64::from(unit)) })
 }
 
@@ -169,7 +169,7 @@ mod tests {
 
     /// Neighbouring faces agree: a direction on an edge of the cube has the corresponding positions on both faces of a cube map.
     #[test]
-    fn faces_are_where_a_cube_map_has_them() {
+    fn faces_are_arranged_as_in_a_cube_map() {
         for (d, face, place) in [
             ((0.0, 0.0, 1.0), 4, (0.0, 0.0)),
             ((1.0, 0.0, 0.0), 0, (0.0, 0.0)),

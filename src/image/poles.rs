@@ -1,8 +1,8 @@
 //! A filter for rows near the poles of an equirectangular map: as coarse in longitude as the map is in latitude.
 //!
-//! A texel row at latitude phi is cos phi times as long as the equator's but has as many texels. Fine structure in such rows (grain,
-//! JPEG blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around the pole. A function that is
-//! smooth at the pole has no such structure: the nearer the pole, the fewer waves fit on its circle.
+//! A texel row at latitude phi is cos phi times as long as the equator's but has as many texels. Fine structure in such rows (grain, JPEG
+//! blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around the
+//! pole. A function that is smooth at the pole has no such structure, because fewer waves fit on circles closer to the pole.
 //!
 //! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels. The finest spot that the
 //! map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at most sqrt 2 times as long as it is wide, as at 45 degrees.
@@ -14,7 +14,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// What the texels near the poles mean.
+/// The meaning of the texels near the poles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PoleFilter {
     /// No poles: the image is not equirectangular over the whole sphere.
@@ -26,12 +26,12 @@ pub enum PoleFilter {
     Slopes,
 }
 
-/// The byte value 127.5 of a slope channel: zero.
+/// Value of a slope channel for zero slope: byte value 127.5.
 const NO_SLOPE: f32 = 0.5;
 /// The finest detail of a map, as the sigma of a Gaussian in texels.
 const DETAIL_TEXELS: f64 = 0.6;
 
-/// Sigma in texels for a row at latitude `lat` (radians); `above_is_filtered`: its level was computed from a filtered one.
+/// Sigma in texels for a row at latitude `lat` (radians); `above_is_filtered`: the level was computed from a filtered one.
 fn sigma_texels(lat: f64, above_is_filtered: bool) -> f64 {
     let excess = (lat.tan().powi(2) - 1.0).max(0.0);
     // The level above contributes a quarter of the variance, in texels of this one; variances of Gaussians add.
@@ -47,7 +47,7 @@ fn latitude(row: usize, height: usize) -> f64 {
 pub(super) struct PoleRowFilter {
     poles: PoleFilter,
     height: usize,
-    /// The level was computed from a filtered one.
+    /// Whether the level was computed from a filtered one.
     above_is_filtered: bool,
     /// Sine and cosine of each column's longitude from the map's left edge.
     columns: Vec<[f32; 2]>,
@@ -69,7 +69,7 @@ impl PoleRowFilter {
         self.sigma(row) > 0.0
     }
 
-    /// Filters one row in place; linear RGBA from the left edge on. `sums`: scratch memory, kept from row to row.
+    /// Filters one row in place; texels are linear RGBA, starting at the left edge. `sums`: scratch memory, reused from row to row.
     pub(crate) fn smooth(&self, row: usize, texels: &mut [[f32; 4]], sums: &mut PrefixSums) {
         let sigma = self.sigma(row);
         if sigma <= 0.0 || texels.is_empty() {
@@ -89,13 +89,14 @@ impl PoleRowFilter {
     }
 }
 
-/// Sums of the texels before each texel of a row.
+/// Prefix sums of a row's texels.
 pub(super) type PrefixSums = Vec<[f64; 4]>;
 
-/// A circular Gaussian as three box filters of one length, whose variances add up to sigma²; the mean of the whole circle if the boxes do not fit.
+/// A circular Gaussian as three box filters of equal length, whose variances add up to sigma²; the mean of the entire circle if the boxes
+/// do not fit.
 fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     let count = texels.len();
-    // Each box: `whole` texels on both sides have the variance whole (whole + 1) / 3; fractional weights on the next ones add the rest.
+    // A box with `whole` texels on both sides has the variance whole (whole + 1) / 3; fractional weights on the next texels add the rest.
     let variance = sigma * sigma / 3.0;
     let full = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
     let part = (variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0) / (2.0 * ((full + 1.0).powi(2) - variance));
@@ -120,11 +121,11 @@ fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     boxes.average(texels, sums);
 }
 
-/// A box filter: `whole` texels on both sides, and `part` of the next ones.
+/// A box filter: `whole` texels on both sides, and the fraction `part` of the next ones.
 struct Boxes {
     whole: usize,
     part: f64,
-    /// One over its length.
+    /// 1 / the length of the box.
     weight: f64,
 }
 
@@ -180,8 +181,8 @@ mod tests {
     }
 
     fn smoothed(mut rows: Vec<Vec<[f32; 4]>>, poles: PoleFilter) -> Vec<Vec<[f32; 4]>> {
-        let circles = PoleRowFilter::of(poles, WIDTH, HEIGHT, false);
-        rows.iter_mut().enumerate().for_each(|(y, row)| circles.smooth(y, row, &mut PrefixSums::new()));
+        let pole_filter = PoleRowFilter::of(poles, WIDTH, HEIGHT, false);
+        rows.iter_mut().enumerate().for_each(|(y, row)| pole_filter.smooth(y, row, &mut PrefixSums::new()));
         rows
     }
 
@@ -217,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_smooth_on_the_sphere_stays() {
+    fn functions_that_are_smooth_on_the_sphere_stay() {
         // Waves of a tenth of the radius, much longer than the filter: x, y, z and their products at the row's place.
         let place = |x: usize, y: usize| {
             let (lat, lon) = (latitude(y, HEIGHT), (x as f64 + 0.5) / WIDTH as f64 * TAU);
@@ -271,18 +272,18 @@ mod tests {
             assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
         }
         for (w, h) in [(1, 1), (2, 1), (1, 2), (3, 2), (4, 3)] {
-            let circles = PoleRowFilter::of(PoleFilter::Slopes, w, h, true);
+            let pole_filter = PoleRowFilter::of(PoleFilter::Slopes, w, h, true);
             for y in 0..h {
                 let mut row = vec![[0.25; 4]; w];
-                circles.smooth(y, &mut row, &mut PrefixSums::new());
+                pole_filter.smooth(y, &mut row, &mut PrefixSums::new());
                 assert!(row.iter().flatten().all(|v| v.is_finite()));
             }
         }
     }
 
-    /// Vectors of any width give the same bits, and what is left in the scratch memory does not matter.
+    /// Vectors of any width give the same bits, and old content of the scratch memory does not matter.
     #[test]
-    fn boxes_are_the_same_compiled_for_any_machine() {
+    fn boxes_give_the_same_bits_with_any_vector_width() {
         let row: Vec<[f32; 4]> = (0..WIDTH).map(|x| [0, 1, 2, 3].map(|c| ((x * 37 + c * 11) % 97) as f32 * 0.01 - 0.3)).collect();
         for sigma in [0.7, 2.3, 9.0] {
             let (mut one, mut other) = (row.clone(), row.clone());

@@ -1,4 +1,4 @@
-//! Text embedded in saved images, and the integrity of the whole file.
+//! Text embedded in saved images, and the integrity of the complete file.
 //!
 //! In: bytes of a file. Out: the text under one key, and whether the file is intact. Always: one changed or missing byte is detected. A PNG has a checksum
 //! for each chunk; an EXR has none, so [`seal_exr`] stores a SHA-256 of the file beside the text. Not here: the meaning of the text.
@@ -16,10 +16,10 @@ fn damaged(why: impl std::fmt::Display) -> ImageError {
     ImageError::Damaged(why.to_string())
 }
 
-/// Bytes at the beginning of a file that contain the texts of any image written here.
+/// Length of the beginning of a file that contains the texts of any image written here, bytes.
 pub const HEAD_LEN: usize = 1 << 16;
 
-/// The text under `key` before the pixels of a PNG, which may be damaged further on.
+/// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be damaged.
 pub fn png_head_text(head: &[u8], key: &str) -> Option<String> {
     let reader = png_decoder(head).read_info().ok()?;
     reader.info().utf8_text.iter().find(|c| c.keyword == key)?.get_text().ok()
@@ -74,7 +74,7 @@ pub(super) fn seal_exr(bytes: &mut [u8]) {
     }
 }
 
-/// The text of a sealed EXR, which may be damaged further on.
+/// The text of a sealed EXR; the rest of the file may be damaged.
 pub fn exr_head_text(head: &[u8]) -> Option<String> {
     seal_position(head).map(|(_, text)| text.to_owned())
 }
@@ -108,7 +108,7 @@ mod tests {
         bytes.into_inner()
     }
 
-    /// Every byte flipped and every length: the text is only read from the intact file.
+    /// With any byte changed, or the file cut at any length, the text is not returned.
     #[test]
     fn no_byte_may_change_or_be_missing() {
         type Read = fn(&[u8]) -> Option<String>;

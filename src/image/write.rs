@@ -56,7 +56,7 @@ pub fn write_exr(
     if let Some((name, value)) = sealed.map(unsealed_attribute)
         && let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value))
     {
-        // Only one, because the crate does not keep attributes in order.
+        // Only one attribute, because the crate does not keep attributes in order.
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
     let mut bytes = Cursor::new(Vec::new());
@@ -129,7 +129,7 @@ pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), 
     let mut planes = vec![0_u8; display.len() * 3];
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
-    // Blocks of fixed length with one loop per step, which the compiler vectorises.
+    // Blocks of fixed length with one loop per step allow the compiler to vectorise.
     let blocks =
         display.chunks(BLOCK_PIXELS).zip(y.chunks_mut(BLOCK_PIXELS)).zip(cb.chunks_mut(BLOCK_PIXELS)).zip(cr.chunks_mut(BLOCK_PIXELS));
     for (((pixels, y), cb), cr) in blocks {
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_go_upwards() {
+    fn halves_round_upwards() {
         for k in 0..=255 * 64 {
             let value = k as f32 / 64.0;
             let expected = (value + 0.5).floor().min(255.0) as u8;

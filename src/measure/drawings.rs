@@ -1,11 +1,11 @@
-//! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where it matters.
+//! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where the choice matters.
 //!
-//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure; the option of a quality is read from the
-//! scene that the program builds at that quality.
+//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure. Which option each
+//! quality uses is read from the scene that the program builds at that quality.
 
 use super::pictures::{DualRenderer, LightPicture, PlannedView, levels_apart, p999};
 use super::rule::Unit;
-use super::{Candidate, ChoiceMeasure, Effort, measured};
+use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::render::plan::{self, SamplingQuality};
 use crate::render::software::Precision;
@@ -16,7 +16,7 @@ use crate::session::{Session, SessionError, standard_scenes};
 use crate::time::Instant;
 
 const SATURN: NaifId = NaifId(699);
-/// One sample per pixel and eight taps for all options, so that nothing but the choice differs.
+/// One sample per pixel and eight taps for all options, so that only the choice differs.
 const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
 const MOON_IN_PENUMBRA_JD_TDB: f64 = 2_459_891.907_1;
@@ -44,14 +44,14 @@ fn with_effects(request: &ViewRequest, effects: &str) -> Result<ViewRequest, Ses
 }
 
 /// A standard scene without features whose size is in pixels (points, stars, glare), which would change with the picture's size.
-pub(super) fn standard(name: &str, effort: Effort) -> Result<ViewRequest, SessionError> {
+pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest, SessionError> {
     let side = effort.side_px();
     let scene = standard_scenes(side, side).into_iter().find(|s| s.name == name).map(|s| s.request);
     let request = scene.unwrap_or_else(|| ViewRequest::of(NaifId::EARTH, Instant::from_jd_tdb(EARTH_JD_TDB)));
     with_effects(&ViewRequest { layers: Layers { stars: false, ..Layers::default() }, ..request }, "-points,-glow")
 }
 
-/// The qualities whose scene of this view satisfies `what`.
+/// The qualities at which the scene of this view contains a draw for which `what` is true.
 fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
     let mut found = Vec::new();
     for quality in Quality::ALL {
@@ -63,14 +63,14 @@ fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw
     Ok(found)
 }
 
-/// Greatest difference from the reference, percent of the reference's greatest radiance.
+/// Greatest difference from the reference, in percent of the reference's greatest radiance.
 fn max_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
     let most = truth.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
     let apart = picture.light.iter().zip(&truth.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
     100.0 * f64::from(apart) / f64::from(most.max(f32::MIN_POSITIVE))
 }
 
-/// Sum of absolute differences from the reference, percent of all light.
+/// Sum of absolute differences from the reference, in percent of all light.
 fn mean_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
     let sum =
         |of: &dyn Fn(usize, usize) -> f32| (0..truth.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>();
@@ -104,12 +104,12 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
         let default_of = qualities(&dual, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
         let measured =
             drawing(&dual, model.name(), dual.plan_view(&asked, PLAIN)?, Precision::F32, vec![], |p| max_percent_of_light(p, &truth))?;
-        // The error is of sunlight on the ground; the time is that of the final image.
+        // The error is that of the sunlight on the ground; the time is that of the final image.
         let shown = dual.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..asked }, PLAIN)?;
         let dual = &dual;
         candidates.push(Candidate { default_of, work: Box::new(move || dual.draw(&shown, Precision::F32)), ..measured });
     }
-    measured(
+    measure_choice(
         "eclipse",
         "sunlight on the Moon, 2022-11-08T09:45, half of it in the umbra",
         Unit::PercentOfLight,
@@ -118,7 +118,7 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     )
 }
 
-/// The view with another model in all draws.
+/// The view with `change` applied to all draws.
 fn with_draws(dual: &DualRenderer<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
     let mut scene = dual.plan_view(request, PLAIN)?.scene;
     scene.draws.iter_mut().for_each(change);
@@ -129,7 +129,7 @@ fn with_draws(dual: &DualRenderer<'_>, request: &ViewRequest, change: impl Fn(&m
 /// The models of the rings' shadow on their planet.
 pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let request = dual.exposed(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
+    let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
     let model_of = |model: RingShadow| {
         with_draws(&dual, &request, |d| {
             if d.features.ring_shadow != RingShadow::None {
@@ -143,7 +143,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
         let default_of = qualities(&dual, &request, |d| d.features.ring_shadow == model)?;
         candidates.push(drawing(&dual, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    measured(
+    measure_choice(
         "ring-shadow",
         "Saturn from 2 radii, 2017-05-17, the Sun 26 degrees above the rings",
         Unit::Levels,
@@ -156,7 +156,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
 pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     // From the direction of Uranus the shadow is visible beside the globe.
-    let request = dual.exposed(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort))?;
+    let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort))?;
     let model_of = |model: BodyShadow| {
         with_draws(&dual, &request, |d| {
             if d.features.body_shadow != BodyShadow::None {
@@ -170,7 +170,7 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
         let default_of = qualities(&dual, &request, |d| d.features.body_shadow == model)?;
         candidates.push(drawing(&dual, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    measured("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
+    measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
 }
 
 /// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
@@ -185,7 +185,7 @@ fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequ
         ..globe.clone()
     };
     let (limb, sky) = (from(20.0, 400.0, -0.3), from(5.0, 0.1, 0.1));
-    Ok([dual.exposed(globe.clone())?, dual.exposed(limb)?, dual.exposed(sky)?])
+    Ok([dual.with_metered_exposure(globe.clone())?, dual.with_metered_exposure(limb)?, dual.with_metered_exposure(sky)?])
 }
 
 /// The tiers of atmospheric scattering.
@@ -214,14 +214,15 @@ pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasur
         candidates.push(Candidate { name: tier.name().to_owned(), error: worst, default_of, work });
     }
     let about = "the Earth from 3 radii, its limb from 400 km, its sky, the worst of them; against the table: the others leave out light scattered twice";
-    measured("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
+    measure_choice("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
 /// Normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
 pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
-    let request = dual.exposed(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
+    let request =
+        dual.with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
     let asked = |on: bool| dual.plan_target(&with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" })?, PLAIN);
     let truth = dual.light(&asked(true)?, Precision::F64)?;
     let mut candidates = Vec::new();
@@ -230,7 +231,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
         let view = asked(shape == Shape::Ellipsoid)?;
         candidates.push(drawing(&dual, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    measured("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
+    measure_choice("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
 }
 
 /// Options that differ in sampling: timed in f32, their errors computed in f64 to exclude rounding.
@@ -251,37 +252,37 @@ fn sampled<'a>(
 }
 
 /// The qualities whose sampling satisfies a condition.
-fn qualities_sampling(is_such: impl Fn(SamplingQuality) -> bool) -> Vec<Quality> {
-    Quality::ALL.into_iter().filter(|q| is_such(SamplingQuality::of(*q))).collect()
+fn qualities_sampling(matches_sampling: impl Fn(SamplingQuality) -> bool) -> Vec<Quality> {
+    Quality::ALL.into_iter().filter(|q| matches_sampling(SamplingQuality::of(*q))).collect()
 }
 
 /// Anisotropy: taps along the footprint of a pixel on a map.
 pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let request = dual.exposed(standard("moon-limb", effort)?)?;
+    let request = dual.with_metered_exposure(standard_request("moon-limb", effort)?)?;
     let options = [1_u8, 2, 4, 8, 16].map(|anisotropy| {
         let sampling = SamplingQuality { samples: 4, anisotropy };
         (anisotropy.to_string(), sampling, qualities_sampling(|s| s.anisotropy == anisotropy))
     });
     let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
-    measured("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
+    measure_choice("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
 }
 
 /// Samples per pixel.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let request = dual.exposed(standard("saturn", effort)?)?;
+    let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
     let options =
         [1_u8, 4].map(|samples| (samples.to_string(), SamplingQuality { samples, ..PLAIN }, qualities_sampling(|s| s.samples == samples)));
     let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..PLAIN })?;
     let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
-    measured("samples", about, Unit::Levels, effort.rounds(), candidates)
+    measure_choice("samples", about, Unit::Levels, effort.rounds(), candidates)
 }
 
-/// Full resolution, or lower ones that are scaled to the window while the view moves.
+/// Full resolution, or lower resolutions that are scaled to the window while the view moves.
 pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let request = dual.exposed(standard("saturn", effort)?)?;
+    let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
     let side = |by: u32| request.width.div_ceil(by);
     let coarse = |by: u32| {
         dual.plan_target(&ViewRequest { width: side(by), height: side(by), ..request.clone() }, SamplingQuality::of(Quality::Standard))
@@ -296,13 +297,13 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
     }
     let about =
         "Saturn in motion, drawn with fewer pixels on each side and stretched; the window takes the finest that keeps 30 frames a second";
-    measured("resolution", about, Unit::Levels, effort.rounds(), candidates)
+    measure_choice("resolution", about, Unit::Levels, effort.rounds(), candidates)
 }
 
-/// f32 or f64.
+/// Precision: f32 or f64.
 pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let request = dual.exposed(standard("earth-3-radii", effort)?)?;
+    let request = dual.with_metered_exposure(standard_request("earth-3-radii", effort)?)?;
     let view = || dual.plan_view(&request, PLAIN);
     let truth = dual.light(&view()?, Precision::F64)?;
     let mut candidates = Vec::new();
@@ -311,5 +312,5 @@ pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     {
         candidates.push(drawing(&dual, name, view()?, precision, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    measured("precision", "the Earth from 3 radii in an eclipse", Unit::Levels, effort.rounds(), candidates)
+    measure_choice("precision", "the Earth from 3 radii in an eclipse", Unit::Levels, effort.rounds(), candidates)
 }

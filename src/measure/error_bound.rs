@@ -1,8 +1,9 @@
 //! Error bounds of a picture relative to reference quality, computed without drawing the reference.
 //!
-//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference to the same picture with the
-//! reference's models and taps, of the stated errors of those models ([`tiers`](crate::scene::tiers)), of rounding (twice the difference of f32 and f64), of sampling (a fraction of the range
-//! of radiance among the neighbours), and of features left out. It is a statement about this program's models; effects that none of them has are in docs/accuracy.md.
+//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference
+//! from the same picture with the reference's models and taps, of the stated errors of those models ([`tiers`](crate::scene::tiers)), of
+//! rounding (twice the difference of f32 and f64), of sampling (a fraction of the range of radiance among the neighbouring pixels), and of
+//! features left out. It is a statement about this program's models; docs/accuracy.md lists effects that none of them includes.
 
 use super::pictures::{DualRenderer, PlannedView};
 use super::whole::precision_of;
@@ -16,8 +17,9 @@ use crate::scene::tiers::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Error of fewer samples as a fraction of the range of radiance among a pixel and its eight neighbours: measured (tests/cli/error_bound.rs). Limbs and rings are
-/// antialiased analytically; the rest is an edge of shading inside a pixel with one sample.
+/// Error of fewer samples, as a measured fraction of the range of radiance among a pixel and its eight neighbours
+/// (tests/cli/error_bound.rs). Limbs and rings are antialiased analytically; the remaining error is that of a shading edge inside a pixel
+/// with one sample.
 fn sampling_error_fraction(quality: Quality) -> f64 {
     match quality {
         Quality::Draft => 0.5,
@@ -26,7 +28,8 @@ fn sampling_error_fraction(quality: Quality) -> f64 {
     }
 }
 
-/// Factor on the difference to the picture with the reference's models, since that one is drawn in f32 and with the view's own samples.
+/// Factor on the difference from the picture with the reference's models, because that picture is drawn in f32 and with the view's own
+/// samples.
 const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
 /// The picture without atmospheres, the optical depth along each ray, and the largest error of the atmosphere tiers.
@@ -36,20 +39,21 @@ type WithoutAir = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
 struct Layers {
     /// The picture in the quality's precision.
     shown: Vec<[f32; 4]>,
-    /// The same in the other precision, f32 or f64.
+    /// The picture in the other precision, f32 or f64.
     other_precision: Vec<[f32; 4]>,
-    /// With the reference's models and taps, f32.
+    /// The picture with the reference's models and taps, in f32.
     reference_models: Vec<[f32; 4]>,
-    /// Without eclipses, if the view has any; with the largest error of its models, as a fraction of that light.
+    /// The picture without eclipses, if the view has any; and the largest error of the eclipse models, as a fraction of that light.
     without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
-    /// Without atmospheres, and the optical depth along each pixel's ray; with the largest error of its tiers, as a fraction of the scattered light.
+    /// The picture without atmospheres, and the optical depth along each pixel's ray; and the largest error of the tiers, as a fraction of
+    /// the scattered light.
     without_air: Option<WithoutAir>,
 }
 
 /// The bounds of a view's picture at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.
 ///
 /// # Errors
-/// Why the view cannot be drawn.
+/// The reason why the view cannot be drawn.
 pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, SessionError> {
     let dual = DualRenderer::new(session)?;
     let sampling = SamplingQuality::of(request.quality);
@@ -146,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bound_in_levels_holds_what_the_light_may_be() {
+    fn a_bound_in_levels_covers_every_light_within_its_bound() {
         assert_eq!(level_bound(0.5, 0.0), 1);
         let level = |light: f64| 255.0 * linear_to_srgb(light);
         for light in [0.0, 1e-4, 0.02, 0.3, 0.9] {
@@ -162,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn the_range_is_that_of_the_neighbours() {
+    fn the_range_is_the_greatest_difference_from_a_neighbour() {
         let mut light = vec![[0.5, 0.5, 0.5, 1.0]; 25];
         light[12] = [0.9, 0.5, 0.1, 1.0];
         let near = neighbour_range(&light, 5, 6);

@@ -1,9 +1,9 @@
 //! Speed against accuracy: the time and the error of each option of each choice.
 //!
-//! In: a session, and how long it may take. Out: `ChoiceMeasure`s: for each option of each choice its error in a perceptible unit and its time as a
-//! ratio to that of the choice's most accurate option. Always: times are ratios of runs in turns ([`timing`]), errors are relative to the most expensive option in
-//! f64; the option that each quality takes is read from the program, those that it may
-//! take are computed by [`rule`]. Not measured: tessellation, since ellipsoids are intersected and not tessellated.
+//! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option of each choice its error in a
+//! perceptible unit and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of runs in turns
+//! ([`timing`]); errors are relative to the most expensive option in f64; the option that each quality uses is read from the program; the
+//! options that it may use are computed by [`rule`]. Not measured: tessellation, because ellipsoids are intersected and not tessellated.
 
 mod drawings;
 mod error_bound;
@@ -32,12 +32,12 @@ use timing::{Spread, interleaved, seconds_of};
 pub enum Effort {
     /// About a minute on two cores.
     Short,
-    /// Larger pictures and more rounds: some minutes.
+    /// Larger pictures and more rounds: several minutes.
     Full,
 }
 
 impl Effort {
-    /// Side of the pictures, pixels.
+    /// Width and height of the pictures, pixels.
     pub(crate) fn side_px(self) -> u32 {
         match self {
             Self::Short => 128,
@@ -61,31 +61,31 @@ pub(crate) struct OptionMeasure {
     pub name: String,
     /// Error and time.
     pub measurement: Measurement,
-    /// Whether another option is better in both.
+    /// Whether another option dominates this one ([`rule::dominated`]).
     pub is_dominated: bool,
-    /// The qualities that take it in the program.
+    /// The qualities that use this option in the program.
     pub default_of: Vec<Quality>,
-    /// The qualities that may take it by [`rule::admissible`].
+    /// The qualities that may use this option by [`rule::admissible`].
     pub admissible_for: Vec<Quality>,
 }
 
 /// A choice and its options, in the order of the program.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ChoiceMeasure {
-    /// What is chosen.
+    /// Name of the choice.
     pub name: &'static str,
-    /// The quantity of the error, and the view.
+    /// The quantity whose error is measured, and the view.
     pub about: &'static str,
     /// Unit of the errors.
     pub unit: Unit,
-    /// The scene decides from the view, in the same way at every quality, so the rule does not apply.
+    /// True if the scene decides from the view, in the same way at every quality, so that the rule does not apply.
     pub is_by_view: bool,
     /// Measurements of the options.
     pub options: Vec<OptionMeasure>,
 }
 
 impl ChoiceMeasure {
-    /// Qualities whose default the rule does not allow, with one that it does; empty where the view decides.
+    /// Qualities whose default option the rule does not allow, each with an option that it allows; empty if the view decides.
     pub(crate) fn broken_defaults(&self) -> Vec<(Quality, &str)> {
         let broken = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
         let allowed = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
@@ -102,7 +102,7 @@ pub(crate) struct Candidate<'a> {
 }
 
 /// Times the candidates in turns and applies the rule; ratios are relative to the last of the most accurate candidates.
-pub(crate) fn measured(
+pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
     unit: Unit,
@@ -147,7 +147,7 @@ const BY_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
 /// Measures one choice.
 pub(crate) type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
 
-/// Every choice by name, in the order of a frame: positions, light, shapes, sampling, whole pictures.
+/// Every choice by name, in the order of a frame: positions, light, shapes, sampling, complete pictures.
 pub(crate) const CHOICES: [(&str, MeasureChoice); 13] = [
     ("ephemeris", positions::ephemeris_source),
     ("light-time", positions::light_time),

@@ -17,9 +17,9 @@ const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 /// A picture of linear light.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LightPicture {
-    /// Pixels.
+    /// Size in pixels.
     pub width: u32,
-    /// Pixels.
+    /// Size in pixels.
     pub height: u32,
     /// Rows from the top; red, green, blue and coverage.
     pub light: Vec<[f32; 4]>,
@@ -66,14 +66,14 @@ impl LightPicture {
         Self { width, height, light, exposure_factor: self.exposure_factor }
     }
 
-    fn exposed(&self) -> ExposedPixels<'_> {
+    fn exposed_pixels(&self) -> ExposedPixels<'_> {
         ExposedPixels { light: &self.light, exposure_factor: self.exposure_factor }
     }
 }
 
-/// Per pixel the difference of the worst channel, in display levels.
+/// For each pixel, the greatest difference of any channel, in display levels.
 pub(crate) fn levels_apart(a: &LightPicture, b: &LightPicture) -> Vec<f64> {
-    levels::levels_apart(a.exposed(), b.exposed())
+    levels::levels_apart(a.exposed_pixels(), b.exposed_pixels())
 }
 
 /// The 99.9th percentile; 0 for no values.
@@ -113,13 +113,14 @@ impl<'a> DualRenderer<'a> {
         Ok(LightPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
     }
 
-    /// Draws and drops the result, for timing.
+    /// Draws the view and discards the result, for timing.
     pub(crate) fn draw(&self, view: &PlannedView, precision: Precision) -> Result<(), SessionError> {
         self.renderer(precision).render(&view.plan, self.session.library(), false)?;
         Ok(())
     }
 
-    /// The same with only the draws of the target (of all bodies without one): smaller bodies change from points to discs as the picture grows.
+    /// Plans only the draws of the target (all bodies if there is no target). Smaller bodies are left out because they change from points
+    /// to discs as the picture grows.
     pub(crate) fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
@@ -127,8 +128,8 @@ impl<'a> DualRenderer<'a> {
         Ok(PlannedView { scene, plan })
     }
 
-    /// The same view with its metered exposure fixed, so that all options have one exposure.
-    pub(crate) fn exposed(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
+    /// The same view with its metered exposure fixed, so that all options use the same exposure.
+    pub(crate) fn with_metered_exposure(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
         let stops = self.plan_view(&request, FINEST)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })
     }
@@ -150,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn reducing_and_stretching_keep_light_where_it_is() {
+    fn reducing_and_stretching_do_not_shift_light() {
         let ramp = grey(8, 4, |x, _| x as f32);
         let half = ramp.reduced(2);
         assert_eq!((half.width, half.height), (4, 2));

@@ -1,8 +1,8 @@
 //! The plot of time against error: one panel for each choice.
 //!
-//! In: measured choices. Out: the same plot as SVG text or as pixels. Always: both axes are logarithmic, time as a ratio to the most accurate option,
-//! error in the unit that the panel names; an error of 0 is drawn at the panel's lower edge and labelled. Each option's name has its time ratio
-//! beside it; options on the Pareto frontier are joined, dominated ones are hollow.
+//! In: measured choices. Out: the same plot as SVG text or as pixels. Always: both axes are logarithmic: the time as a ratio to the most
+//! accurate option, the error in the unit that the panel names. An error of 0 is drawn at the panel's lower edge and labelled. Each
+//! option's label contains its time ratio. Options on the Pareto frontier are joined by a line; dominated options are hollow.
 
 use super::{ChoiceMeasure, OptionMeasure};
 use plotters::coord::Shift;
@@ -11,7 +11,7 @@ use plotters::style::{FontStyle, register_font};
 use std::error::Error;
 use std::sync::OnceLock;
 
-/// Size of the whole plot, pixels.
+/// Size of the entire plot, pixels.
 pub(crate) const SIZE_PX: (u32, u32) = (1560, 1240);
 /// Panels in a row.
 const COLUMNS: usize = 4;
@@ -20,7 +20,7 @@ const INK: RGBColor = RGBColor(35, 35, 35);
 const FRONTIER: RGBColor = RGBColor(0, 90, 160);
 const DOMINATED: RGBColor = RGBColor(190, 70, 20);
 
-/// The plot could not be drawn, in one line.
+/// The plot could not be drawn; the message is one line.
 #[derive(Debug, thiserror::Error)]
 #[error("the plot cannot be drawn: {0}")]
 pub(crate) struct PlotError(String);
@@ -49,7 +49,7 @@ pub(crate) fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotErro
     Ok(rgb.chunks_exact(3).map(|p| [p[0], p[1], p[2], 255]).collect())
 }
 
-/// Registers an embedded font for bitmaps: the system may have none.
+/// Registers an embedded font for bitmaps, because the system may have none.
 fn provide_font() -> Result<(), PlotError> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
     let given = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::HACK_REGULAR).is_ok());
@@ -162,7 +162,7 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i3
     offsets
 }
 
-/// An axis label: powers of ten far from 1, plain digits near it.
+/// An axis label: a power of ten far from 1, plain digits near 1.
 fn short(value: f64) -> String {
     if (0.01..10_000.0).contains(&value) { format!("{}", (value * 1e4).round() / 1e4) } else { format!("{value:.0e}") }
 }

@@ -1,9 +1,10 @@
-//! Cost and error of positions: the source of the ephemeris, and light time.
+//! Cost and error of positions: the source of the ephemeris, and corrections for light time.
 //!
-//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the worst of Sun, Moon and planets over two centuries of dates.
+//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the greatest of Sun, Moon and planets over two centuries
+//! of dates.
 
 use super::rule::Unit;
-use super::{Candidate, ChoiceMeasure, Effort, measured};
+use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::{EphemerisError, Source, angle_rad};
@@ -16,7 +17,7 @@ use glam::DVec3;
 /// Sun, Moon and planets.
 const BODIES: [NaifId; 9] =
     [NaifId::SUN, NaifId::MOON, NaifId(199), NaifId(299), NaifId(499), NaifId(599), NaifId(699), NaifId(799), NaifId(899)];
-/// From 1905 to 2095, within the shipped kernel; the step is no multiple of any period.
+/// Dates from 1905 to 2095, within the shipped kernel; the step is not a multiple of any period.
 const FIRST_JD_TDB: f64 = 2_416_847.3;
 const STEP_DAYS: f64 = 1_983.7;
 const DATES: usize = 35;
@@ -75,7 +76,7 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     ];
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
-    measured("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
+    measure_choice("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
 }
 
 /// Geometric position, position with light time, and apparent position with aberration: the results of `ephemeris` and `ephemeris --apparent`.
@@ -100,5 +101,5 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let truth: Direction<'_> = Box::new(apparent);
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
-    measured("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
+    measure_choice("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
 }

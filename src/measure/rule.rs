@@ -1,9 +1,10 @@
-//! The rule that says which options are dominated, and which of them a quality may take. A choice is one setting with several implementations, its options, such as
-//! the number of samples.
+//! The rule that determines which options are dominated, and which of them a quality may use. A choice is one setting with several
+//! implementations, its options, such as the number of samples.
 //!
-//! In: time and error of the options of one choice. Out: the dominated ones, and those that a quality may take. Always: an option is dominated only by one
-//! that is clearly cheaper at no greater error, or clearly more accurate at no greater time; differences below the spread of the measurement are
-//! ignored. A quality takes the cheapest option within its bound; `reference` has no bound and takes the most accurate one.
+//! In: time and error of the options of one choice. Out: the dominated options, and those that a quality may use. Always: an option is
+//! dominated only by an option that is clearly cheaper at no greater error, or clearly more accurate at no greater time; differences below
+//! the spread of the measurement are ignored. A quality uses the cheapest option within its bound; `reference` has no bound and uses the
+//! most accurate option.
 
 use super::timing::Spread;
 use crate::scene::request::Quality;
@@ -13,7 +14,7 @@ use crate::scene::request::Quality;
 pub(crate) enum Unit {
     /// Angle on the sky.
     Arcseconds,
-    /// Percent of a pixel's radiance, or of the picture's summed light, as the choice says.
+    /// Percent of a pixel's radiance, or of the picture's summed light; the choice states which.
     PercentOfLight,
     /// The 99.9th percentile over pixels of the error on the display, in levels of 255.
     Levels,
@@ -29,11 +30,12 @@ impl Unit {
         }
     }
 
-    /// The greatest error that a quality may have; `None`: the least possible.
+    /// The greatest error that a quality may have; `None`: the least that any option has.
     ///
-    /// `draft` is for looking around. A good eye resolves 60 arcsec, at a magnification of 15 that is 4 arcsec; 1 arcsec is a quarter of it. 15.9 % of light is a
-    /// quarter of a stop. 32 levels are an edge pixel off by an eighth of white, in one pixel of a thousand. `standard` is what the program shows and writes. The
-    /// Moon moves 0.1 arcsec in 0.2 s: the error of a contact. Half a percent of light is one level at mid grey, and three levels are 1 % of the display's range.
+    /// `draft` is for exploring. A good eye resolves 60 arcsec; at a magnification of 15 that is 4 arcsec, and 1 arcsec is a quarter of it.
+    /// 15.9 % of light is a quarter of a stop. 32 levels mean that an edge pixel is off by an eighth of white, in one pixel of a thousand.
+    /// `standard` is used for the window and for written pictures. The Moon moves 0.1 arcsec in 0.2 s, which is the error of a contact
+    /// time. Half a percent of light is one level at mid grey, and three levels are 1 % of the display's range.
     pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],
@@ -51,19 +53,19 @@ impl Unit {
 /// Error and time of an option.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Measurement {
-    /// In the choice's unit, at least 0.
+    /// Error in the choice's unit, at least 0.
     pub error: f64,
     /// Ratio to the time of the choice's most accurate option.
     pub time: Spread,
 }
 
 impl Measurement {
-    /// Outside of each other's quartiles, and by more than 5 %: smaller differences do not justify a change.
+    /// Whether the quartiles do not overlap and the medians differ by more than 5 %; smaller differences do not justify a change.
     fn is_clearly_faster(&self, than: &Self) -> bool {
         self.time.high < than.time.low && self.time.median < 0.95 * than.time.median
     }
 
-    /// By more than 1 % of the error.
+    /// Whether the error is smaller by more than 1 %.
     fn is_more_accurate(&self, than: &Self) -> bool {
         self.error < 0.99 * than.error
     }
@@ -75,13 +77,13 @@ impl Measurement {
     }
 }
 
-/// For each option whether another dominates it.
+/// For each option, whether another one dominates it.
 pub(crate) fn dominated(options: &[Measurement]) -> Vec<bool> {
     options.iter().map(|a| options.iter().any(|b| b.dominates(a))).collect()
 }
 
-/// For each option whether a quality may take it: it meets the bound, and no other that meets it is clearly faster. For `reference`, or if none meets the bound, the
-/// most accurate options take the place of those that meet it.
+/// For each option, whether a quality may use it: the option meets the bound, and no other option that meets the bound is clearly faster.
+/// For `reference`, or if no option meets the bound, the most accurate options take the place of those that meet it.
 pub(crate) fn admissible(quality: Quality, unit: Unit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
     let meets_bound_or_is_most_accurate = |o: &Measurement| match bound {

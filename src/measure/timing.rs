@@ -1,8 +1,8 @@
 //! Timing of alternatives in turns, on a machine that is also doing other work.
 //!
-//! In: repeatable workloads. Out: their results in each round, and ratios of their times with quartiles. Always: the workloads take turns within a round,
-//! forwards and backwards, so that warming up, throttling and other load affect all of them alike; only times of one round are divided by
-//! each other. Times are CPU time where the system reports it, elapsed time elsewhere.
+//! In: repeatable workloads. Out: their results in each round, and ratios of their times with quartiles. Always: the workloads take turns
+//! within a round, forwards and backwards, so that warm-up, throttling and other load affect all of them equally; only times from the same
+//! round are divided by each other. Times are CPU time where the system reports it, elapsed time elsewhere.
 
 use crate::session::process_cpu;
 use std::time::{Duration, Instant};
@@ -10,21 +10,21 @@ use std::time::{Duration, Instant};
 /// A workload to be timed; its error ends the measurement.
 pub(crate) type Work<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
 
-/// Runs every workload once per round, in turns: the results by workload, then by round.
+/// Runs every workload once per round, in turns. Returns the results by workload, then by round.
 ///
 /// # Errors
 /// The first error of a workload.
 pub(crate) fn interleaved<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
-    let mut answers: Vec<Vec<T>> = works.iter().map(|_| Vec::with_capacity(rounds)).collect();
+    let mut results: Vec<Vec<T>> = works.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = works.len();
     for round in 0..rounds {
         for step in 0..count {
             let turn = (step + round / 2) % count;
             let k = if round % 2 == 0 { turn } else { count - 1 - turn };
-            answers[k].push(works[k]()?);
+            results[k].push(works[k]()?);
         }
     }
-    Ok(answers)
+    Ok(results)
 }
 
 /// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report it.
@@ -65,7 +65,7 @@ impl Spread {
     }
 }
 
-/// By linear interpolation between the sorted values.
+/// The quantile `part` (0 to 1) of sorted values, by linear interpolation.
 pub(crate) fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let place = part.clamp(0.0, 1.0) * last as f64;
@@ -80,7 +80,7 @@ mod tests {
     use std::cell::{Cell, RefCell};
 
     #[test]
-    fn works_take_turns_and_each_round_holds_all_of_them() {
+    fn workloads_take_turns_and_each_round_runs_all_of_them() {
         let order = RefCell::new(String::new());
         let [a, b, c] = ['a', 'b', 'c'].map(|name| {
             let order = &order;
@@ -89,8 +89,8 @@ mod tests {
                 Ok(name)
             }
         });
-        let answers = interleaved(4, &[&a, &b, &c]).expect("no error");
-        assert_eq!(answers, [['a'; 4], ['b'; 4], ['c'; 4]]);
+        let results = interleaved(4, &[&a, &b, &c]).expect("no error");
+        assert_eq!(results, [['a'; 4], ['b'; 4], ['c'; 4]]);
         let order = order.into_inner();
         for round in order.as_bytes().chunks(3) {
             let mut names = round.to_vec();
@@ -104,7 +104,7 @@ mod tests {
 
     /// The machine slows down tenfold while two workloads run, one of which does twice as much: the ratios stay 2.
     #[test]
-    fn drift_of_the_machine_leaves_ratios_alone() {
+    fn ratios_are_independent_of_drift_of_the_machine() {
         let slowness = Cell::new(1.0);
         let work = |amount: f64| {
             let slowness = &slowness;

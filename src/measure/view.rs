@@ -5,18 +5,18 @@
 use super::pictures::{DualRenderer, levels_apart, p999};
 use super::rule::Unit;
 use super::whole::precision_of;
-use super::{Candidate, ChoiceMeasure, Effort, measured};
+use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::{Session, SessionError};
 
-/// A quality is sufficient if 99.9 % of the pixels are within this of the reference, 255ths.
+/// A quality is sufficient if 99.9 % of the pixels are within this many 255ths of the reference.
 pub(crate) const SUFFICIENT_LEVELS: f64 = 1.0;
 
 /// Measurements of the qualities in one view.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ViewMeasure {
-    /// Error and time of each.
+    /// Error and time of each quality.
     pub qualities: ChoiceMeasure,
     /// The first sufficient quality.
     pub enough: Quality,
@@ -25,10 +25,10 @@ pub(crate) struct ViewMeasure {
 /// Measures the qualities in a view; `effort` sets the number of rounds.
 ///
 /// # Errors
-/// Why the view cannot be drawn.
+/// The reason why the view cannot be drawn.
 pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Effort) -> Result<ViewMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let request = dual.exposed(request.clone())?;
+    let request = dual.with_metered_exposure(request.clone())?;
     let plan_view = |quality: Quality| dual.plan_view(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));
     let truth = dual.light(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
     let mut candidates = Vec::new();
@@ -43,6 +43,6 @@ pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Eff
         let work = Box::new(move || dual.draw(&view, precision_of(quality)));
         candidates.push(Candidate { name: quality.name().to_owned(), error, default_of: vec![quality], work });
     }
-    let qualities = measured("quality", "this view, against the reference quality", Unit::Levels, effort.rounds(), candidates)?;
+    let qualities = measure_choice("quality", "this view, against the reference quality", Unit::Levels, effort.rounds(), candidates)?;
     Ok(ViewMeasure { qualities, enough: enough.unwrap_or(Quality::Reference) })
 }

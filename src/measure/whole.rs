@@ -1,9 +1,9 @@
-//! Cost and error of whole pictures: qualities, stars, renderers.
+//! Cost and error of complete pictures: qualities, stars, renderers.
 
-use super::drawings::standard;
+use super::drawings::standard_request;
 use super::pictures::{DualRenderer, LightPicture, levels_apart, p999};
 use super::rule::Unit;
-use super::{Candidate, ChoiceMeasure, Effort, measured};
+use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
 use crate::scene::request::{Layers, Quality, ViewRequest};
@@ -17,12 +17,12 @@ pub(super) fn precision_of(quality: Quality) -> Precision {
     if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
 }
 
-/// `--quality`: everything that it sets, over the standard scenes.
+/// `--quality`: everything that the option sets, over the standard scenes.
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let mut views = Vec::new();
     for name in SCENES {
-        let request = dual.exposed(standard(name, effort)?)?;
+        let request = dual.with_metered_exposure(standard_request(name, effort)?)?;
         let reference = ViewRequest { quality: Quality::Reference, ..request.clone() };
         let truth = dual.light(&dual.plan_target(&reference, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
         views.push((request, truth));
@@ -41,7 +41,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], work });
     }
     let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against the reference quality";
-    measured("quality", about, Unit::Levels, effort.rounds(), candidates)
+    measure_choice("quality", about, Unit::Levels, effort.rounds(), candidates)
 }
 
 /// `--layers -stars`, and star catalogues of different size.
@@ -49,8 +49,8 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let dual = DualRenderer::new(session)?;
     let side = effort.side_px();
     let sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
-    let Some(sky) = sky else { return measured("stars", "no night sky", Unit::PercentOfLight, 1, Vec::new()) };
-    let request = dual.exposed(sky)?;
+    let Some(sky) = sky else { return measure_choice("stars", "no night sky", Unit::PercentOfLight, 1, Vec::new()) };
+    let request = dual.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
     let sum = |p: &LightPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
@@ -67,21 +67,21 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
             work: Box::new(move || dual.draw(&plan_view, Precision::F32)),
         });
     }
-    measured("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
+    measure_choice("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Software against a GPU, if the session's preference finds one; `None` elsewhere. CPU time is counted, which for a hardware GPU is
-/// only the remaining work of the CPU.
+/// The software renderer against a GPU, if the session's preference finds one; `None` elsewhere. CPU time is counted, which for a
+/// hardware GPU is only the remaining work of the CPU.
 ///
 /// # Errors
-/// Why the view cannot be drawn.
+/// The reason why the view cannot be drawn.
 pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<ChoiceMeasure>, SessionError> {
     let (choices, preference) = session.renderers();
     if preference == RendererPreference::Software || !choices.contains(&RendererPreference::Gpu) {
         return Ok(None);
     }
     let dual = DualRenderer::new(session)?;
-    let request = dual.exposed(standard("saturn", effort)?)?;
+    let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let drawn = session.draw(&request, sampling, true)?;
     if drawn.by.adapter.is_none() {
@@ -105,5 +105,5 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
             work: Box::new(|| dual.draw(&view, Precision::F32)),
         },
     ];
-    measured("renderer", "Saturn with its rings; against f64", Unit::Levels, effort.rounds(), candidates).map(Some)
+    measure_choice("renderer", "Saturn with its rings; against f64", Unit::Levels, effort.rounds(), candidates).map(Some)
 }

@@ -18,15 +18,16 @@ use std::sync::Arc;
 pub struct ShapeFrame {
     /// Semi-axes of the body's ellipsoid.
     pub radii_km: DVec3,
-    /// Kilometres to one unit of the file.
+    /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factor on z, in the unit-sphere frame, that gives the direction whose latitude the body's map counts.
+    /// Factor on z, in the unit-sphere frame, that gives a direction whose latitude is of the kind in which the rows of the body's map are
+    /// evenly spaced.
     pub latitude_stretch: f64,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
 }
 
-/// Why triangles cannot be the shape of the body.
+/// The reason why triangles cannot be the shape of the body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// A file in another unit, or of another body.
@@ -81,29 +82,29 @@ impl PartialEq for Model {
     }
 }
 
-/// A vertex before it is narrowed.
+/// A vertex in double precision.
 #[derive(Clone, Copy)]
 struct Point {
     /// Body axes, kilometres.
     place_km: DVec3,
     normal: DVec3,
     map: DVec2,
-    /// Linear.
+    /// Linear RGB.
     colour: DVec3,
 }
 
 /// The key by which corners share a vertex.
 #[derive(PartialEq, Eq, Hash)]
-struct Same {
+struct VertexKey {
     place: u32,
     normal: [u64; 3],
     map: [u64; 2],
 }
 
-/// For each position of the file the first one with the same coordinates, because some files repeat positions for each face of one surface.
+/// For each position of the file, the index of the first position with the same coordinates. Some files repeat positions for each face.
 fn welded(places: &[DVec3]) -> Vec<u32> {
     let mut first: FxHashMap<[u64; 3], u32> = FxHashMap::default();
-    // Minus zero is zero.
+    // The sum turns minus zero into zero.
     let bits = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
     (0..).zip(places).map(|(k, p)| *first.entry(bits(p)).or_insert(k)).collect()
 }
@@ -119,7 +120,7 @@ impl ShapeFrame {
     }
 }
 
-/// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if it misses it or meets an edge.
+/// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if it misses the triangle or meets an edge.
 fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
     let p = places.map(DVec3::truncate);
     let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
@@ -128,15 +129,15 @@ fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
     (sum != 0.0 && weights.min_element() > 1e-9).then_some(weights)
 }
 
-/// Texture coordinates of a triangle's corners, continuous across the seam and at a pole.
-fn unbroken(figure: &ShapeFrame, corners: &mut [Point; 3]) {
-    let polar = corners.map(|c| figure.on_axis(c.place_km));
+/// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
+fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
+    let polar = corners.map(|c| frame.on_axis(c.place_km));
     let Some(first) = polar.iter().position(|p| !p) else { return };
     let u0 = corners[first].map.x;
     for k in (0..3).filter(|k| !polar[*k]) {
         corners[k].map.x += (u0 - corners[k].map.x).round();
     }
-    // Measured from the map's edge, so that neighbouring triangles agree.
+    // The least u is moved to 0..1, so that neighbouring triangles agree.
     let least = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].map.x).fold(f64::INFINITY, f64::min).floor();
     (0..3).for_each(|k| corners[k].map.x -= least);
     let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].map.x, n + 1.0));
@@ -145,16 +146,16 @@ fn unbroken(figure: &ShapeFrame, corners: &mut [Point; 3]) {
 
 #[derive(Default)]
 struct Builder {
-    known: FxHashMap<Same, u32>,
+    known: FxHashMap<VertexKey, u32>,
     points: Vec<Point>,
-    /// For each vertex the index of its position: vertices at one position move and are shaded as one.
+    /// For each vertex the index of its position: vertices at one position are one point of the surface.
     places: Vec<u32>,
     indices: Vec<u32>,
 }
 
 impl Builder {
     fn vertex(&mut self, place: u32, point: Point) -> u32 {
-        let same = Same { place, normal: point.normal.to_array().map(f64::to_bits), map: point.map.to_array().map(f64::to_bits) };
+        let same = VertexKey { place, normal: point.normal.to_array().map(f64::to_bits), map: point.map.to_array().map(f64::to_bits) };
         let next = self.points.len() as u32;
         let at = *self.known.entry(same).or_insert(next);
         if at == next {
@@ -164,9 +165,9 @@ impl Builder {
         at
     }
 
-    fn triangle(&mut self, figure: &ShapeFrame, places: [u32; 3], mut corners: [Point; 3], from_file: bool) {
+    fn triangle(&mut self, frame: &ShapeFrame, places: [u32; 3], mut corners: [Point; 3], from_file: bool) {
         if !from_file {
-            unbroken(figure, &mut corners);
+            join_map_coordinates(frame, &mut corners);
         }
         for (place, corner) in places.into_iter().zip(corners) {
             let at = self.vertex(place, corner);
@@ -193,10 +194,10 @@ impl Model {
     ///
     /// # Errors
     /// A size that cannot be the body's, or no triangle with an area: one line.
-    pub fn of(obj: &Obj, figure: &ShapeFrame) -> Result<Self, ShapeError> {
-        let places_km: Vec<DVec3> = obj.places.iter().map(|p| *p * figure.scale_km).collect();
+    pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
+        let places_km: Vec<DVec3> = obj.places.iter().map(|p| *p * frame.scale_km).collect();
         let used = || obj.triangles.iter().flatten().map(|c| places_km[c.place as usize]);
-        let largest_km = figure.radii_km.max_element();
+        let largest_km = frame.radii_km.max_element();
         let farthest_km = used().map(DVec3::length).fold(0.0, f64::max);
         if !REACH.contains(&(farthest_km / largest_km)) {
             return Err(ShapeError::Size { farthest_km, radius_km: largest_km });
@@ -221,24 +222,24 @@ impl Model {
                 Point {
                     place_km,
                     normal: given.or(normals[weld[c.place as usize] as usize].try_normalize()).unwrap_or(facing),
-                    map: of_file.unwrap_or_else(|| figure.map_place(place_km)),
+                    map: of_file.unwrap_or_else(|| frame.map_place(place_km)),
                     colour: obj.colours.get(c.place as usize).map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(srgb_to_linear))),
                 }
             };
             let corners = [point(&t[0]), point(&t[1]), point(&t[2])];
             let places = [0, 1, 2].map(|k| weld[t[k].place as usize]);
             match pole_inside(corners.map(|c| c.place_km)).filter(|_| !from_file) {
-                None => builder.triangle(figure, places, corners, from_file),
+                None => builder.triangle(frame, places, corners, from_file),
                 Some(w) => {
                     let mixed = |of: fn(&Point) -> DVec3| of(&corners[0]) * w.x + of(&corners[1]) * w.y + of(&corners[2]) * w.z;
                     let mut place_km = mixed(|c| c.place_km);
                     (place_km.x, place_km.y) = (0.0, 0.0);
                     let normal = mixed(|c| c.normal).try_normalize().unwrap_or(facing);
-                    let pole = Point { place_km, normal, map: figure.map_place(place_km), colour: mixed(|c| c.colour) };
+                    let pole = Point { place_km, normal, map: frame.map_place(place_km), colour: mixed(|c| c.colour) };
                     // A new position, after those of the file.
                     let own = (places_km.len() + builder.points.len()) as u32;
                     for [a, b] in [[0, 1], [1, 2], [2, 0]] {
-                        builder.triangle(figure, [places[a], places[b], own], [corners[a], corners[b], pole], false);
+                        builder.triangle(frame, [places[a], places[b], own], [corners[a], corners[b], pole], false);
                     }
                 }
             }
@@ -246,17 +247,18 @@ impl Model {
         if builder.indices.is_empty() {
             return Err(ShapeError::NoArea);
         }
-        Ok(Self::narrowed(builder, figure, !obj.colours.is_empty()))
+        Ok(Self::narrowed(builder, frame, !obj.colours.is_empty()))
     }
 
-    fn narrowed(builder: Builder, figure: &ShapeFrame, coloured: bool) -> Self {
+    /// Converts the vertices to arrays of f32.
+    fn narrowed(builder: Builder, frame: &ShapeFrame, coloured: bool) -> Self {
         let flat = |of: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
             Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
         };
         let colours = coloured.then(|| Arc::new(builder.points.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
-        let reach = builder.points.iter().map(|p| (p.place_km / figure.radii_km).length()).fold(0.0, f64::max);
+        let reach = builder.points.iter().map(|p| (p.place_km / frame.radii_km).length()).fold(0.0, f64::max);
         Self {
-            positions: flat(&|p| p.place_km / figure.radii_km),
+            positions: flat(&|p| p.place_km / frame.radii_km),
             normals: flat(&|p| p.normal),
             map_coordinates: Arc::new(builder.points.iter().flat_map(|p| p.map.as_vec2().to_array()).collect()),
             colours,
@@ -265,7 +267,7 @@ impl Model {
                 builder.points.iter().map(|p| (p.place_km, p.normal)).collect(),
                 &builder.places,
                 &builder.indices,
-                figure.two_sided,
+                frame.two_sided,
             ),
             indices: Arc::new(builder.indices),
         }
@@ -284,12 +286,12 @@ mod tests {
     }
 
     #[test]
-    fn an_octahedron_shares_its_vertices_but_at_the_seam_and_the_poles() {
+    fn an_octahedron_shares_its_vertices_except_at_the_seam_and_the_poles() {
         let text = "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
                     f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
         let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
         assert_eq!((model.triangles(), model.reach), (8, 1.0));
-        // Four around, the one at 180 degrees from both sides, and each pole once for each of its four faces.
+        // Four on the equator, the one at 180 degrees twice, and each pole once for each of its four faces.
         assert_eq!(model.vertices(), 4 + 1 + 8);
         for t in model.indices.chunks_exact(3) {
             let u: Vec<f32> = t.iter().map(|k| vertex(&model.map_coordinates, 2, *k)[0]).collect();
@@ -317,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_are_weighted_by_area_and_those_of_the_file_come_first() {
+    fn normals_are_weighted_by_area_and_normals_of_the_file_have_precedence() {
         // Two faces on one edge: one twice as large as the other, a right angle between them.
         let text = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\n";
         let first = |text: &str| {

@@ -1,7 +1,7 @@
 //! Reading a Wavefront OBJ file.
 //!
 //! In: the file's text. Out: its positions, texture coordinates, normals, colours and faces, with faces triangulated as fans and every index checked; or
-//! the first wrong line, with what it says and what is allowed. Supported are `v x y z`, `v x y z r g b`, `vt u v`, `vn x y z` and `f`. Groups, materials,
+//! the first wrong line, with its text and the allowed form. Supported are `v x y z`, `v x y z r g b`, `vt u v`, `vn x y z` and `f`. Groups, materials,
 //! smoothing, lines and points are ignored; any other keyword is an error, so that a truncated or foreign file is not mistaken for a small shape. Not
 //! supported: curves, `v` with a weight, lines continued by a backslash.
 
@@ -64,7 +64,7 @@ fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     Some(all)
 }
 
-/// An index counted from 1, or from the end where it is negative, into a list of `length`.
+/// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0.
 fn index(word: &str, length: usize) -> Option<u32> {
     let n: i64 = word.parse().ok()?;
     let at = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
@@ -140,7 +140,7 @@ impl Obj {
     }
 }
 
-/// Reads a whole file.
+/// Reads a file.
 ///
 /// # Errors
 /// The first wrong line, or the last line if the file has no face.
@@ -149,10 +149,10 @@ pub fn parse(text: &str) -> Result<Obj, ObjError> {
     let mut last = 1;
     for (k, line) in text.lines().enumerate() {
         last = k + 1;
-        let said = line.split('#').next().unwrap_or_default().trim();
-        let words: Vec<&str> = said.split_whitespace().collect();
+        let statement = line.split('#').next().unwrap_or_default().trim();
+        let words: Vec<&str> = statement.split_whitespace().collect();
         if let Some((word, rest)) = words.split_first() {
-            obj.line(word, rest, said).map_err(|message| ObjError { line: last, message })?;
+            obj.line(word, rest, statement).map_err(|message| ObjError { line: last, message })?;
         }
     }
     if obj.triangles.is_empty() {

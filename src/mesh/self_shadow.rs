@@ -1,11 +1,11 @@
 //! Self-shadowing of a mesh: the height of the Sun over the mesh's own horizon, at each vertex.
 //!
 //! In: a mesh, the direction of the Sun and its angular radius. Out: a height at each vertex, in solar radii: above 1 the whole disc is visible, below -1
-//! it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, upward from a hidden Sun or downward
-//! from a visible one in the plane of the vertex, its normal and the Sun, until visibility changes; bisection refines the height.
+//! it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the vertex's normal
+//! and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is that of the nearest edge above or below the Sun, to a quarter of its radius or a tenth of itself. Between vertices it is
-//! interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller or
+//! Error: the height is that of the nearest edge above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height. Between
+//! vertices it is interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller or
 //! farther than a triangle can be off by the length of one edge. Light from other bodies is not shaded.
 
 use glam::DVec3;
@@ -13,18 +13,18 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to this: where one vertex sees past a peak and its neighbour does not, the interpolation must not become steep.
+/// Limit of heights, radians: where one vertex sees past a peak and its neighbour does not, the interpolation must not become steep.
 const MAX_RAD: f64 = 0.0873;
-/// Triangles in a leaf of the tree.
+/// Maximum number of triangles in a leaf of the tree.
 const LEAF: usize = 4;
 /// Vertices per parallel task.
-const TOGETHER: usize = 512;
+const VERTICES_PER_TASK: usize = 512;
 
 /// A mesh prepared for ray casting.
 pub(crate) struct Solid {
-    /// Places in kilometres and unit normals, by vertex.
+    /// Positions in kilometres and unit normals, by vertex.
     points: Vec<(DVec3, DVec3)>,
-    /// For each vertex the corner point that it shares: triangles that meet there do not occlude it.
+    /// For each vertex the index of its position: triangles with a corner at that position do not occlude it.
     places: Vec<u32>,
     triangles: Vec<[u32; 3]>,
     /// Whether both sides of a triangle are lit.
@@ -43,7 +43,7 @@ struct Tree {
 struct Node {
     low: DVec3,
     high: DVec3,
-    /// Of a leaf: first triangle in the order, and how many. Of an inner node: the second child (the first follows it), and 0.
+    /// Leaf: first triangle in `order`, and their number in `count`. Inner node: the second child (the first is the next node), and 0 in `count`.
     at: u32,
     count: u32,
 }
@@ -62,7 +62,7 @@ impl Tree {
     fn grow(&mut self, solid: &Solid, middles: &[DVec3], part: &mut [u32], first: usize) {
         let corners = || part.iter().flat_map(|t| solid.triangles[*t as usize]).map(|k| solid.place(k));
         let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-        let me = self.nodes.len();
+        let node_index = self.nodes.len();
         self.nodes.push(Node { low, high, at: first as u32, count: part.len() as u32 });
         if part.len() <= LEAF {
             return;
@@ -74,8 +74,8 @@ impl Tree {
         part.select_nth_unstable_by(half, |a, b| of(a)[axis].total_cmp(&of(b)[axis]).then(a.cmp(b)));
         let (left, right) = part.split_at_mut(half);
         self.grow(solid, middles, left, first);
-        self.nodes[me].at = self.nodes.len() as u32;
-        self.nodes[me].count = 0;
+        self.nodes[node_index].at = self.nodes.len() as u32;
+        self.nodes[node_index].count = 0;
         self.grow(solid, middles, right, first + half);
     }
 }
@@ -100,7 +100,7 @@ impl Solid {
 
     /// Whether a ray from a vertex intersects the mesh.
     fn blocked(&self, tree: &Tree, vertex: usize, direction: DVec3) -> bool {
-        let (origin, own) = (self.points[vertex].0, self.places[vertex]);
+        let (origin, own_place) = (self.points[vertex].0, self.places[vertex]);
         // Finite even for rays along an axis, where 0 times infinity would be NaN.
         let inverse = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
         let mut open = [0_u32; 64];
@@ -121,7 +121,7 @@ impl Solid {
             }
             let leaf = node.at as usize..(node.at + node.count) as usize;
             for t in tree.order[leaf].iter().map(|t| self.triangles[*t as usize]) {
-                if t.iter().any(|k| self.places[*k as usize] == own) {
+                if t.iter().any(|k| self.places[*k as usize] == own_place) {
                     continue;
                 }
                 let [a, b, c] = t.map(|k| self.place(k));
@@ -147,20 +147,20 @@ impl Solid {
         let outward = self.points[vertex].1;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
         let cosine = normal.dot(sun).clamp(-1.0, 1.0);
-        // Over the plane of the surface itself.
-        let own = cosine.asin();
-        if own < -radius_rad {
-            return own / radius_rad;
+        // Height of the Sun above the tangent plane.
+        let plane_height = cosine.asin();
+        if plane_height < -radius_rad {
+            return plane_height / radius_rad;
         }
         let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
         let blocked = |angle: f64| self.blocked(tree, vertex, sun * angle.cos() + up * angle.sin());
         let hidden = blocked(0.0);
-        let (sign, end) = if hidden { (1.0, FRAC_PI_2) } else { (-1.0, own.max(0.0)) };
-        // Away from the Sun until visibility changes.
+        let (sign, end) = if hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height.max(0.0)) };
+        // Steps away from the Sun until visibility changes.
         let (mut same, mut step) = (0.0, radius_rad);
         let mut other = loop {
             if step >= end {
-                return if hidden { -end / radius_rad } else { own / radius_rad };
+                return if hidden { -end / radius_rad } else { plane_height / radius_rad };
             }
             if blocked(sign * step) != hidden {
                 break step;
@@ -184,8 +184,8 @@ impl Solid {
         let tree = self.tree.get_or_init(|| Tree::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
         let most = MAX_RAD / radius_rad;
-        let one = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-most, most) as f32;
-        (0..self.points.len()).into_par_iter().with_min_len(TOGETHER).map(one).collect()
+        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-most, most) as f32;
+        (0..self.points.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
     }
 }
 
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn the_sun_under_an_arch_is_seen() {
-        // The wall begins above the ground: what stands under its lower edge is free.
+        // The wall begins above the ground: the view below its lower edge is free.
         let mut solid = floor_and_wall(4, 1.5, 0.5);
         let wall = solid.points.len() - 4;
         solid.points[wall].0.z = 0.3;
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sun_over_the_other_side_counts_where_both_do() {
+    fn two_sided_triangles_are_lit_from_both_sides() {
         let mut solid = floor_and_wall(4, 1.5, 0.5);
         let below = DVec3::new(0.6, 0.0, -0.8);
         assert!(solid.sun_heights(below, RADIUS)[12] < -1.0);
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn no_sun_breaks_it() {
+    fn heights_are_finite_for_any_direction_of_the_sun() {
         let solid = floor_and_wall(2, 1.5, 0.5);
         for sun in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
             assert!(solid.sun_heights(sun, 0.0).iter().all(|h| h.is_finite()));

@@ -7,13 +7,13 @@ use crate::session::SessionError;
 use crate::shader::ShaderError;
 use crate::shader::reflect::LayoutError;
 
-/// One line: the invalid field and its allowed values, or what failed in the program.
+/// An error of one line: the invalid field and its allowed values, or what failed in the program.
 #[derive(Debug, thiserror::Error)]
 pub enum ProbeError {
     /// The query cannot be parsed, or has impossible values.
     #[error("{0}")]
     Question(String),
-    /// No position of a body at that time.
+    /// The position of a body is not known at that time.
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),
     /// The view is impossible.

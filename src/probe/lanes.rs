@@ -1,7 +1,7 @@
-//! Evaluates many queries with one module: each is a column of a small target, drawn by the software renderer.
+//! Evaluates many queries with one module. Each query is a column of a small target that the software renderer draws.
 //!
-//! In: a module with the lanes of lib/probe_question.wesl, its uniform bytes and textures, twelve numbers per query. Out: for each query its rows of
-//! four numbers. Inputs are pairs of f32 that sum to the f64; outputs are f32 (relative rounding 6e-8).
+//! In: a module that imports lib/probe_question.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of
+//! each query, of four numbers each. Inputs are pairs of f32 whose sum is the f64 value; outputs are f32 (relative rounding 6e-8).
 
 use super::ProbeError;
 use crate::render::plan::{
@@ -12,10 +12,10 @@ use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
 use std::sync::Arc;
 
-/// Queries in one target: the widest picture that the renderer draws.
-const AT_ONCE: usize = 16_384;
+/// Maximum number of queries in one target: the width of the widest picture that the renderer draws.
+const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
-/// The inputs of a module besides the queries.
+/// A module and its inputs other than the queries.
 pub struct ProbeBatch {
     pub module: ModuleId,
     /// Empty if the module has no uniforms.
@@ -26,7 +26,7 @@ pub struct ProbeBatch {
     pub rows: u32,
 }
 
-/// Inputs of one query; unused ones are 0.
+/// Inputs of one query; unused numbers are 0.
 pub(crate) type Numbers = [f64; 12];
 
 /// The value as f32, and the remainder as f32.
@@ -54,9 +54,9 @@ impl ProbeBatch {
         queries: &[Numbers],
     ) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
         let mut all = Vec::with_capacity(queries.len());
-        for some in queries.chunks(AT_ONCE) {
-            let (frame, _) = renderer.render(&self.plan(some), library, true)?;
-            let width = some.len();
+        for batch in queries.chunks(MAX_QUERIES_PER_TARGET) {
+            let (frame, _) = renderer.render(&self.plan(batch), library, true)?;
+            let width = batch.len();
             for column in 0..width {
                 let row = |r: usize| frame.hdr.get(r * width + column).copied().ok_or("the target is smaller than its rows");
                 all.push((0..self.rows as usize).map(row).collect::<Result<Vec<_>, _>>()?);

@@ -1,8 +1,9 @@
-//! Queries that are answered by the emitted shaders, run on the software renderer.
+//! Queries that the emitted shaders answer, run on the software renderer.
 //!
-//! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the query. A kind of query
-//! is a file: it lists its fields in a [`QueryKind`], from which messages, help and checks are generated, parses them, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers
-//! into named answers. Always: no formula of a shader is duplicated here.
+//! In: one JSON object with a field `q`. Out: one JSON value, or one line that states what is wrong with the query. Each kind of query has
+//! its own file. The file lists the query's fields in a [`QueryKind`], from which messages, help and checks are generated; it parses the
+//! fields, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers into named
+//! results. Always: no formula of a shader is duplicated here.
 
 mod error;
 pub mod lanes;
@@ -27,7 +28,7 @@ use serde_json::{Map, Value, json};
 /// The session and renderer that answer queries.
 pub struct Prober<'a> {
     pub session: &'a Session,
-    /// In the requested precision.
+    /// The renderer, in the requested precision.
     pub renderer: &'a SoftwareRenderer,
 }
 
@@ -106,7 +107,7 @@ const fn alternative(name: &'static str, says: &'static str) -> QueryField {
 }
 
 impl QueryKind {
-    /// Refuses unknown fields and names missing ones.
+    /// Rejects unknown fields and names missing ones.
     fn check(&self, given: &Map<String, Value>) -> Result<(), ProbeError> {
         let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
         if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
@@ -142,7 +143,7 @@ pub fn queries_text() -> String {
     text
 }
 
-/// The same as JSON.
+/// Every kind with its fields and an example, as JSON.
 pub(crate) fn queries_json() -> Value {
     let field = |f: &QueryField| {
         let default = match f.need {
@@ -164,7 +165,7 @@ pub(crate) fn queries_json() -> Value {
 fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     let short = with_short_texts(&value);
     let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
-        // The message quotes the input: that of the shortened query is short.
+        // The message quotes the input, so it is created from the shortened query to be short.
         Err(e) => failing_field::<T>(&short, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
         Ok(_) => echo(&json_error_text(&e)),
@@ -172,7 +173,8 @@ fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     Ok(read?)
 }
 
-/// The field at which parsing failed: fields are parsed in order, so the first one that gives the same message alone.
+/// The field at which parsing failed. Fields are parsed in order, so it is the first field that gives the same message when later fields
+/// are removed.
 fn failing_field<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
     let all = value.as_object()?;
     let mut so_far = Map::new();
@@ -183,7 +185,7 @@ fn failing_field<T: DeserializeOwned>(value: &Value, message: &str) -> Option<St
     })
 }
 
-/// The same with every text cut to the length that a message may quote.
+/// The value with every text cut to the length that a message may quote.
 fn with_short_texts(value: &Value) -> Value {
     const MOST: usize = 100;
     match value {

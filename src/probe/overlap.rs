@@ -37,7 +37,7 @@ enum Model {
 }
 
 impl Fields {
-    /// The Sun's at 550 nm unless given; with `u1` alone, `u2` is 0.
+    /// Coefficients of limb darkening: the Sun's at 550 nm unless given; if only `u1` is given, `u2` is 0.
     fn law(&self) -> (f64, f64) {
         match (self.u1, self.u2) {
             (None, None) => (super::sunlight::u1_at_550_nm(), super::sunlight::u2_at_550_nm()),
@@ -70,7 +70,7 @@ impl Fields {
         if !self.offset_angle_from_major_axis_deg.is_finite() {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
         }
-        // Flux of the darkened disc: 1 - u1/3 - u2/6 of a uniform one.
+        // The flux of the limb-darkened disc is 1 - u1/3 - u2/6 of that of a uniform disc.
         let (u1, u2) = self.law();
         if !(1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite()) {
             return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));

@@ -1,8 +1,8 @@
 //! `pixel`: the colour of one pixel of a view, and the values from which its module computes it.
 //!
-//! `view` is a camera file (`--camera-json`); besides it there are `time`, `size` ([1024, 1024]) and `effects` as on the command line, and `x`,
-//! `y` from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes, `draws` are those that
-//! cover the pixel's centre, nearest first, each with every named value of its module.
+//! `view` is a camera file (`--camera-json`). The other fields are `time`, `size` ([1024, 1024]) and `effects`, as on the command line, and
+//! `x`, `y`, counted from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes. `draws`
+//! are the draws that cover the pixel's centre, nearest first, each with every named value of its module.
 
 use super::{ProbeError, Prober, QueryKind, fields, optional, required};
 use crate::catalog::NaifId;
@@ -61,8 +61,8 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
     let seen = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
-    let draws: Vec<Value> = seen.draws.iter().map(one).collect();
-    let first = seen.first().map_or(Value::Null, one);
+    let draws: Vec<Value> = seen.draws.iter().map(draw_json).collect();
+    let first = seen.first().map_or(Value::Null, draw_json);
     let mut answer = Map::new();
     for field in ["body", "part", "lat", "lon", "key"] {
         answer.insert(field.into(), first[field].clone());
@@ -74,7 +74,7 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     Ok(Value::Object(answer))
 }
 
-/// The linear view of a query's camera file, time and size.
+/// The view request, in linear light, for a query's camera file, time and size.
 pub(super) fn view_request(
     prober: &Prober<'_>,
     view: &CameraFile,
@@ -114,7 +114,7 @@ pub(crate) struct PixelDraw {
 }
 
 impl PixelReport {
-    /// The nearest globe, or else the nearest draw.
+    /// The nearest globe, or the nearest draw if there is no globe.
     pub(crate) fn first(&self) -> Option<&PixelDraw> {
         self.draws.iter().find(|d| d.part == Part::Globe).or(self.draws.first())
     }
@@ -154,7 +154,7 @@ pub(crate) fn inspect_pixel(
     Ok(PixelReport { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
 }
 
-/// The point on the surface at a globe's pixel.
+/// Latitude and longitude of the point on the surface at a globe's pixel.
 fn ground_deg(prober: &Prober<'_>, of_body: &Draw, seen: &PixelValues) -> Option<[f64; 2]> {
     let place = seen.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()))?;
     let (&[x, y, z], Part::Globe) = (&place.numbers[..], of_body.part) else { return None };
@@ -165,7 +165,7 @@ fn ground_deg(prober: &Prober<'_>, of_body: &Draw, seen: &PixelValues) -> Option
     Some([latitude, (y * radii_km.y).atan2(x * radii_km.x)].map(f64::to_degrees))
 }
 
-/// The picture's linear pixel: all draws, for this pixel alone.
+/// The picture's linear pixel: all draws, restricted to this pixel.
 fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
     let mut pass = plan.passes.first().cloned().ok_or("the plan has no pass")?;
     for draw in &mut pass.draws {
@@ -178,14 +178,14 @@ fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3],
     frame.hdr.get(at).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the picture has no such pixel".into())
 }
 
-/// JSON has no NaN: values that the pixel never computed become null.
+/// A JSON number. Values that the pixel never computed are NaN, which JSON lacks, and become null.
 fn number(v: f64) -> Value {
     serde_json::Number::from_f64(v).map_or(Value::Null, Value::Number)
 }
 
-fn one(of: &PixelDraw) -> Value {
+fn draw_json(of: &PixelDraw) -> Value {
     let named = |v: &NamedValue| match v.numbers[..] {
-        [one] => number(one),
+        [single] => number(single),
         ref all => all.iter().copied().map(number).collect(),
     };
     let values: Map<String, Value> = of.seen.values.iter().map(|v| (v.name.clone(), named(v))).collect();

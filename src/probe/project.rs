@@ -1,7 +1,9 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
-//! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue and has proper motion, parallax and aberration; right ascension and
-//! declination are ICRF directions without parallax, with aberration. Pixels count from the upper left corner of the picture. Places behind the camera are not in the frame; their pixel is that of the opposite direction.
+//! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue; its proper motion, parallax
+//! and aberration are included. Right ascension and declination are an ICRF direction without parallax, with aberration. Pixels count from
+//! the upper left corner of the picture. Positions behind the camera are not in the frame; the pixel returned for them is that of the
+//! opposite direction.
 
 use super::pixel::view_request;
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required};
@@ -48,7 +50,7 @@ pub(super) static KIND: QueryKind = QueryKind {
     ask,
 };
 
-/// The number of `HIP 32349`.
+/// The number in a name such as `HIP 32349`.
 fn hip_number(text: &str) -> Option<u32> {
     let text = text.trim();
     let digits = text.get(..3).filter(|head| head.eq_ignore_ascii_case("hip")).map_or(text, |_| &text[3..]);
@@ -104,7 +106,7 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 
-/// Whether a nearer body intersects the line of sight to a place.
+/// Whether a body closer to the camera intersects the line of sight to a position.
 fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64) -> bool {
     let towards = direction.normalize();
     let meets = |place: &Placement| {

@@ -1,6 +1,7 @@
 //! `ring-transmission`: the fraction of sunlight that a ring transmits; `ring-shadow`: the fraction that a planet blocks from its ring.
 //!
-//! Lengths are in equatorial radii, axes are the body's, with the pole +z. The ring is a profile in the query or that of a body in the catalog.
+//! Lengths are in equatorial radii; axes are the body's, with the pole at +z. The ring is a profile given in the query or that of a body in
+//! the catalog.
 
 use super::lanes::{Numbers, ProbeBatch};
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required};
@@ -82,7 +83,7 @@ fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
     DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
 }
 
-/// Tangent of the Sun's angular radius; 0 means a very small Sun.
+/// Tangent of the Sun's angular radius; 0 is replaced by a very small value.
 fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
         Ok(degrees.to_radians().tan().max(1e-6) as f32)
@@ -115,7 +116,7 @@ fn answer(
     numbers[..3].copy_from_slice(&point);
     let lanes = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
-    // Green; all channels are the same here.
+    // The green channel; all channels are equal here.
     answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
 

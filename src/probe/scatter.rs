@@ -119,7 +119,7 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let hits = cam.dot(dir) < 0.0 && radius_sq_minus_1 - cam.dot(dir).powi(2) < 0.0;
     let uniform_bytes = uniform_bytes(prober, &module, a, cam.length() - 1.0, !hits)?;
     let mut numbers: Numbers = [0.0; 12];
-    // The ray as a draw's uniforms have it: terms that would cancel in f32 are computed in f64.
+    // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64.
     let along = cam.dot(dir);
     numbers[..3].copy_from_slice(&(cam - along * dir).to_array());
     numbers[3] = radius_sq_minus_1 - along * along;
@@ -199,7 +199,7 @@ fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera:
             }
         }
     }
-    // A missing species gets the other's scale height, so that the quadrature fits the species that exists.
+    // A missing species gets the scale height of the other, so that the quadrature fits the species that exists.
     if gases == 0 {
         gas.0 = haze.0;
     }
@@ -225,7 +225,7 @@ fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera:
         multi_scatter: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
         ..AtmosphereUniforms::default()
     };
-    // The light's direction is a query input.
+    // The direction of the light is an input of the query, so this one is not used.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     Ok(uniforms_of(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
 }

@@ -1,7 +1,8 @@
 //! `sunlight`: the fraction of sunlight that reaches a point on a body past other bodies.
 //!
-//! `fraction` uses one limb darkening law for all channels, `u1` 0.40 and `u2` 0.26 unless the query gives others (the Sun at 550
-//! nm); `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is that at the ground, when the light arrives.
+//! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others;
+//! `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is the time at the ground, when
+//! the light arrives.
 
 use super::lanes::{Numbers, ProbeBatch};
 use super::{ProbeError, Prober, QueryKind, fields, optional, required};
@@ -51,7 +52,7 @@ enum Model {
 }
 
 impl Model {
-    fn wanted(self) -> EclipseModelChoice {
+    fn model_choice(self) -> EclipseModelChoice {
         EclipseModelChoice::Requested(match self {
             Self::Linear => EclipseModel::Linear,
             Self::UniformDisc => EclipseModel::UniformDisc,
@@ -92,43 +93,43 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     }
     let (point_km, _) = ground_point_km(body.radii_km, f.lat, f.lon, 0.0);
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
-    let sky = EclipsedSky::over(prober, &receiver, f.model.wanted())?;
+    let sky = EclipsedSky::over(prober, &receiver, f.model.model_choice())?;
     let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
     let at = point_km / body.radii_km.x;
     let sunlight =
         |occluders: &[Occluder<'_>], law| sky.sunlight(occluders, &[at], law)?.first().copied().ok_or(ProbeError::from("no answer"));
-    // With one law all channels are the same.
+    // With one law for all channels, all channels are equal.
     let fraction = |occluders: &[Occluder<'_>]| sunlight(occluders, Some(&one_law)).map(|[_, green, _]| green);
     let mut by = Map::new();
     for occluder in &sky.occluders {
-        let taken = 1.0 - fraction(std::slice::from_ref(occluder))?;
-        by.insert(occluder.body.name.to_lowercase(), json!(taken));
+        let blocked = 1.0 - fraction(std::slice::from_ref(occluder))?;
+        by.insert(occluder.body.name.to_lowercase(), json!(blocked));
     }
     Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": sunlight(&sky.occluders, None)?, "by": by }))
 }
 
-/// The occluders of one body at one time, for points on its surface.
+/// The occluders of the Sun for one body at one time, and the sunlight at points on the body's surface.
 pub struct EclipsedSky<'a> {
     prober: &'a Prober<'a>,
     receiver: &'a Receiver<'a>,
     sun: &'a Body,
-    wanted: EclipseModelChoice,
+    model_choice: EclipseModelChoice,
     pub occluders: Vec<Occluder<'a>>,
 }
 
 impl<'a> EclipsedSky<'a> {
-    /// Every body that can occlude the Sun, at most four.
+    /// Finds every body that can occlude the Sun, at most four.
     ///
     /// # Errors
     /// One line: the catalog has no Sun.
-    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: EclipseModelChoice) -> Result<Self, ProbeError> {
+    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { reach: 1.0, camera: None, pixel: 0.0 };
         let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).occluders;
-        Ok(Self { prober, receiver, sun, wanted, occluders })
+        Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
 
-    /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `law` replaces the catalog's.
+    /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `law` replaces the catalog's limb darkening.
     ///
     /// # Errors
     /// One line: the module cannot be compiled.
@@ -136,7 +137,7 @@ impl<'a> EclipsedSky<'a> {
         let mut occluders = occluders.to_vec();
         let mut sun = self.sun.clone();
         sun.photometry = law.cloned().unwrap_or(sun.photometry);
-        let eclipse = eclipse::model(&mut occluders, self.wanted);
+        let eclipse = eclipse::model(&mut occluders, self.model_choice);
         let uniforms = eclipse::uniforms_of_casters(&occluders, eclipse.model, self.receiver, &sun);
         sunlight_from_uniforms(self.prober, eclipse, uniforms, points)
     }

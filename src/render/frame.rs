@@ -3,9 +3,9 @@
 /// Pixels by rows, top row first, without padding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Pixels.
+    /// In pixels.
     pub width: u32,
-    /// Pixels.
+    /// In pixels.
     pub height: u32,
     /// Linear RGBA of the scene pass (premultiplied), empty unless requested.
     pub hdr: Vec<[f32; 4]>,

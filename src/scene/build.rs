@@ -1,8 +1,8 @@
 //! Builds a finished [`Scene`] from a request, in two steps.
 //!
 //! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_night_lights`] adds the light of
-//! cities; [`SceneBuilder::requirements`] says what else the view needs; [`SceneBuilder::build`] decides on every feature and makes the scene from the
-//! resources that were loaded. Nothing changes a scene afterwards.
+//! cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs; [`SceneBuilder::build`] decides on every feature and
+//! creates the scene from the resources that were loaded. The scene is never modified afterwards.
 
 mod annotations;
 mod bodies;
@@ -44,19 +44,19 @@ pub struct SceneBuilder<'a> {
     request: &'a ViewRequest,
     caches: &'a Caches,
     viewer: Viewer,
-    /// In the catalog's order, without those that the ephemeris could not place.
+    /// The bodies in catalog order, except those that the ephemeris could not place.
     placed: Vec<PlacedBody<'a>>,
-    /// One entry per body of the catalog: `None` if it was placed, else the entry that says why not.
+    /// One entry per body of the catalog: `None` if the body was placed, else a report that gives the reason.
     unplaced: Vec<Option<BodyInView>>,
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere around the camera, if it is in one.
     air: Option<SurroundingAir<'a>>,
-    /// Leaves city lights out until [`Self::meter_night_lights`] was called.
+    /// Ignores city lights until [`Self::meter_night_lights`] has been called.
     exposure: Exposure,
 }
 
 impl Scene {
-    /// The scene of a request from catalog and ephemeris alone, without shape models, city lights or tables of multiple scattering.
+    /// Builds the scene of a request from the catalog and the ephemeris alone, without shape models, city lights or multiple-scattering tables.
     ///
     /// # Errors
     /// Invalid camera parameters, or a target that cannot be placed.
@@ -66,7 +66,7 @@ impl Scene {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// Looks at the sky of `request.time` from the request's camera.
+    /// Places the request's camera and all bodies at `request.time`, and meters the light.
     ///
     /// # Errors
     /// Invalid camera parameters, or a target that cannot be placed.
@@ -110,7 +110,7 @@ impl<'a> SceneBuilder<'a> {
         Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, exposure })
     }
 
-    /// The exposure as metered so far.
+    /// The current result of the light meter.
     pub(crate) fn exposure(&self) -> &Exposure {
         &self.exposure
     }
@@ -150,7 +150,7 @@ impl<'a> SceneBuilder<'a> {
         self.request.effects.for_body(&body.name).map(|effects| ViewRequest { effects, ..self.request.clone() })
     }
 
-    /// The files and tables that [`Self::build`] needs for the complete scene. `known` says which files cannot be read.
+    /// The files and tables that [`Self::build`] needs for the complete scene. `known` records which files cannot be read.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(self.request, known);
         let mut wanted = Requirements::default();
@@ -170,7 +170,7 @@ impl<'a> SceneBuilder<'a> {
         wanted
     }
 
-    /// Decides on every feature of every body, and makes the scene from the resources that were loaded.
+    /// Decides on every feature of every body, and creates the scene from the resources that were loaded.
     pub fn build(self, resources: &Resources) -> Scene {
         let (request, camera) = (self.request, &self.viewer.camera);
         let frame = self.frame(request, resources);

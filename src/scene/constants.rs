@@ -1,14 +1,18 @@
-//! Constants shared by Rust and the WESL fragments of shaders/: dimensions of tables, and the parameters with which both sides read them.
+//! Constants shared by Rust and the WESL fragments of shaders/: dimensions of tables, and the parameters with which both sides index them.
 //!
-//! Each is defined here once. `shader::constants` writes them as WGSL; the modules of `scene` that fill the tables re-export them under names of their own.
-//! Not here: constants that only one side needs.
+//! Each constant is defined once, here. `shader::constants` writes them as WGSL; the modules of `scene` that fill the tables re-export them under names of
+//! their own. Not here: constants that are used only in Rust or only in shaders.
 
-/// Maximum number of rows of a ring's table, one per slope x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up to 1 / [`MIN_COSINE`].
+/// Maximum number of rows of a ring's table: one per slope x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), for x from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLOPES: u32 = 97;
 pub(crate) const RING_SLOPES_PER_OCTAVE: u32 = 8;
-/// Lower limit of the cosine between a path and a ring's normal; smaller ones are treated as this.
+/// Rows of a ring's table before those of the first slope: its bins and its intervals.
+pub(crate) const RING_HEADER_ROWS: u32 = 2;
+/// Rows of a ring's table for a slope: the light of large particles and its integral, the light of dust and its integral.
+pub(crate) const RING_ROWS_PER_SLOPE: u32 = 4;
+/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
-/// Strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun.
+/// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun.
 pub(crate) const SUN_PARTS: usize = 7;
 /// Size of the ring-shine table: rows are heights on one side of the ring's plane, columns are hour angles from the Sun.
 pub const RING_SHINE_ROWS: usize = 25;
@@ -17,20 +21,20 @@ pub const RING_SHINE_COLUMNS: usize = 33;
 /// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates erfcx(z).
 pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 
-/// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row holds the irradiance of level ground.
+/// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row contains the irradiance of level ground.
 pub const MULTIPLE_HEIGHTS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
 pub const MULTIPLE_SUNS: usize = 16;
-/// Columns are evenly spaced in x = mu / (|mu| + bend).
+/// Bend in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle.
 pub(crate) const MULTIPLE_BEND: f64 = 0.3;
-/// x of the first column; the last one has the Sun in the zenith.
+/// x of the first column; the last column is for a Sun in the zenith.
 pub(crate) const MULTIPLE_FIRST: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
 pub(crate) const MULTIPLE_COEFFICIENTS: usize = 5;
 
-/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row holds the irradiance of level ground.
+/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row contains the irradiance of level ground.
 pub const SPREAD_HEIGHTS: usize = 4;
-/// Columns of that table: distances from the occluder's limb.
+/// Columns of the same table: distances from the occluder's limb.
 pub const SPREAD_COLUMNS: usize = 16;
 
 /// Layers of an occluder's atmosphere that bend sunlight into its shadow.
@@ -42,7 +46,7 @@ pub const OVERLAY_ROWS: usize = 6;
 /// Maximum number of size classes of procedural craters in one frame.
 pub(crate) const DETAIL_ROWS: usize = 16;
 
-/// Columns and rows of the lunar limb profile as a table; their product is the number of position angles.
+/// Columns and rows of the table of the lunar limb profile; their product is the number of position angles.
 pub(crate) const LIMB_COLUMNS: usize = 1024;
 pub(crate) const LIMB_ROWS: usize = 8;
 

@@ -12,15 +12,15 @@ pub struct Decision {
     pub feature: &'static str,
     /// Whether it is drawn.
     pub on: bool,
-    /// The value and its threshold, in one line.
+    /// The value, its threshold and the comparison, in one line.
     pub reason: String,
-    /// The model that computes it, if there are several.
+    /// The model that computes the feature, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tier: Option<Tier>,
 }
 
 impl Decision {
-    /// The reason, then the tier and its error if the effect has several.
+    /// The reason, then the tier and its error if the effect has several tiers.
     pub(crate) fn description(&self) -> String {
         match self.tier {
             Some(tier) => format!("{}; {tier}", self.reason),
@@ -59,11 +59,11 @@ impl<'a> DecisionLog<'a> {
             None => self.note(effect.name(), by_threshold, reason),
         }
     }
-    /// Whether the viewer switched an effect off.
+    /// Whether the user switched an effect off.
     pub(crate) fn is_switched_off(&self, effect: Effect) -> bool {
         self.effects.override_of(effect) == Some(false)
     }
-    /// Like [`Self::effect`] for an effect that needs a map: off if the body has none, or if its file cannot be read.
+    /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
     pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, String)) -> bool {
         match map {
             None => self.note(effect.name(), false, "not available for this body".into()),
@@ -78,7 +78,7 @@ impl<'a> DecisionLog<'a> {
     }
 }
 
-/// A reason, with a note that `what` is invented and how.
+/// A reason; if `invented` is set, followed by a note that `what` is invented, and how.
 pub(crate) fn with_invented(reason: String, what: &str, invented: Option<&str>) -> String {
     match invented {
         Some(how) => format!("{reason}; {what} is invented: {how}"),

@@ -1,6 +1,6 @@
-//! The finished scene: everything that one frame shows, ready to be planned.
+//! The finished scene: everything that one frame shows, the input of `render::plan`.
 //!
-//! Plain values. `build` makes them; nothing changes them afterwards.
+//! Plain values. `build` creates them; nothing changes them afterwards.
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
@@ -21,14 +21,14 @@ use crate::scene::sky::images::SkyImageDraw;
 use crate::scene::sky::minor_planets::MinorPlanets;
 use crate::time::Instant;
 
-/// One frame, ready to be planned.
+/// The finished scene of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The time at the camera.
     pub time: Instant,
     /// The camera's position, axes and projection.
     pub camera: Camera,
-    /// Where the finished picture shows directions.
+    /// The mapping from directions to pixels of the finished picture.
     pub geometry: ImageGeometry,
     /// Factor from radiance to display.
     pub exposure: Exposure,
@@ -56,13 +56,13 @@ pub struct Scene {
     pub draws: Vec<Draw>,
     /// Bodies too small for a disc.
     pub points: Vec<Point>,
-    /// Orbits, drawn over the bodies and hidden by nearer ones.
+    /// Orbits, drawn over the bodies; nearer bodies hide them.
     pub orbits: Vec<orbits::OrbitArc>,
     /// Other lines in space, such as the traces of moving bodies; hidden like orbits.
     pub lines: Vec<LineSegment>,
     /// Lines on the ground of bodies, on the side that faces the camera.
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
-    /// The solar corona, drawn between two of the draws.
+    /// The solar corona, drawn after the Sun and the draws behind it.
     pub corona: Option<corona::Corona>,
     /// The refracted limbs of bodies in front of the Sun.
     pub limbs: Vec<refracted_limb::RefractedLimb>,
@@ -70,7 +70,7 @@ pub struct Scene {
     pub glow: Option<glow::Glow>,
     /// The selected body as a black silhouette, if its outline is drawn.
     pub outlined: Option<Draw>,
-    /// Whether light beyond white is spread by bloom.
+    /// Whether bloom spreads light brighter than white.
     pub bloom: bool,
     /// Labels of bodies over the finished picture, if switched on.
     pub labels: Option<labels::LabelLayer>,

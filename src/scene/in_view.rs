@@ -1,4 +1,4 @@
-//! The report on one body of a frame: where it is seen, how large it is, and what was decided about it.
+//! The report on one body of a frame: its apparent position and size, and the decisions about it.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::Placement;
@@ -12,15 +12,15 @@ use glam::DVec3;
 pub enum Appearance {
     /// As an ellipsoid or a shape model.
     Disc,
-    /// 2 to 4 pixels across: disc and point share the light, so that one turns into the other gradually.
+    /// As a disc and a sprite, at 2 to 4 pixels across: they share the light, so that the transition between both is gradual.
     DiscAndPoint,
-    /// As a sprite that has the body's flux.
+    /// As a sprite with the body's flux.
     Point,
-    /// Outside the frame, behind the camera, around it, or not placed by the ephemeris: the first decision says which.
+    /// Outside the frame, behind the camera, around the camera, or not placed by the ephemeris; the first decision gives the reason.
     NotShown,
 }
 
-/// Planetocentric coordinates of the point in a direction from the centre, degrees; east longitude in -180..=180.
+/// Planetocentric coordinates of a surface point, given by its direction from the centre: degrees, east longitude in -180..=180.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoint {
     /// Planetocentric latitude, north positive.
@@ -48,15 +48,15 @@ pub struct BodyInView {
     pub name: String,
     /// How it is drawn.
     pub appearance: Appearance,
-    /// To the apparent centre.
+    /// Distance from the camera to the apparent centre.
     pub distance_km: f64,
     /// Angle under which the camera sees its largest diameter.
     pub angular_diameter_deg: f64,
-    /// Diameter of the disc of the same area, pixels.
+    /// Diameter of a circle with the area of the body's outline, pixels.
     pub diameter_px: f64,
-    /// Sun - body - viewer; 0 for the Sun.
+    /// Angle at the body between the Sun and the viewer; 0 for the Sun.
     pub phase_angle_deg: f64,
-    /// Visual magnitude of the whole disc with its rings, in the sunlight that eclipses leave; `None` where none is left.
+    /// Visual magnitude of the complete disc with its rings, in the sunlight that eclipses leave; `None` if no sunlight is left.
     pub magnitude: Option<f64>,
     /// Where the line to the camera meets the surface.
     pub sub_viewer: SubPoint,
@@ -64,10 +64,10 @@ pub struct BodyInView {
     pub sub_solar: Option<SubPoint>,
     /// Its apparent position and orientation.
     pub placement: Placement,
-    /// Each feature, whether it is drawn, and why.
+    /// For each feature: whether it is drawn, and why.
     pub decisions: Vec<Decision>,
     /// Features of its draws, the globe first.
     pub features: Vec<DrawFeatures>,
-    /// Invented data that the picture shows of it: the file of a map or shape, and how it was made.
+    /// Invented data that the picture shows of the body: the file of a map or shape, and how it was made.
     pub invented: Vec<(String, String)>,
 }

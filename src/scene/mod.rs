@@ -1,10 +1,11 @@
 //! The scene: everything that one frame shows, and the decisions about it.
 //!
 //! In: the catalog, the ephemeris and a [`request::ViewRequest`]. Out: a [`Scene`]: the camera, every body with its decisions, the
-//! draws far to near and the points. Everything is f64 until [`camera`] narrows it. Nothing here knows of shaders or keeps state.
+//! draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here depends on shaders or keeps state.
 //!
-//! A frame passes the submodules in this order: `request`, `camera` (where the viewer stands), `placed` (where each body is seen), `light` (exposure),
-//! `features` with the modules of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `sky`, `annotation`.
+//! The submodules work on a frame in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light`
+//! (exposure), `features` with the modules of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `sky`,
+//! `annotation`.
 
 #[doc(hidden)]
 pub mod annotation;

@@ -1,14 +1,14 @@
-//! Numerical methods that several files of scene use.
+//! Numerical methods that several modules of `scene` use.
 
 use std::f64::consts::PI;
 
-/// Nodes of Gauss-Legendre quadrature in 0 to 1, ascending, with their weights, which sum to 1. Exact for polynomials of degree `2 count - 1`.
+/// Nodes of Gauss-Legendre quadrature on 0 to 1, ascending, with their weights, which sum to 1. Exact for polynomials up to degree `2 count - 1`.
 pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     let node = |k: usize| {
         let mut x = -(PI * (k as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
-        // Newton's method on the Legendre polynomial, from the usual first guess.
+        // Newton's method on the Legendre polynomial, from the usual asymptotic estimate of its roots.
         for _ in 0..8 {
             let (mut previous, mut current) = (1.0, x);
             for j in 2..=count {
@@ -23,7 +23,7 @@ pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(node).collect()
 }
 
-/// Hermite interpolation from 0 at 0 to 1 at 1, flat at both ends and beyond them: WGSL's `smoothstep(0, 1, x)`.
+/// Hermite interpolation from 0 at 0 to 1 at 1, with slope 0 at both ends and constant outside: WGSL's `smoothstep(0, 1, x)`.
 pub(crate) fn smoothstep(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)

@@ -1,6 +1,6 @@
-//! Apparent places: light time, the aberration of a moving viewer, orientation, outline and phase.
+//! Apparent places of bodies: light time, aberration for a moving viewer, orientation, outline and phase.
 //!
-//! In: a body of the catalog, the ephemeris and the viewer. Out: [`PlacedBody`], which every decision about the body reads.
+//! In: a body of the catalog, the ephemeris and the viewer. Out: [`PlacedBody`], the input of every decision about the body.
 
 use crate::catalog::{Body, Catalog, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -19,28 +19,29 @@ use glam::{DMat3, DVec3};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// A body at its apparent place, before any feature is decided on.
+/// A body at its apparent place, before the decisions about its features.
 pub(crate) struct PlacedBody<'a> {
     pub body: &'a Body,
     /// All bodies of the catalog.
     pub catalog: &'a Catalog,
-    /// Barycentric, at `emitted_at`.
+    /// Barycentric position at `emitted_at`.
     pub position_km: DVec3,
     pub sun_from_body_km: DVec3,
-    /// When the light that the viewer sees left the body.
+    /// The time at which the light that the viewer sees left the body.
     pub emitted_at: Instant,
-    /// Orientation at `emitted_at`. It turns directions to lights; `placement` has that of the view, with aberration.
+    /// Orientation at `emitted_at`, used for directions towards lights; for the viewer, `placement` has the orientation rotated by aberration.
     pub body_from_icrf: DMat3,
     pub placement: Placement,
     pub distance_km: f64,
+    /// Phase angle, radians.
     pub alpha: f64,
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
     pub irradiance: f64,
-    /// The body as a receiver of sunlight, with all bodies that may stand in front of its Sun. Computed once, for the exposure, the globe, its rings
-    /// and its point.
+    /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
+    /// the globe, its rings and its point.
     pub sun_occluders: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
-    /// The limb profile of a Moon in front of the Sun, if the user gave its heights.
+    /// The limb profile of the Moon if it is in front of the Sun and the user supplied lunar heights.
     pub limb_profile: Option<Arc<LimbProfile>>,
 }
 
@@ -82,7 +83,7 @@ pub(crate) fn place<'a>(
     if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && ground_position.is_none() {
         let direction = astrometric_km / distance_km;
         let apparent = aberrated(direction, viewer.velocity_km_s);
-        // The whole body turns with its apparent place: the viewer sees the side that the light left, displaced on the sky.
+        // The body is rotated together with its direction: the viewer sees the side from which the light was emitted, displaced on the sky.
         let apparent_from_astrometric = viewpoint::rotation_between(direction, apparent);
         placement.centre_km = apparent * distance_km;
         placement.body_from_icrf = body_from_icrf * apparent_from_astrometric.transpose();

@@ -1,8 +1,9 @@
-//! Points of light: stars, and bodies of a few pixels. How disc and point blend, and how a point's light is spread over pixels.
+//! Points of light: stars, and bodies of a few pixels. This module defines how disc and point blend, and how a point's light is spread over pixels.
 //!
 //! The spread preserves the flux. It is a Gaussian core of fixed width minus its value at the sprite's rim, so that it falls to zero there and no pixel
-//! jumps as the sprite grows; points brighter than white add a glare, which widens with brightness and holds at most 30 % of the light.
-//! shaders/entry/point.wesl draws it with the numbers given here. The glare's law is chosen for its look, after stars on photographs; no measurement.
+//! jumps as the sprite grows. Points brighter than white also have a glare, which widens with brightness and contains at most 30 % of the light.
+//! shaders/entry/point.wesl draws the spread with the constants of this module. The law of the glare is chosen to look like stars on photographs; it is not
+//! measured.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};
@@ -15,26 +16,27 @@ use std::f64::consts::PI;
 pub const POINT_RADIUS_PX: f64 = 2.0;
 /// Standard deviation of the core.
 pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
-/// Radius within which the glare is flat; beyond, it falls with the third power of the distance.
+/// Radius within which the glare is nearly constant; beyond, it falls with the third power of the distance.
 pub const GLARE_WIDTH_PX: f64 = 2.0;
 /// Fraction of the light that goes into the glare of the brightest points.
 pub const GLARE_FRACTION: f64 = 0.3;
-/// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as one of second.
+/// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as a star of second
+/// magnitude.
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 /// Largest radius of a point's sprite.
 pub const MAX_RADIUS_PX: f64 = 64.0;
-/// Diameters between which a disc replaces a point. Below, one sample per pixel represents too much of the disc: averaged over positions in the pixel, a
-/// full disc of 4 pixels is 6 % too bright, a half-lit one within 10 %; at 2 pixels 18 % and 25 % (computed outside this program).
+/// Range of diameters over which a disc gradually replaces a point. In a smaller disc one sample per pixel represents too much of the disc: averaged over
+/// positions in the pixel, a full disc of 4 pixels is 6 % too bright, a half-lit disc within 10 %; at 2 pixels 18 % and 25 % (computed outside this program).
 pub(crate) const BLEND_FROM_PX: f64 = 2.0;
 pub(crate) const BLEND_TO_PX: f64 = 4.0;
 
-/// Fraction of the light that the disc draw carries at a diameter; the point carries the rest.
+/// Fraction of a body's light that is drawn as a disc, by its diameter; the point has the rest.
 pub fn disc_share(diameter_px: f64) -> f64 {
     let x = ((diameter_px - BLEND_FROM_PX) / (BLEND_TO_PX - BLEND_FROM_PX)).clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// A Gaussian of height 1 minus its value at the sprite's rim: returns that value, and the integral over the sprite's circle.
+/// For a Gaussian of height 1 minus its value at the sprite's rim: returns the value at the rim, and the integral over the sprite's circle.
 fn truncated_core(radius_px: f64) -> (f64, f64) {
     let x = 0.5 * (radius_px / CORE_SIGMA_PX).powi(2);
     let rim = (-x).exp();
@@ -47,12 +49,12 @@ pub fn point_peak() -> f64 {
     (1.0 - rim) / integral
 }
 
-/// Radius of a point's sprite, where its glare ends smoothly. `peak`: its central pixel relative to white, without glare.
+/// Radius of a point's sprite, at which its glare falls smoothly to zero. `peak`: brightness of its central pixel relative to white, without glare.
 pub(crate) fn point_radius_px(peak: f64) -> f64 {
     (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX)
 }
 
-/// Amplitudes of core and glare for flux 1 and a sprite of this radius. The core is the Gaussian minus its value at the rim.
+/// Amplitudes of core and glare for a point of flux 1 with a sprite of this radius. The core is the Gaussian minus its value at the rim.
 pub fn point_spread(radius_px: f64) -> [f64; 2] {
     let glare = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
     // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5; with v = 1 + r^2 / a^2 its integral over the circle has a closed form.
@@ -67,12 +69,12 @@ pub fn point_spread(radius_px: f64) -> [f64; 2] {
 pub(crate) fn flux(camera: &Camera, p: &PlacedBody<'_>) -> DVec3 {
     let direction = p.placement.centre_km / p.distance_km;
     let cos_off_axis = direction.dot(camera.forward);
-    // Solid angle of the pixel at that place of the image plane.
+    // Solid angle of the pixel at the body's position in the image plane.
     let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
     p.body.colour.as_dvec3() * (p.irradiance * PI / pixel_sr)
 }
 
-/// Widens the sprite of a point that is brighter than white, to hold its glare.
+/// Widens the sprite of a point that is brighter than white, so that it contains the glare.
 pub(crate) fn spread_glare(point: &mut Point, white: f64) {
     point.radius_px = camera::narrow_scalar(point_radius_px(f64::from(point.flux.max_element()) * point_peak() / white));
 }
@@ -86,7 +88,8 @@ pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
 mod tests {
     use super::*;
 
-    /// Summed over fine steps of the sprite's square the light is the flux, whatever the reach; the glare begins at nothing and its light grows without a jump.
+    /// For every radius, the light summed over small steps of the sprite's square equals the flux. The glare starts at zero and the radius grows without a
+    /// jump.
     #[test]
     fn a_points_light_is_its_flux() {
         let mut last = 0.0;

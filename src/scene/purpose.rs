@@ -1,7 +1,7 @@
-//! What a picture is for, and how faint a change may be left out of it.
+//! The purpose of a picture, and the smallest change of a pixel that is kept for this purpose.
 //!
-//! In: the requested purpose and the exposure. Out: a `Threshold`, which every decision about a feature compares with. Always: for linear light no feature is
-//! left out that changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display no feature is left out that
+//! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the effect of a feature. Always: for linear light, a feature
+//! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, a feature is kept if it
 //! changes a byte by one level: light of half a level on black is kept, because the sRGB curve is steepest there. Not here: limits of size (a disc below a
 //! pixel is a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
 
@@ -10,11 +10,11 @@ use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 /// The use of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Purpose {
-    /// Seen on a display at the picture's exposure: kept are [`VISIBLE_LIGHT`] of white on black, and a relative change of a pixel by
-    /// [`VISIBLE_CHANGE`].
+    /// Seen on a display at the picture's exposure. A feature is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more
+    /// than the relative change [`VISIBLE_CHANGE`].
     #[default]
     Display,
-    /// Read as linear light at any exposure: a change of a pixel is kept if it exceeds `floor` times the radiance without it.
+    /// Read as linear light at any exposure. A feature is kept if it changes a pixel by more than `floor` times the radiance without the feature.
     Linear {
         /// Relative change below which a feature is left out.
         floor: f64,
@@ -22,7 +22,7 @@ pub enum Purpose {
 }
 
 impl Purpose {
-    /// Linear light for files and for queries of pixels: to a thousandth, the best that film scanners and photometers reach.
+    /// Linear light for files and for queries of pixels: accurate to a thousandth, the best that film scanners and photometers reach.
     pub const LINEAR: Self = Self::Linear { floor: 1e-3 };
 
     /// The purpose of a written file: EXR keeps linear light.
@@ -44,7 +44,7 @@ impl Threshold {
         Self { purpose, white }
     }
 
-    /// Whether this radiance, added to black, is too much to leave out.
+    /// Whether this radiance, added to black, is large enough to be kept.
     pub(crate) fn is_exceeded_by(self, radiance: f64) -> bool {
         match self.purpose {
             Purpose::Display => radiance > VISIBLE_LIGHT * self.white,
@@ -52,7 +52,7 @@ impl Threshold {
         }
     }
 
-    /// Whether this relative change of a pixel is too much to leave out.
+    /// Whether this relative change of a pixel is large enough to be kept.
     pub(crate) fn is_exceeded_by_change(self, part: f64) -> bool {
         part > self.least_change()
     }
@@ -65,17 +65,17 @@ impl Threshold {
         }
     }
 
-    /// Whether the purpose is linear light, for which features are kept that a display would lose by their size alone.
+    /// Whether the purpose is linear light, which also keeps features that are left out on a display because they are too small.
     pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }
 
-    /// A radiance relative to white. A picture for linear light has no white; there it is relative to that of a white plane at 1 au.
+    /// A radiance relative to white: the radiance that the display shows as white, as given to [`Self::of`].
     pub(crate) fn relative_to_white(self, radiance: f64) -> f64 {
         radiance / self.white
     }
 
-    /// A part of white as a radiance below which a picture cuts light off; 0 for linear light, which keeps all.
+    /// The radiance of a fraction of white, below which a display cuts light off; 0 for linear light, which keeps all light.
     pub(crate) fn cutoff_radiance(self, part_of_white: f64) -> f64 {
         if self.is_linear() { 0.0 } else { part_of_white * self.white }
     }
@@ -114,9 +114,9 @@ impl std::fmt::Display for Purpose {
 mod tests {
     use super::*;
 
-    /// A display lets go what it cannot show at its exposure, brighter pictures more of it; linear light keeps any light, and parts down to its floor.
+    /// For a display, light that its exposure cannot show is left out. For linear light, any light on black is kept, and relative changes down to the floor.
     #[test]
-    fn a_bound_is_what_the_picture_is_for() {
+    fn the_threshold_follows_the_purpose() {
         let faint = 1e-5;
         let display = |white| Threshold::of(Purpose::Display, white);
         assert!(!display(1.0).is_exceeded_by(faint) && display(1e-3).is_exceeded_by(faint));

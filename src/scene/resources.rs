@@ -1,7 +1,7 @@
-//! What a scene needs besides catalog and ephemeris: files, and tables that take long to compute.
+//! Inputs of a scene in addition to catalog and ephemeris: files, and tables that take long to compute.
 //!
-//! A scene builder says what a view requires ([`Requirements`]); the owner of files and caches supplies it ([`Resources`]). A feature whose resource is missing
-//! is left out of the scene, and the decision about it says so.
+//! A scene builder lists the requirements of a view ([`Requirements`]); the owner of files and caches supplies them ([`Resources`]). A feature whose resource
+//! is missing is left out of the scene, and the decision about it gives this reason.
 
 use crate::catalog::NaifId;
 use crate::ephemeris::Ephemeris;
@@ -24,17 +24,17 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshWanted {
     pub body: NaifId,
-    /// Unit vector towards the Sun in body axes and its angular radius in radians, where the mesh shades itself.
+    /// Unit vector towards the Sun in body axes, and the Sun's angular radius in radians, if the mesh casts shadows on itself.
     pub sun: Option<(DVec3, f64)>,
 }
 
-/// What a view needs besides catalog and ephemeris.
+/// The files and tables that a view needs in addition to catalog and ephemeris.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requirements {
     pub meshes: Vec<MeshWanted>,
-    /// Bodies whose table of multiple scattering ([`crate::scene::air_table`]) their draws read.
+    /// Bodies whose draws read a table of multiple scattering ([`crate::scene::air_table`]).
     pub scattering_tables: Vec<NaifId>,
-    /// The maps of each drawn body, and the shape that they cover.
+    /// The maps of each drawn body, and the shape to which they are applied.
     pub maps: Vec<(MapFiles, Shape)>,
     /// The panorama of the sky.
     pub sky_map: Option<String>,
@@ -48,7 +48,7 @@ pub struct Resources {
     pub meshes: BTreeMap<NaifId, Arc<Model>>,
     /// Height of the Sun over the mesh's own horizon at each vertex, in solar radii; the scene computes it if it is missing here.
     pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
-    /// City lights, which only the light meter reads.
+    /// City lights for the light meter.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
     /// The user's panorama of the sky; `None` for the built-in Milky Way.
@@ -61,13 +61,13 @@ impl Resources {
         self.unreadable.contains(file)
     }
 
-    /// The panorama of the sky.
+    /// The panorama of the sky: the user's, or the built-in Milky Way.
     pub(crate) fn sky_map(&self) -> SkyMap {
         self.sky_map.clone().unwrap_or_else(SkyMap::milky_way)
     }
 }
 
-/// Tables that are kept from frame to frame. The owner of scene builders keeps one of these.
+/// Tables that are kept from frame to frame. The caller of scene builders owns one instance.
 #[derive(Debug, Default)]
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
@@ -79,7 +79,7 @@ pub struct Caches {
 }
 
 impl Caches {
-    /// Caches whose tables of ring-shine are kept on disk too.
+    /// Caches with the given cache of ring-shine tables, which can also store them on disk.
     pub(crate) fn with_ring_shines(ring_shines: RingShines) -> Self {
         Self { ring_shines, ..Self::default() }
     }

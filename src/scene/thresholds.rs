@@ -1,12 +1,12 @@
 //! Thresholds and limits that several features share.
 
-/// Relative change of a pixel from which a feature is drawn: a quarter of a level of 255 at white, less below it.
+/// Relative change of a pixel above which a feature is drawn: a quarter of a level of 255 at white, less in darker pixels.
 pub const VISIBLE_CHANGE: f64 = 1.0 / 512.0;
-/// Light from which a feature is drawn, as a part of white: half a level of 255 on black, where the sRGB curve is steepest (slope 12.92). Less than that
-/// rounds to 0.
+/// Radiance above which a feature is drawn, as a fraction of white: half a level of 255 on black, where the sRGB curve is steepest (slope 12.92). A
+/// smaller radiance on black rounds to 0.
 pub const VISIBLE_LIGHT: f64 = 0.5 / 255.0 / 12.92;
 /// Maximum number of lights of a draw: the Sun and two other bodies.
 pub const MAX_LIGHTS: u8 = 3;
-/// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in
-/// VIIRS' day-night band (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860), times pi, over the 600 W/m2 of sunlight in that band.
+/// Radiance of a white texel of a night map of gain 1, in units of that of a sunlit white plane at 1 au: city cores reach 500 nW/cm2/sr in the day-night
+/// band of VIIRS (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860); this is multiplied by pi and divided by the 600 W/m2 of sunlight in that band.
 pub(crate) const NIGHT_MAP_WHITE_RADIANCE: f64 = 2.6e-5;

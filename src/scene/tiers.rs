@@ -1,8 +1,8 @@
-//! The tiers (models) of each effect, with the error of each: the figures that `explain` prints and that tests verify.
+//! The tiers (models) of each effect with their errors, which `explain` prints and tests verify.
 //!
-//! In: a model from the shader key. Out: [`Tier`], its name and its error. Always: an error of light is the tolerance of a test, which reads it here; an error
-//! in pixels is the limit by which the tier is chosen ([`sphere_shadow_offset`] is verified by a test; that of `point-sun` is the penumbra's own width). Not
-//! here: which tier a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
+//! In: a model from the shader key. Out: [`Tier`], its name and its error. Always: an error of light is the tolerance of a test, which reads it from here. An
+//! error in pixels is the limit below which the tier is chosen: for `sphere`, of [`sphere_shadow_offset`], which a test verifies; for `point-sun`, of the
+//! penumbra's width. Not here: which tier a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
 use std::fmt;
@@ -11,7 +11,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Tier {
     pub name: &'static str,
-    /// Error in 95 % of places, if it is known apart from the largest.
+    /// Error that 95 % of samples do not exceed, if it is known separately from the largest error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mostly: Option<f64>,
     /// Largest error, relative to the quantity that `of` names.
@@ -32,69 +32,73 @@ impl fmt::Display for Tier {
     }
 }
 
-/// Error per channel of one ray's light against adaptive quadrature, on new random rays in each run, for every atmosphere of the catalog
-/// (tests/atmosphere/tier_bounds.rs). The bounds stand a fifth and more above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075
-/// (`pixel-16`, `table`), 0.0075 (`pixel-32`); one run in 73 had a ray beyond 0.5 with `pixel-8`, in the twilight of Uranus.
+/// The quantity of the atmosphere's errors. They are per channel, against adaptive quadrature, on new random rays in each run, for every atmosphere of the
+/// catalog (tests/atmosphere/tier_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`),
+/// 0.075 (`pixel-16`, `table`), 0.0075 (`pixel-32`). In one run of 73 a ray had an error above 0.5 with `pixel-8`, in the twilight of Uranus.
 const RAY: &str = "each ray's light scattered once";
-/// Light of a ray below this part of the zenith's (brightest channel, Sun at 45 degrees) has its error stated relative to that part.
+/// If the light of a ray is less than this fraction of the zenith's light (brightest channel, Sun at 45 degrees), its error is stated relative to this
+/// fraction of the zenith's light.
 pub const MIN_OF_ZENITH: f64 = 1e-3;
 /// Largest error of the transmittance along any ray, in every tier.
 pub const AIR_TRANSMITTANCE: f64 = 3e-4;
 
 /// The tier of an atmosphere model; `None` without an atmosphere.
 pub fn of_atmosphere(tier: AtmosphereModel) -> Option<Tier> {
-    let of = |name, mostly, at_most, of| Some(Tier { name, mostly: Some(mostly), at_most, of });
+    let some_tier = |name, mostly, at_most, of| Some(Tier { name, mostly: Some(mostly), at_most, of });
     match tier {
         AtmosphereModel::None => None,
-        AtmosphereModel::Vertex => of("vertex", 0.1, 1.2, RAY),
-        AtmosphereModel::Pixel8 => of("pixel-8", 0.025, 0.9, RAY),
-        AtmosphereModel::Pixel16 => of("pixel-16", 0.004, 0.12, RAY),
-        AtmosphereModel::Pixel32 => of("pixel-32", 0.002, 0.02, RAY),
+        AtmosphereModel::Vertex => some_tier("vertex", 0.1, 1.2, RAY),
+        AtmosphereModel::Pixel8 => some_tier("pixel-8", 0.025, 0.9, RAY),
+        AtmosphereModel::Pixel16 => some_tier("pixel-16", 0.004, 0.12, RAY),
+        AtmosphereModel::Pixel32 => some_tier("pixel-32", 0.002, 0.02, RAY),
         // The error of multiple scattering is measured against a photon simulation.
-        AtmosphereModel::Table => of("table", 0.004, 0.12, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
+        AtmosphereModel::Table => {
+            some_tier("table", 0.004, 0.12, "each ray's light scattered once, and 5 % of the sky's light on the ground")
+        }
     }
 }
 
-/// The tier of an eclipse model; `None` without an eclipse. The limb-darkened disc is compared with integrals of forty digits, the simpler models with it
-/// (tests/eclipse/reference_tables.rs).
+/// The tier of an eclipse model; `None` without an eclipse. The limb-darkened disc is compared with integrals of forty digits, the simpler models with the
+/// limb-darkened disc (tests/eclipse/reference_tables.rs).
 pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
-    let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         EclipseModel::None => None,
-        EclipseModel::Linear => of("linear", 0.14, "the Sun's light behind a round body"),
-        EclipseModel::UniformDisc => of("uniform-disc", 0.1, "the Sun's light"),
-        EclipseModel::LimbDarkened => of("limb-darkened", 5e-4, "the Sun's light"),
-        EclipseModel::Refracted => of("refracted", 5e-4, "the Sun's light, and in the umbra a magnitude from what observers saw"),
+        EclipseModel::Linear => some_tier("linear", 0.14, "the Sun's light behind a round body"),
+        EclipseModel::UniformDisc => some_tier("uniform-disc", 0.1, "the Sun's light"),
+        EclipseModel::LimbDarkened => some_tier("limb-darkened", 5e-4, "the Sun's light"),
+        EclipseModel::Refracted => some_tier("refracted", 5e-4, "the Sun's light, and in the umbra a magnitude from what observers saw"),
     }
 }
 
-/// The tier of a ring's shadow on the globe; `None` without one. Compared with the closed form and with sums over the Sun's disc
-/// (tests/rings/reference_tables.rs); the simpler model is chosen where its edges are off by less than `MAX_EDGE_ERROR_PX`.
+/// The tier of a ring's shadow on the globe; `None` without a shadow. It is compared with the closed form and with sums over the Sun's disc
+/// (tests/rings/reference_tables.rs). The simpler model is chosen if its edges are off by less than `MAX_EDGE_ERROR_PX`.
 pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
-    let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         RingShadow::None => None,
-        RingShadow::PointSun => of("point-sun", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
-        RingShadow::Penumbra => of("penumbra", 0.07, "the Sun's light"),
+        RingShadow::PointSun => some_tier("point-sun", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
+        RingShadow::Penumbra => some_tier("penumbra", 0.07, "the Sun's light"),
     }
 }
 
-/// The tier of the globe's shadow on a ring; `None` without one. Compared as in [`of_ring_shadow`].
+/// The tier of the globe's shadow on a ring; `None` without a shadow. It is compared as in [`of_ring_shadow`].
 pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
-    let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         BodyShadow::None => None,
-        BodyShadow::Sphere => of("sphere", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
-        BodyShadow::EllipsoidPenumbra => of("ellipsoid-penumbra", 1e-3, "the Sun's light"),
+        BodyShadow::Sphere => some_tier("sphere", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
+        BodyShadow::EllipsoidPenumbra => some_tier("ellipsoid-penumbra", 1e-3, "the Sun's light"),
     }
 }
 
-/// Upper limit of the distance between the edges of a sphere's shadow on the ring and of the oblate globe's, equatorial radii. `polar`: the polar radius in
-/// those; `sine`: of the Sun's height over the ring's plane; `outer`: the ring's outer radius.
+/// Upper limit of the distance between the edges of two shadows on the ring: that of a sphere and that of the oblate globe. Lengths are in equatorial radii.
+/// `polar`: the polar radius; `sine`: sine of the Sun's elevation above the ring's plane; `outer`: the ring's outer radius.
 ///
-/// In the plane both shadows are ellipses about the centre, as wide as the equator and 1 / sine or q / sine long, where q is half the height of the globe's outline
-/// seen from the Sun. In each direction the lengths' ratio lies between q and 1, so the edges are apart by at most 1 - q of the way to the farther one, which
-/// ends at the ring or at its own tip. Where both shadows leave the ring by its outer edge they are apart by their widths there at most. Measured by tests/rings/reference_tables.rs.
+/// In the ring's plane both shadows are ellipses around the centre. Both are as wide as the equator; the sphere's is 1 / sine long, the globe's q / sine, where
+/// q is half the height of the globe's outline as seen from the Sun. In each direction the ratio of the two radii lies between q and 1. The edges are therefore
+/// apart by at most 1 - q times the distance from the centre to the farther edge; this distance is limited by the ring's outer radius and by the shadow's own tip. If both shadows
+/// extend beyond the ring's outer edge, the difference of their half widths at that edge is a second limit. Measured by tests/rings/reference_tables.rs.
 pub fn sphere_shadow_offset(polar: f64, sine: f64, outer: f64) -> f64 {
     let outline = (polar * polar * (1.0 - sine * sine) + sine * sine).sqrt();
     let half_width = |tip: f64| (1.0 - outer * outer / (tip * tip)).sqrt();
@@ -103,7 +107,7 @@ pub fn sphere_shadow_offset(polar: f64, sine: f64, outer: f64) -> f64 {
     if outer < near { along.min(half_width(far) - half_width(near)) } else { along }
 }
 
-/// Error or softness of a shadow's edges, in pixels, from which the better model is chosen.
+/// Error or softness of a shadow's edges, in pixels, above which the more accurate model is chosen.
 pub(crate) const MAX_EDGE_ERROR_PX: f64 = 0.5;
 
 #[cfg(test)]
@@ -112,7 +116,7 @@ mod tests {
     use crate::scene::effects::Effect;
 
     #[test]
-    fn a_dearer_tier_is_nearer_and_every_one_is_told() {
+    fn a_costlier_tier_is_more_accurate_and_every_tier_is_listed() {
         let air: Vec<Tier> = AtmosphereModel::ALL.into_iter().filter_map(of_atmosphere).collect();
         assert_eq!(air.len(), AtmosphereModel::ALL.len() - 1);
         assert!(air[..4].windows(2).all(|w| w[1].at_most < w[0].at_most && w[1].mostly < w[0].mostly));

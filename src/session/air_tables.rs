@@ -1,8 +1,8 @@
-//! Tables of multiple scattering, each computed once and stored beside the shader library.
+//! Provides tables of multiple scattering. Each is computed once and stored in the cache folder, next to the shader library.
 //!
 //! In: a body with an atmosphere. Out: its table ([`crate::scene::air_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or computed on all
-//! cores. The digest covers everything that the table depends on. A truncated or damaged file is computed again and replaced; a folder that
-//! cannot be written is ignored.
+//! cores. The digest covers everything on which the table depends. If a file is truncated or damaged, its table is computed again and the file replaced;
+//! a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
 use crate::catalog::Body;
@@ -12,14 +12,14 @@ use glam::Vec4;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-/// Tables in memory.
+/// Largest number of tables in memory.
 const MAX_TABLES: usize = 64;
 const MAGIC: &Magic = b"ORRAIR01";
-/// Four floats per node.
+/// Length of a table: four floats per node.
 const TABLE_BYTES: usize = 16 * air_table::NODES;
 
 pub struct AirTables {
-    /// None: in memory only.
+    /// `None`: tables are kept in memory only.
     folder: Option<PathBuf>,
     tables: Memo<String, Arc<Vec<Vec4>>>,
 }
@@ -38,7 +38,7 @@ fn digest_with(code: &[u8; 32], body: &Body) -> String {
         for s in &air.species {
             inputs.extend(s.scattering_per_km);
             inputs.extend(s.absorption_per_km);
-            // Values that no species can have stand for absent ones.
+            // Absent values are represented by numbers that no species can have.
             inputs.extend([s.scale_height_km, s.asymmetry.unwrap_or(9.0), s.tent_centre_km.unwrap_or(-1.0)]);
         }
     }
@@ -60,7 +60,7 @@ impl AirTables {
         Self { folder: cache.map(|c| c.join("orrery").join("air")), tables: Memo::with_capacity(MAX_TABLES) }
     }
 
-    /// The table of a body's atmosphere; empty without one.
+    /// The table of a body's atmosphere; empty for a body without atmosphere.
     pub fn get(&self, body: &Body) -> Arc<Vec<Vec4>> {
         let name = digest(body);
         self.tables.get(name.clone(), || Arc::new(self.read_or_compute(body, &name)))
@@ -68,11 +68,11 @@ impl AirTables {
 
     fn read_or_compute(&self, body: &Body, name: &str) -> Vec<Vec4> {
         let path = self.folder.as_ref().map(|f| f.join(format!("{name}.table")));
-        let kept = path.as_ref().and_then(|p| stored_tables::read(p, MAGIC, TABLE_BYTES));
-        kept.map(|bytes| from_bytes(&bytes)).unwrap_or_else(|| {
-            let made = air_table::table(body).unwrap_or_default();
-            path.iter().for_each(|path| stored_tables::write(path, MAGIC, &to_bytes(&made)));
-            made
+        let stored = path.as_ref().and_then(|p| stored_tables::read(p, MAGIC, TABLE_BYTES));
+        stored.map(|bytes| from_bytes(&bytes)).unwrap_or_else(|| {
+            let computed = air_table::table(body).unwrap_or_default();
+            path.iter().for_each(|path| stored_tables::write(path, MAGIC, &to_bytes(&computed)));
+            computed
         })
     }
 }
@@ -87,21 +87,21 @@ mod tests {
         let catalog = Catalog::embedded();
         let pluto = catalog.body(NaifId(999)).expect("Pluto");
         let folder = tempfile::tempdir().expect("a folder");
-        let fresh = || AirTables::open(Some(folder.path().to_owned())).get(pluto);
-        let made = fresh();
-        assert_eq!(made.len(), air_table::NODES);
+        let reopened = || AirTables::open(Some(folder.path().to_owned())).get(pluto);
+        let computed = reopened();
+        assert_eq!(computed.len(), air_table::NODES);
         let path = folder.path().join("orrery/air").join(format!("{}.table", digest(pluto)));
-        let bytes = std::fs::read(&path).expect("kept");
+        let bytes = std::fs::read(&path).expect("stored");
         let decode = |bytes: &[u8]| stored_tables::decode(MAGIC, bytes).filter(|b| b.len() == TABLE_BYTES).map(from_bytes);
-        assert_eq!(decode(&bytes).expect("whole"), *made);
+        assert_eq!(decode(&bytes).expect("whole"), *computed);
         let other = [bytes.as_slice(), b"x"].concat();
         let mut wrong = bytes.clone();
         wrong[100] ^= 1;
         for damaged in [&bytes[..20], &bytes[..bytes.len() - 4], &other, &wrong] {
             assert_eq!(decode(damaged), None);
             std::fs::write(&path, damaged).expect("written");
-            assert_eq!(*fresh(), *made);
-            assert_eq!(std::fs::read(&path).expect("kept"), bytes, "healed");
+            assert_eq!(*reopened(), *computed);
+            assert_eq!(std::fs::read(&path).expect("stored"), bytes, "healed");
         }
         let mut denser = pluto.clone();
         denser.atmosphere.as_mut().expect("air").top_km += 1.0;
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edit_of_the_code_that_computes_a_table_renames_it() {
+    fn editing_the_code_of_a_table_changes_its_name() {
         let catalog = Catalog::embedded();
         let pluto = catalog.body(NaifId(999)).expect("Pluto");
         for k in 0..air_table::SOURCES.len() {
@@ -119,16 +119,17 @@ mod tests {
         }
     }
 
-    /// If a source used other parts of scene than those in the digest, or another part of the narrowing to f32, a table could change without a new name.
+    /// The digest must cover every module of `scene` that the table's code uses, and of `camera` only the narrowing to f32 may be used; otherwise a table
+    /// could change without a new name.
     #[test]
-    fn the_code_that_computes_a_table_is_all_in_the_digest() {
+    fn the_digest_covers_all_code_of_a_table() {
         let covered = ["atmosphere::extinction", "camera", "constants"];
         let used = stored_tables::scene_modules_used;
         for source in air_table::SOURCES {
             assert!(used(source).iter().all(|name| covered.contains(&name.as_str())), "{:?}", used(source));
-            // Absolute paths only, except in unit tests.
+            // The sources use absolute paths only, except in unit tests.
             assert_eq!(source.matches("super::").count(), source.matches("use super::*;").count());
-            // From the camera module, only the narrowing.
+            // The sources use only the narrowing from the camera module.
             assert_eq!(source.matches("camera::").count(), source.matches("camera::narrow(").count());
         }
         assert_eq!(used("use crate::scene::eclipse::{Shade};"), ["eclipse"]);

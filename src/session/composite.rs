@@ -1,7 +1,7 @@
-//! Scenes and plan of a composed picture, which consists of several frames.
+//! Builds the scenes and the plan of a composed picture, which consists of several frames.
 //!
-//! In: a request whose composition is not plain. Out: the whole picture's scene and its plan. Always: the light is metered once, for the middle of the
-//! picture, and every frame has that exposure.
+//! In: a request whose composition is not plain. Out: the scene of the entire picture, and its plan. Always: the light is metered once, for the middle
+//! of the picture, and every frame has that exposure.
 
 use super::{Session, SessionError, Stage};
 use crate::render::plan::{self, Plan, PlanError, SamplingQuality};
@@ -11,7 +11,7 @@ use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
 use std::sync::Arc;
 
-/// Least and greatest side of the picture that a warp mesh samples, pixels.
+/// Smallest and largest side of the picture that a warp mesh samples, pixels.
 const WARPED_PX: (f64, f64) = (256.0, 8192.0);
 
 impl Session {
@@ -30,19 +30,19 @@ impl Session {
         }
     }
 
-    /// The scenes of the frames, and the size of the screen onto which the picture is warped.
+    /// The composed picture with the scenes of its frames, and the size of the screen onto which it is warped, if it is.
     fn composite_of(&self, request: &ViewRequest) -> Result<(Composite, Option<[u32; 2]>), SessionError> {
         let screen = request.composition.warp.as_ref().map(|_| [request.width, request.height]);
         let mut inner = request.clone();
         if let Some(mesh) = &request.composition.warp {
-            // The aspect ratio of a dome's circle, of a sphere, or of the screen.
+            // The aspect ratio of a dome's circle, of an equirectangular map, or of the screen.
             let aspect = match request.composition.projection {
                 Projection::Fisheye => 1.0,
                 Projection::Equirectangular => 2.0,
                 Projection::Perspective => f64::from(request.width) / f64::from(request.height),
             };
             let height = (0.5 * f64::from(request.height) / mesh.slowest_motion(aspect)).clamp(WARPED_PX.0, WARPED_PX.1 / aspect.max(1.0));
-            // The clamp keeps both in range.
+            // The clamp keeps both sides in range.
             (inner.width, inner.height) = ((height * aspect).round() as u32, height.round() as u32);
         }
         let mut frames = Frames::of(&self.catalog, &self.ephemeris, &inner)?;
@@ -65,7 +65,8 @@ impl Session {
     }
 }
 
-/// The scene with the geometry of the screen. Only a planned scene: what is drawn in the picture is placed without the mesh.
+/// A planned scene with the geometry of the screen. Applied only after planning, because the plan places everything in the picture as it is before the
+/// mesh warps it.
 fn with_warped_geometry(mut whole: Scene, request: &ViewRequest) -> Scene {
     if let Some(mesh) = &request.composition.warp {
         let picture = Box::new(std::mem::take(&mut whole.geometry));

@@ -1,11 +1,11 @@
-//! CPU time of this process, all threads.
+//! Measures the CPU time of this process.
 //!
-//! In: nothing. Out: the CPU time of its live threads, to the nanosecond on Linux; `None` elsewhere. The time of a thread that has ended
-//! is lost, so differences hold only if no thread ends in between: a session's thread pools live as long as the session.
+//! In: nothing. Out: the CPU time of the process's live threads, to the nanosecond on Linux; `None` elsewhere. The time of an ended thread
+//! is not included, so differences are correct only if no thread ends in between: a session's thread pools live as long as the session.
 
 use std::time::Duration;
 
-/// CPU time of the live threads so far. The scheduler updates a running thread's account when it yields, so this thread yields first.
+/// CPU time of all live threads so far. The calling thread yields first: only then does the scheduler update its time.
 pub fn process_cpu() -> Option<Duration> {
     std::thread::yield_now();
     let mut nanoseconds = 0_u64;
@@ -17,7 +17,7 @@ pub fn process_cpu() -> Option<Duration> {
     (nanoseconds > 0).then(|| Duration::from_nanos(nanoseconds))
 }
 
-/// The first of `<ran ns> <waited ns> <time slices>`.
+/// The first value of a line `<ran ns> <waited ns> <time slices>`.
 fn ran_ns(schedstat: &str) -> Option<u64> {
     schedstat.split_whitespace().next()?.parse().ok()
 }

@@ -1,7 +1,8 @@
 //! Custom surfaces: a WESL function that colours the ground of one body, `--surface BODY=FILE`.
 //!
-//! In: bodies and files. Out: the catalog in which these bodies have a surface number, and the fragments that replace the built-in placeholders. Always: each file is checked
-//! by compiling a module with it before anything is drawn, and errors name the user's file. Not here: the inputs of a surface function (shaders/lib/custom).
+//! In: bodies and files. Out: the catalog in which each of these bodies has a surface number, and the fragments that replace the built-in placeholders.
+//! Always: each file is checked before anything is drawn, by compiling a module with it; errors name the user's file. Not here: the inputs of a surface
+//! function (shaders/lib/custom).
 
 use crate::catalog::Catalog;
 use crate::files::read_text;
@@ -16,7 +17,7 @@ use std::str::FromStr;
 /// Largest file, bytes.
 const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// One body and the file that colours it.
+/// A body and the file that colours its surface.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SurfaceFile {
     /// Name of the body, as the user wrote it.
@@ -48,12 +49,12 @@ pub enum SurfaceError {
     /// More surfaces than placeholders.
     #[error("--surface: {0} surfaces; at most {MAX_CUSTOM_SURFACES} in one run")]
     TooMany(usize),
-    /// No such body.
+    /// The body does not exist.
     #[error("--surface {body}: {why}")]
     Body {
-        /// As the user wrote it.
+        /// The body as the user wrote it.
         body: String,
-        /// What the catalog says.
+        /// The catalog's error.
         why: String,
     },
     /// A body with two surfaces.
@@ -62,19 +63,19 @@ pub enum SurfaceError {
     /// A file that cannot be read.
     #[error("{path}: {source}")]
     File {
-        /// As the user named it.
+        /// The path as the user named it.
         path: String,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// No module can be compiled with it.
+    /// No module can be compiled with the file.
     #[error(
         "--surface {body}={path}: {why}; a surface has `fn custom_surface(point: SurfacePoint) -> CustomSurface`, with both types imported from package::lib::custom::surface_point"
     )]
     Module {
-        /// As the user wrote it.
+        /// The body as the user wrote it.
         body: String,
-        /// As the user named it.
+        /// The path as the user named it.
         path: String,
         /// The error of the generator, naga or the renderer.
         why: String,
@@ -86,7 +87,7 @@ fn fragment_path(number: usize) -> String {
     format!("lib/custom/surface_{number}.wesl")
 }
 
-/// The catalog in which the bodies have the numbers of their surfaces, from 1 in the order of the list.
+/// The catalog in which each listed body has the number of its surface, counted from 1 in the order of the list.
 ///
 /// # Errors
 /// An unknown or repeated body, or more surfaces than placeholders.
@@ -104,7 +105,7 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
     Ok(catalog)
 }
 
-/// The texts of the files by their paths below shaders/.
+/// The texts of the files, each with the path below shaders/ of the placeholder that it replaces.
 ///
 /// # Errors
 /// A file that cannot be read, or with which no module compiles.
@@ -134,7 +135,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn a_body_and_a_file_are_told_apart_at_the_first_sign() {
+    fn body_and_file_are_separated_at_the_first_equals_sign() {
         let surface: SurfaceFile = "mars=a=b.wesl".parse().expect("a surface");
         assert_eq!((surface.body.as_str(), surface.file.as_path()), ("mars", Path::new("a=b.wesl")));
         for wrong in ["mars", "=a.wesl", "mars=", " =a"] {

@@ -1,6 +1,7 @@
-//! Layers of the user's data: reads their files and adds their images to the map store.
+//! Reads the files of data layers, and adds their images to the map store.
 //!
-//! In: a layer of the catalog, or a file that was dropped on the window. Out: the layer with its content, or one line with the reason. Always: an invalid file adds nothing.
+//! In: a layer of the catalog, or a file that was dropped on the window. Out: the layer with its content, or an error in one line. Always: an invalid file
+//! adds nothing.
 
 use super::{Session, SessionError};
 use crate::catalog::{Catalog, CatalogError, DataLayer, NaifId, is_layer_file, layer_endings};
@@ -22,7 +23,7 @@ pub(super) fn read(path: &Path, layer: DataLayer) -> Result<DataLayer, SessionEr
     layer.with_content(&path.display().to_string(), &bytes).map_err(|problem| CatalogError { problems: vec![problem] }.into())
 }
 
-fn keep_image(layer: &DataLayer, maps: &MapStore) -> Result<(), ImageError> {
+fn add_image(layer: &DataLayer, maps: &MapStore) -> Result<(), ImageError> {
     let Some(image) = &layer.image else { return Ok(()) };
     let texture = Texture::from_rgba8(image.width, image.height, image.rgba.clone(), TexelFormat::Rgba8Srgb)?;
     maps.keep_premultiplied(&layer.image_name(), texture.premultiplied());
@@ -30,18 +31,19 @@ fn keep_image(layer: &DataLayer, maps: &MapStore) -> Result<(), ImageError> {
 }
 
 /// Adds the images of all layers to the map store.
-pub(super) fn keep_images(catalog: &Catalog, maps: &MapStore) -> Result<(), SessionError> {
+pub(super) fn add_images(catalog: &Catalog, maps: &MapStore) -> Result<(), SessionError> {
     catalog
         .data_layers()
         .iter()
-        .try_for_each(|layer| keep_image(layer, maps).map_err(|e| SessionError::File { path: echo(&layer.file), why: e.to_string() }))
+        .try_for_each(|layer| add_image(layer, maps).map_err(|e| SessionError::File { path: echo(&layer.file), why: e.to_string() }))
 }
 
 impl Session {
-    /// Adds the content of a file as a layer: on a body if one is given and the file has places on a body, else in the sky. Returns a line that says how it was read.
+    /// Adds the content of a file as a layer: on the given body if the file has places on a body, otherwise in the sky. Returns a line that describes the
+    /// layer.
     ///
     /// # Errors
-    /// File, line and field; nothing is added then.
+    /// File, line and field; in this case nothing is added.
     pub fn add_data_file(&self, path: &Path, body: Option<NaifId>) -> Result<String, SessionError> {
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !is_layer_file(&file) {
@@ -60,7 +62,7 @@ impl Session {
             let why = format!("an image of the ground is laid over {} by a [[layer]] of a catalog file (--catalogs)", body.name);
             return Err(failed(path, why));
         }
-        keep_image(&found, &self.maps).map_err(|e| failed(path, e.to_string()))?;
+        add_image(&found, &self.maps).map_err(|e| failed(path, e.to_string()))?;
         let what = match &found.image {
             Some(image) => format!("an image of {}x{} pixels", image.width, image.height),
             None => format!("{} points and {} lines", found.points.len(), found.lines.len()),

@@ -1,7 +1,7 @@
-//! Which renderer draws, and the fallback to software when the GPU cannot.
+//! Chooses the renderer, and falls back to software when the GPU cannot draw.
 //!
-//! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened with the first frame; when it
-//! is missing or fails, that is reported in one line, and the same plan is drawn in software, this frame and every later one.
+//! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened with the first frame; if it is
+//! missing or fails, this is reported in one line, and this plan and all later ones are drawn in software.
 
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
@@ -21,12 +21,12 @@ use std::sync::{Arc, OnceLock};
 
 pub struct Devices {
     pub software: SoftwareRenderer,
-    /// A second software renderer with its own threads; `None` inside if no threads could be started.
+    /// A second software renderer with its own threads; contains `None` if no threads could be started.
     background_renderer: OnceLock<Option<SoftwareRenderer>>,
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
-    /// Modules with a user's fragments that the software renderer has run to the end.
+    /// Modules with the user's fragments that the software renderer has executed without an endless loop.
     #[cfg(feature = "gpu")]
     dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
@@ -61,10 +61,10 @@ impl Devices {
         Self { software, background_renderer: OnceLock::new(), notify, preference }
     }
 
-    /// The software renderer for background work: in the pool of the window's picture, each would wait for the other.
+    /// The software renderer for background work. It has its own thread pool, so that background work and the window's picture do not wait for each other.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
-        let made = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
-        made.as_ref().unwrap_or(&self.software)
+        let own_threads = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
+        own_threads.as_ref().unwrap_or(&self.software)
     }
 
     fn draw_in_software(
@@ -78,7 +78,8 @@ impl Devices {
         Ok(RenderOutput { frame, on_gpu: None, by })
     }
 
-    /// Draws a plan that has new modules with a user's fragments in software first: the software renderer stops an endless loop, on which a GPU would hang.
+    /// If a plan has new modules with the user's fragments, draws it in software first: the software renderer detects an endless loop, on which a GPU would
+    /// hang.
     #[cfg(feature = "gpu")]
     fn dry_run_new_modules(&self, software: &SoftwareRenderer, plan: &Plan, library: &ShaderLibrary) -> Result<(), RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
@@ -89,7 +90,7 @@ impl Devices {
         if new.is_empty() {
             return Ok(());
         }
-        // Any other error is left to the device to report.
+        // Any other error is ignored here, because drawing on the GPU reports it.
         if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, false) {
             return Err(endless.into());
         }
@@ -115,7 +116,7 @@ impl Devices {
     /// Draws the plan with the GPU if one is available, else with the given software renderer.
     ///
     /// # Errors
-    /// Why neither can draw; that no adapter was found although the user requires one.
+    /// The reason why neither can draw, or that the user requires a GPU and no adapter was found.
     #[cfg(feature = "gpu")]
     pub fn draw(
         &self,
@@ -131,8 +132,8 @@ impl Devices {
         }
     }
 
-    /// The same for a window: a plan whose pipelines are not compiled yet is drawn in software, while a thread compiles them and those of `window`, the plan of
-    /// the window's own frame.
+    /// As [`Self::draw`], for a window: a plan whose pipelines are not compiled yet is drawn in software, while a thread compiles these pipelines and those
+    /// of `window`, the plan of the window's interface.
     #[cfg(feature = "gpu")]
     pub fn draw_or_fall_back(
         &self,
@@ -159,7 +160,7 @@ impl Devices {
         self.draw(&self.software, plan, library, requested)
     }
 
-    /// The renderers that can be chosen: only software where frames are in f64 or the build has no GPU renderer.
+    /// The renderers that the user can choose; only software if frames are computed in f64 or the build has no GPU renderer.
     pub fn choices(&self) -> &'static [RendererPreference] {
         if self.software.options().precision == Precision::F64 || !cfg!(feature = "gpu") {
             return &[RendererPreference::Software];
@@ -175,7 +176,7 @@ impl Devices {
         self.preference
     }
 
-    /// Never blocks.
+    /// Whether the GPU is being prepared for a picture that was drawn in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         #[cfg(feature = "gpu")]
         return self.gpu.readiness();
@@ -183,7 +184,7 @@ impl Devices {
         Readiness::Settled
     }
 
-    /// Sets the renderer from the next frame on; one that is not among the [`Self::choices`] changes nothing.
+    /// Sets the renderer from the next frame on. A preference that is not among the [`Self::choices`] is ignored.
     pub fn set_preference(&self, preference: RendererPreference) {
         let _ = preference;
         #[cfg(feature = "gpu")]
@@ -192,13 +193,13 @@ impl Devices {
         }
     }
 
-    /// Begins to open the preferred GPU, so that the first frame waits less.
+    /// Starts to open the preferred GPU, so that the first frame has to wait less.
     pub fn begin(&self) {
         #[cfg(feature = "gpu")]
         self.gpu.begin();
     }
 
-    /// Drops everything compiled from modules: the same names now stand for other modules.
+    /// Drops everything compiled from modules, because their names now denote other modules.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
         if let Some(Some(background_renderer)) = self.background_renderer.get() {
@@ -210,13 +211,13 @@ impl Devices {
         self.gpu.forget_modules();
     }
 
-    /// The GPU that draws, if one does. Never blocks: while it draws or compiles, the answer is [`gpu::DeviceState::Unchanged`].
+    /// The GPU that draws, if any. Never blocks: while the GPU draws or compiles, the result is [`gpu::DeviceState::Unchanged`].
     #[cfg(feature = "gpu")]
     pub fn device_state(&self) -> gpu::DeviceState {
         self.gpu.device_state(&*self.notify)
     }
 
-    /// Destroys the device, as after a driver reset: for tests of the fallback.
+    /// Destroys the device, as a driver reset would, to test the fallback.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
         self.gpu.destroy();

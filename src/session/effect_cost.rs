@@ -1,7 +1,7 @@
-//! Cost and effect of one effect in a view, by drawing the view with and without it.
+//! Measures the cost of one effect in a view and its change of the picture, by drawing the view with and without the effect.
 //!
-//! In: a view and an effect. Out: an [`EffectCost`]. Always: measured in software on a smaller picture and scaled by the number of pixels; the exposure
-//! of both pictures is that of the view, so that their radiances compare. Not here: the cost on the GPU, which is only known per pass.
+//! In: a view and an effect. Out: an [`EffectCost`]. Always: the time is measured in software on a smaller picture and scaled by the number of pixels;
+//! both pictures have the view's exposure, so that their radiances can be compared. Not here: the cost on the GPU, which is known only per pass.
 
 use super::{Session, SessionError};
 use crate::render::plan::{Plan, SamplingQuality};
@@ -11,36 +11,36 @@ use std::time::{Duration, Instant};
 
 /// Largest picture that is measured, pixels.
 const MEASURED_PX: f64 = 16_000.0;
-/// Each variant is drawn this many times, in turns; the fastest run counts.
+/// Number of times that each variant is drawn, in turns; the fastest time counts.
 const ROUNDS: usize = 3;
 
-/// What one effect adds to a view.
+/// The time that an effect costs in a view, and its change of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectCost {
-    /// Milliseconds that it adds to the drawing of a picture of the view's size, at least 0; noise of some per cent of the whole remains.
+    /// Milliseconds that the effect adds to the drawing of a picture of the view's size, at least 0; with a noise of some per cent of the total time.
     pub ms: f64,
-    /// Its change of the picture.
+    /// The change of the picture.
     pub light: LightChange,
 }
 
-/// Difference of two pictures of one size, as fractions of the luminance of the brighter one.
+/// Difference of two pictures of the same size, as fractions of the total luminance of the brighter picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightChange {
-    /// Luminance of the second less that of the first: -1..=1.
+    /// Total luminance of the second picture minus that of the first: -1..=1.
     pub net: f64,
-    /// Sum of the absolute changes of the pixels.
+    /// Sum of the absolute changes of the pixels' luminance.
     pub moved: f64,
 }
 
 impl LightChange {
-    /// Of two pictures of one size in linear light.
+    /// The change from one picture to another of the same size, in linear light.
     pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
         let sum = |of: &[[f32; 4]]| of.iter().map(luminance).sum::<f64>();
         let (before, after) = (sum(first), sum(second));
         let moved = first.iter().zip(second).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum::<f64>();
-        let whole = before.max(after);
-        let part = |of: f64| if whole > 0.0 { of / whole } else { 0.0 };
-        Self { net: part(after - before), moved: part(moved) }
+        let brighter = before.max(after);
+        let fraction = |change: f64| if brighter > 0.0 { change / brighter } else { 0.0 };
+        Self { net: fraction(after - before), moved: fraction(moved) }
     }
 }
 
@@ -49,11 +49,11 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, for one body alone if it is named. `on`: the view has the effect, by its request or automatically; else it is
-    /// switched on for the comparison. `stops`: the exposure of the view.
+    /// Draws `request` with and without `effect`, and compares. `of_body`: switch the effect only for this body. `on`: the view has the effect already, by
+    /// its request or automatically; otherwise the effect is switched on for the comparison. `stops`: the exposure of the view.
     ///
     /// # Errors
-    /// Why the view cannot be drawn.
+    /// The reason why the view cannot be drawn.
     pub fn effect_cost(
         &self,
         request: &ViewRequest,
@@ -62,28 +62,28 @@ impl Session {
         of_body: Option<&str>,
     ) -> Result<EffectCost, SessionError> {
         let pixels = f64::from(request.width) * f64::from(request.height);
-        let shrink = (MEASURED_PX / pixels).sqrt().min(1.0);
-        let side = |px: u32| ((f64::from(px) * shrink).round() as u32).max(1);
+        let scale = (MEASURED_PX / pixels).sqrt().min(1.0);
+        let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
         let (width, height) = (side(request.width), side(request.height));
         let plan_view = |with: bool| -> Result<Plan, SessionError> {
-            let mut small = ViewRequest { width, height, exposure: ExposureRequest::Stops(stops), ..request.clone() };
+            let mut scaled_request = ViewRequest { width, height, exposure: ExposureRequest::Stops(stops), ..request.clone() };
             match of_body {
                 _ if with && on => {}
-                Some(name) => small.effects.of_body(name).set(effect, with),
-                None => small.effects.set(effect, with),
+                Some(name) => scaled_request.effects.of_body(name).set(effect, with),
+                None => scaled_request.effects.set(effect, with),
             }
-            Ok(self.plan(&small, SamplingQuality::of(request.quality))?.1)
+            Ok(self.plan(&scaled_request, SamplingQuality::of(request.quality))?.1)
         };
         let plans = [plan_view(false)?, plan_view(true)?];
         let mut fastest = [Duration::MAX; 2];
         let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
-            for (which, plan) in plans.iter().enumerate() {
+            for (variant, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
                 let drawn = self.background_renderer().render(plan, self.library(), true);
                 let (frame, _) = drawn?;
-                fastest[which] = fastest[which].min(start.elapsed());
-                light[which] = frame.hdr;
+                fastest[variant] = fastest[variant].min(start.elapsed());
+                light[variant] = frame.hdr;
             }
         }
         let pixel_ratio = pixels / (f64::from(width) * f64::from(height));
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_change_of_light_is_a_part_of_the_brighter_picture() {
+    fn light_changes_are_fractions_of_the_brighter_picture() {
         let (grey, black) = ([0.5, 0.5, 0.5, 1.0], [0.0, 0.0, 0.0, 1.0]);
         let [to_black, to_grey, swapped, none] = [
             LightChange::between(&[grey, grey], &[grey, black]),
@@ -110,7 +110,7 @@ mod tests {
         ];
         assert!((to_black.net + 0.5).abs() < 1e-6 && (to_black.moved - 0.5).abs() < 1e-6);
         assert_eq!((to_grey.net, to_grey.moved), (1.0, 1.0));
-        assert_eq!((swapped.net, swapped.moved), (0.0, 2.0), "all of it has left one place for another");
+        assert_eq!((swapped.net, swapped.moved), (0.0, 2.0), "all light has moved from one pixel to another");
         assert_eq!((none.net, none.moved), (0.0, 0.0));
     }
 }

@@ -1,4 +1,4 @@
-//! Errors between a request and its frame.
+//! Errors of opening a session and of drawing a view.
 
 use super::custom_surfaces::SurfaceError;
 use super::renderers::RendererError;
@@ -17,36 +17,36 @@ pub enum SessionError {
     /// A file that cannot be read.
     #[error("{path}: {why}")]
     File {
-        /// As the user named it.
+        /// The path as the user named it.
         path: String,
-        /// What the system says.
+        /// The reason, usually the system's error.
         why: String,
     },
-    /// Wrong fields of catalog files, each with its line.
+    /// Invalid fields of catalog files, each with its line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
-    /// Wrong lines of a star catalogue.
+    /// Invalid lines of a star catalogue.
     #[error(transparent)]
     Stars(#[from] StarFileError),
-    /// Wrong lines of a table of minor planets or comets.
+    /// Invalid lines of a table of minor planets or comets.
     #[error(transparent)]
     SmallBodies(#[from] SmallBodyFileError),
-    /// No position, or an unusable kernel.
+    /// A position cannot be computed, or a kernel is unusable.
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),
-    /// An impossible view.
+    /// The requested view is impossible.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A module or map of the view.
+    /// A module or map of the view is unusable.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The folder of the user's fragments.
+    /// The folder of the user's fragments is unusable.
     #[error(transparent)]
     Shaders(#[from] FragmentFolderError),
-    /// A custom surface.
+    /// A custom surface is unusable.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// No renderer can draw it.
+    /// No renderer can draw the view.
     #[error(transparent)]
     Renderer(#[from] RendererError),
 }
@@ -54,15 +54,15 @@ pub enum SessionError {
 /// Why shaders are kept in memory only.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CacheFolderError {
-    /// Neither the user nor the system gives a folder.
+    /// Neither the user nor the system names a folder.
     #[error("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place")]
     None,
-    /// Other users may write to it, and so could decide what is drawn.
+    /// Other users may write to the folder, and could thus change what is drawn.
     #[error("the cache {folder} is not used: {why}; shaders are kept in memory only, --cache DIR names another place")]
     Shared {
-        /// The folder, or the one above it.
+        /// The cache folder, or one of the program's folders in it.
         folder: String,
-        /// Who may write to it.
+        /// The reason: its owner or its mode.
         why: String,
     },
 }

@@ -1,6 +1,7 @@
-//! The GPU of a session: opened on a thread, prepared for what is drawn, closed when it fails.
+//! Manages a session's GPU device: opens it on a separate thread, compiles the pipelines of plans, and closes it when it fails.
 //!
-//! In: plans and the user's preference. Out: frames, or `None` where software must draw. Always: a window never blocks on a driver.
+//! In: plans and the user's preference. Out: frames, or `None` if the software renderer must draw. Always: a window never blocks on a
+//! driver.
 
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
 use crate::render::frame::Frame;
@@ -19,43 +20,43 @@ type Notify = dyn Fn(&str) + Send + Sync;
 /// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-    /// Epoch and preference when it began.
+    /// Epoch and preference when the thread was started.
     epoch: u64,
     preference: RendererPreference,
 }
 
-/// The state of the device as a window sees it.
+/// The state of the device, as reported to a window.
 pub enum DeviceState {
-    /// It draws.
+    /// The device draws.
     Open(Arc<GpuRenderer>),
-    /// Busy, so as it was when last asked.
+    /// The device is busy, so the state is the last reported one.
     Unchanged,
-    /// Software draws.
+    /// The software renderer draws.
     Software,
 }
 
 enum State {
-    /// Not tried yet.
+    /// No attempt was made yet to open a device.
     Unopened,
     /// A thread opens the device, or compiles what a plan needs.
     Preparing(Preparing),
     Open(Arc<GpuRenderer>),
-    /// Software draws from now on.
+    /// The software renderer draws from now on.
     Closed,
 }
 
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
     state: Mutex<State>,
-    /// Incremented when compiled pipelines no longer belong to the modules.
+    /// Incremented when modules change, so that compiled pipelines are outdated.
     epoch: AtomicU64,
-    /// A thread's result was taken over, and no window picture was drawn since.
+    /// A preparing thread's result was taken over, and no picture of the window was drawn since.
     just_ready: AtomicBool,
-    /// The last reported error: a sequence of frames reports it once.
+    /// The last reported error, so that a sequence of frames reports the same error only once.
     last_error: Mutex<Option<GpuError>>,
 }
 
-/// The modules of one plan, for a thread that outlives the borrow of the library.
+/// The modules of a plan, for a thread that cannot borrow the library.
 struct ModuleSet(HashMap<ModuleId, Arc<ShaderModule>>);
 
 impl ModuleProvider for ModuleSet {
@@ -68,7 +69,7 @@ fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock()
 }
 
-/// The fallback of `auto` when the device cannot be opened: software, and one line that says so.
+/// The state after a device could not be opened and the user does not require one. Reports the fallback to software in one line.
 fn fall_back(e: &GpuError, notify: &Notify) -> State {
     match e {
         GpuError::SoftwareDriver(_) => notify(&format!("{e}: drawing in software; --renderer gpu forces it")),
@@ -78,7 +79,7 @@ fn fall_back(e: &GpuError, notify: &Notify) -> State {
 }
 
 impl Drop for Gpu {
-    /// Waits until no driver is loading or compiling: at process exit a driver frees what such a thread uses.
+    /// Waits until no driver is loading or compiling, because at process exit a driver frees memory that such a thread uses.
     fn drop(&mut self) {
         if let State::Preparing(preparing) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
             let _ = preparing.thread.join();
@@ -102,7 +103,7 @@ impl Gpu {
         *self.preference.lock()
     }
 
-    /// Another preference may mean another device: the open one is closed.
+    /// Sets the preference. A change closes the open device, because another preference may select another device.
     pub fn set_preference(&self, preference: RendererPreference) {
         let before = std::mem::replace(&mut *self.preference.lock(), preference);
         if preference == before {
@@ -137,7 +138,7 @@ impl Gpu {
         }
     }
 
-    /// Never blocks.
+    /// The state of the device for a window. Never blocks.
     pub fn device_state(&self, notify: &Notify) -> DeviceState {
         if self.preference() == RendererPreference::Software {
             return DeviceState::Software;
@@ -151,6 +152,7 @@ impl Gpu {
         }
     }
 
+    /// Starts a preparing thread.
     fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> State {
         State::Preparing(Preparing {
             thread: std::thread::spawn(work),
@@ -159,7 +161,7 @@ impl Gpu {
         })
     }
 
-    /// Waits for the thread. Its pipelines are dropped if modules changed meanwhile, and its device if the preference did.
+    /// Waits for a preparing thread. Drops its pipelines if modules changed meanwhile, and its device if the preference changed.
     fn wait_prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
         let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
         if preparing.preference != self.preference() {
@@ -171,7 +173,7 @@ impl Gpu {
         Ok(State::Open(renderer))
     }
 
-    /// Takes over the thread's result if it has finished.
+    /// Takes over the result of a preparing thread that has finished.
     fn take_over_finished(&self, state: &mut State, notify: &Notify) {
         *state = match std::mem::replace(state, State::Unopened) {
             State::Preparing(preparing) if preparing.thread.is_finished() => {
@@ -182,7 +184,7 @@ impl Gpu {
         };
     }
 
-    /// Opens the device in parallel with the other work before the first frame.
+    /// Starts to open the device on a thread, in parallel with the other work before the first frame.
     pub fn begin(&self) {
         let mut state = locked(&self.state);
         if matches!(*state, State::Unopened) {
@@ -197,18 +199,18 @@ impl Gpu {
         }
     }
 
-    /// Opens the device, waiting for it; `None`: software is to draw.
+    /// The open device; opens it if necessary, and waits for it. `None`: the software renderer must draw.
     fn open_or_wait(&self, notify: &Notify) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
         let mut state = locked(&self.state);
-        let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
-        if let Ok(State::Preparing(preparing)) = now {
-            now = self.wait_prepared(preparing);
+        let mut next_state = Ok(std::mem::replace(&mut *state, State::Unopened));
+        if let Ok(State::Preparing(preparing)) = next_state {
+            next_state = self.wait_prepared(preparing);
         }
-        if let Ok(State::Unopened) = now {
-            now = GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
+        if let Ok(State::Unopened) = next_state {
+            next_state = GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
         }
-        *state = match now {
-            Ok(now) => now,
+        *state = match next_state {
+            Ok(next_state) => next_state,
             Err(e) if self.preference() == RendererPreference::Gpu => {
                 return Err(RendererError::Gpu(e));
             }
@@ -217,7 +219,7 @@ impl Gpu {
         Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
     }
 
-    /// `None`: software is to draw it.
+    /// Draws a plan, and waits for the device if necessary. `None`: the software renderer must draw.
     pub fn draw(
         &self,
         plan: &Plan,
@@ -228,11 +230,11 @@ impl Gpu {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
-        // Drawn without the lock: callers that must not block see at once that the device is busy.
+        // The state is not locked while drawing, so that callers that must not block learn at once that the device is busy.
         Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, library, output, notify)))
     }
 
-    /// `None`: the GPU failed, and software is to draw.
+    /// Draws a plan with an open device. `None`: the GPU failed, and the software renderer must draw.
     fn draw_in(
         &self,
         renderer: &Arc<GpuRenderer>,
@@ -273,7 +275,8 @@ impl Gpu {
         }
     }
 
-    /// `None`: software is to draw it, now or from now on. Never blocks on a driver.
+    /// Draws a plan if the device and its pipelines are ready; otherwise returns `None` and starts to prepare them, unless the device is
+    /// closed. `window` gives the plan of the window's interface. Never blocks on a driver.
     pub fn draw_if_ready(
         &self,
         plan: &Plan,
@@ -285,7 +288,7 @@ impl Gpu {
         if self.preference() == RendererPreference::Software {
             return None;
         }
-        // Another thread opens the device or waits for it.
+        // If the lock is taken, another thread opens the device or waits for it.
         let mut state = self.state.try_lock()?;
         self.take_over_finished(&mut state, &**notify);
         self.just_ready.store(false, Ordering::SeqCst);
@@ -296,8 +299,8 @@ impl Gpu {
         };
         let window = window();
         if let Some(renderer) = &renderer {
-            let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
-            if let Some(frame_guard) = renderer.try_lock_for(plan).filter(|_| for_windows) {
+            let windows_are_ready = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
+            if let Some(frame_guard) = renderer.try_lock_for(plan).filter(|_| windows_are_ready) {
                 drop(state);
                 return self.draw_in(renderer, frame_guard, plan, library, output, &**notify);
             }
@@ -308,7 +311,7 @@ impl Gpu {
         let (plan, preference) = (plan.clone(), self.preference());
         *state = self.prepare(move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
-            // Drawn once, and the result dropped: some drivers compile only at the first draw.
+            // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
             let drawn = [Some(renderer.render(&plan, &modules, false).err()), window.map(|w| renderer.prepare_windows(&w, &modules).err())];
             match drawn.into_iter().flatten().flatten().find(GpuError::is_final) {
                 Some(e) => Err(e),

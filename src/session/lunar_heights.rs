@@ -1,7 +1,7 @@
-//! The user's map of the Moon's heights, read from disk.
+//! Reads the user's map of the Moon's heights from disk.
 //!
-//! In: `FILE`, or `FILE,LOW,HIGH` with the heights of black and white in km. Out: the map, or one line that says what is wrong. A PDS label names its image, and an image is read with the
-//! label beside it; the format of any other file is detected from its first bytes.
+//! In: `FILE`, or `FILE,LOW,HIGH` with the heights of black and white in km. Out: the map, or an error in one line. A PDS label names its image file; an
+//! image file `.img` is read with the label of the same name. The format of any other file is detected from its first bytes.
 
 use super::SessionError;
 use crate::catalog::lunar_heights::{HeightMap, HeightMapError, HeightRange, MAX_FILE_BYTES, MAX_LABEL_BYTES};
@@ -11,7 +11,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Splits `FILE,LOW,HIGH`. If a file with the whole name exists, the whole text is its name.
+/// Splits `FILE,LOW,HIGH`. If a file with the complete text as its name exists, the text is not split.
 fn split(argument: &OsStr) -> (PathBuf, Option<HeightRange>) {
     let whole = PathBuf::from(argument);
     let parts = argument.to_str().filter(|_| !whole.is_file()).map(|text| text.rsplitn(3, ',').collect::<Vec<_>>());
@@ -23,7 +23,7 @@ fn split(argument: &OsStr) -> (PathBuf, Option<HeightRange>) {
     (whole, None)
 }
 
-/// Reads the map that the option names.
+/// Reads the map that the option `--lunar-heights` names.
 ///
 /// # Errors
 /// The file that cannot be read, and why.
@@ -64,9 +64,9 @@ pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightM
     HeightMap::of_pds(&label_name, &text, &bytes(&image)?).map(Arc::new).map(Some).map_err(of_map)
 }
 
-/// The file with the same name and another extension, in capitals if only that one exists.
+/// The path with another extension, which is in capitals if only that file exists.
 fn with_extension_in_any_case(path: &Path, extension: &str) -> PathBuf {
-    let small = path.with_extension(extension);
-    let large = path.with_extension(extension.to_ascii_uppercase());
-    if !small.is_file() && large.is_file() { large } else { small }
+    let lower_case = path.with_extension(extension);
+    let upper_case = path.with_extension(extension.to_ascii_uppercase());
+    if !lower_case.is_file() && upper_case.is_file() { upper_case } else { lower_case }
 }

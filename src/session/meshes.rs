@@ -1,7 +1,8 @@
-//! Shape models by body, each read when a view first needs it, and the shadows that they cast on themselves.
+//! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
-//! In: catalog entries. Out: models from `--textures` or from beside the catalog files, and heights of the Sun at their vertices
-//! ([`crate::mesh::self_shadow`]), reused while the Sun moves no more than [`TOLERANCE_RAD`] in the body's sky. A file that cannot be read is reported in one line.
+//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and the Sun's heights above the local horizon at their vertices
+//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun has moved by [`TOLERANCE_RAD`] in the body's sky. The error for an
+//! unreadable file is a single line.
 
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
@@ -11,16 +12,16 @@ use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Rotation of the Sun's direction in the body's axes below which computed heights are reused: a tenth of the Sun's angular radius seen from the Earth.
+/// Change of the Sun's direction in body axes below which computed heights are reused: a tenth of the Sun's angular radius seen from the Earth.
 pub const TOLERANCE_RAD: f64 = 5e-4;
-/// Sets of heights in memory: enough for two views of several bodies.
+/// Largest number of sets of heights in memory: enough for two views of several bodies.
 const MAX_HEIGHT_SETS: usize = 8;
-/// Models in memory.
+/// Largest number of models in memory.
 const MAX_MODELS: usize = 64;
 /// Largest mesh file, bytes.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// The inputs of the Sun's heights at a model's vertices.
+/// The inputs from which the Sun's heights at a model's vertices are computed.
 struct SunHeightInputs {
     model: Arc<Model>,
     towards: DVec3,
@@ -37,13 +38,13 @@ impl SunHeightInputs {
 
 pub struct Meshes {
     folders: Vec<PathBuf>,
-    /// An error says why a model cannot be drawn.
+    /// Models by body; an error states why a model cannot be drawn.
     models: Memo<NaifId, Result<Arc<Model>, String>>,
     heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
 }
 
 impl Meshes {
-    /// Files of an earlier folder take precedence.
+    /// Searches these folders for files; earlier folders take precedence.
     pub fn new(folders: impl IntoIterator<Item = PathBuf>) -> Self {
         Self {
             folders: folders.into_iter().collect(),
@@ -55,7 +56,7 @@ impl Meshes {
     /// A body's model.
     ///
     /// # Errors
-    /// The file, and why it cannot be drawn.
+    /// The file, and why the model cannot be drawn.
     pub fn model(&self, body: &Body) -> Result<Arc<Model>, String> {
         self.models.get(body.id, || self.read(body))
     }
@@ -82,7 +83,8 @@ impl Meshes {
         Ok(Arc::new(Model::of(&obj, &figure).map_err(|e| format!("{shown}: {e}"))?))
     }
 
-    /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards`: unit vector to the Sun, body axes.
+    /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards`: unit vector to the Sun in body axes.
+    /// `radius_rad`: the Sun's angular radius.
     pub fn sun_heights(&self, model: &Arc<Model>, towards: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
         let inputs = SunHeightInputs { model: Arc::clone(model), towards, radius_rad };
         self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards, radius_rad)))
@@ -100,17 +102,17 @@ mod tests {
     }
 
     #[test]
-    fn heights_stand_until_the_sun_has_moved() {
+    fn heights_are_reused_until_the_sun_has_moved() {
         let (meshes, model) = (Meshes::new([]), model());
-        let over =
+        let heights_for_turn =
             |model: &Arc<Model>, turned_rad: f64| meshes.sun_heights(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
-        let first = over(&model, 0.0);
-        assert!(Arc::ptr_eq(&first, &over(&model, 0.8 * TOLERANCE_RAD)));
-        assert!(!Arc::ptr_eq(&first, &over(&model, 1.2 * TOLERANCE_RAD)));
-        assert!(!Arc::ptr_eq(&first, &over(&model, std::f64::consts::PI)), "from the other side");
-        assert!(!Arc::ptr_eq(&first, &over(&self::model(), 0.0)), "another shape");
-        // The least recently used set is dropped.
-        (1..=MAX_HEIGHT_SETS).for_each(|k| drop(over(&model, 0.1 * k as f64)));
-        assert!(!Arc::ptr_eq(&first, &over(&model, 0.0)));
+        let first = heights_for_turn(&model, 0.0);
+        assert!(Arc::ptr_eq(&first, &heights_for_turn(&model, 0.8 * TOLERANCE_RAD)));
+        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&model, 1.2 * TOLERANCE_RAD)));
+        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&model, std::f64::consts::PI)), "from the other side");
+        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&self::model(), 0.0)), "another shape");
+        // More sets than the limit drop the oldest one.
+        (1..=MAX_HEIGHT_SETS).for_each(|k| drop(heights_for_turn(&model, 0.1 * k as f64)));
+        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&model, 0.0)));
     }
 }

@@ -1,8 +1,8 @@
-//! The stages of one run: catalog, ephemeris, maps, shader library and renderers, from a view request to a finished frame.
+//! Runs the stages from a view request to a finished frame, with catalog, ephemeris, maps, shader library and renderers.
 //!
 //! In: [`Sources`] (folders and files the user named) and view requests. Out: scenes, plans, frames, and the time of each stage.
-//! A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a missing map,
-//! a cache that cannot be written) goes to `notify`, once each. It reads the clock only to measure.
+//! A session is opened once and draws many frames; it keeps decoded maps and shader modules. Problems that the user should know (a missing map,
+//! a cache that cannot be written) are passed to `notify`, each once. The clock is read only to measure times.
 
 mod air_tables;
 mod composite;
@@ -89,22 +89,22 @@ pub struct DrawnFrame {
     pub simple_draws: Vec<SimpleDraw>,
     /// The pixels.
     pub frame: Frame,
-    /// The image, if it stays on the GPU that drew it: the frame has no pixels then.
+    /// The image, if it stays on the GPU that drew it; `frame` has no pixels then.
     pub on_gpu: Option<GpuImage>,
-    /// The renderer that drew it.
+    /// The renderer that drew the frame.
     pub by: DrawnBy,
 }
 
-/// Largest catalog file, bytes; the shipped ones have some 10 kB each.
+/// Largest catalog file, bytes; the embedded ones have some 10 kB each.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
-/// Characters of coordinates, for the glyph atlas.
+/// Characters that occur in coordinates, for the glyph atlas.
 const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
-/// Bodies whose city lights stay in memory.
+/// Number of bodies whose city lights stay in memory.
 const NIGHT_LIGHTS_KEPT: usize = 16;
 
-/// Catalog, ephemeris, maps, shaders and renderers of one run. Shared by threads.
+/// Catalog, ephemeris, maps, shaders and renderers of one run. Threads share it.
 pub struct Session {
     catalog: Catalog,
     ephemeris: Ephemeris,
@@ -112,27 +112,28 @@ pub struct Session {
     library: ShaderLibrary,
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
-    /// City lights by body, each read when an exposure first needs them.
+    /// City lights by body, read when the light meter first needs them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
-    /// Glyphs of the last size.
+    /// The glyph atlas of the last requested size.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
     devices: Devices,
     /// Map and mesh files that could not be read, each reported once.
     unreadable_files: Mutex<BTreeSet<String>>,
     notify: Arc<dyn Fn(&str) + Send + Sync>,
-    /// By thread: the time of background work does not count as a frame's.
+    /// Times by thread, so that background work does not count as time of a frame.
     stages: Mutex<HashMap<ThreadId, Stages>>,
     count_cpu: bool,
-    /// For provenance: the user's SPK.
+    /// The user's SPK file, for provenance.
     kernel: Option<PathBuf>,
-    /// Custom surfaces: path below shaders/ and text.
+    /// Custom surfaces: path below shaders/, and WESL text.
     surfaces: Vec<(String, String)>,
-    /// For provenance: the user's stars.
+    /// The user's file of stars, for provenance.
     stars: Option<PathBuf>,
-    /// For provenance: the user's minor planets and comets.
+    /// The user's file of minor planets and comets, for provenance.
     minor_planets: Option<PathBuf>,
     sky_map: Option<SkyMap>,
+    /// Folders of the user's maps and meshes, for provenance.
     folders: Vec<PathBuf>,
     source_digests: OnceLock<BTreeMap<String, String>>,
 }
@@ -140,7 +141,7 @@ pub struct Session {
 /// The built-in catalog, overridden by the `*.toml` files of a folder in order of name. A `Cargo.toml`, as in catalogs/, is skipped.
 ///
 /// # Errors
-/// A file that cannot be read, or every wrong field.
+/// A file that cannot be read, or a list of all invalid fields.
 pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
     let failed = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
@@ -156,10 +157,10 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     Catalog::with_files(&files)?.with_data(|layer| data_layers::read(&folder.join(&layer.file), layer))
 }
 
-/// The shipped ephemeris with the user's kernel, checked to have a theory for every body of the catalog.
+/// The embedded ephemeris, extended by the user's kernel. Checks that every body of the catalog has a source of positions.
 ///
 /// # Errors
-/// A file that cannot be read, or every body without a theory at any time, by file and line of the catalog.
+/// A file that cannot be read, or a list of all bodies without any source of positions, with file and line of the catalog.
 pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Ephemeris, SessionError> {
     let mut ephemeris = Ephemeris::embedded(catalog)?;
     if let Some(path) = kernel {
@@ -174,13 +175,13 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
-/// The given cache folder, or else the user's own.
+/// The given cache folder, or else the user's cache folder on this system.
 ///
 /// # Errors
-/// That there is none, or that other users could write to it.
+/// There is none, or other users could write to it.
 pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
-    let usual = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
-    let Some(folder) = cache.map(Path::to_owned).or_else(usual) else {
+    let system_folder = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
+    let Some(folder) = cache.map(Path::to_owned).or_else(system_folder) else {
         return Err(CacheFolderError::None);
     };
     let own = folder.join("orrery");
@@ -194,7 +195,7 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     Ok(folder)
 }
 
-/// The library below the cache folder, or in memory where there is none.
+/// The shader library below the cache folder, or in memory if there is no cache folder.
 pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn(&str) + Send + Sync>) -> ShaderLibrary {
     match cache {
         Some(folder) => ShaderLibrary::open(folder, lowering, move |line| notify(line)),
@@ -203,7 +204,7 @@ pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn
 }
 
 impl Session {
-    /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
+    /// Reads catalogs and kernel, and opens the shader library. Maps are read later, when a view needs them.
     pub fn open(sources: &Sources, notify: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let notify: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(notify);
         if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
@@ -227,7 +228,7 @@ impl Session {
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
-        data_layers::keep_images(&catalog, &maps)?;
+        data_layers::add_images(&catalog, &maps)?;
         let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
         let library = open_library(cache.as_deref(), software::lowering(), notify.clone());
         let ring_shines = cache.as_deref().map(|folder| Box::new(RingShineFiles::new(folder)) as Box<dyn RingShineStore>);
@@ -265,19 +266,19 @@ impl Session {
         })
     }
 
-    /// The same with other minor planets, for a measurement; the provenance of pictures omits them.
+    /// Replaces the minor planets, for a measurement; the provenance of pictures does not include them.
     #[must_use]
     pub fn with_minor_planets(self, own: SmallBodies) -> Self {
         Self { catalog: self.catalog.with_small_bodies(Some(own)), ..self }
     }
 
-    /// The same with other stars, for a measurement; the provenance of pictures omits them.
+    /// Replaces the stars, for a measurement; the provenance of pictures does not include them.
     #[must_use]
     pub fn with_stars(self, own: StarCatalog) -> Self {
         Self { catalog: self.catalog.with_stars(Some(Arc::new(own))), ..self }
     }
 
-    /// From here on CPU time is counted too. That reads one file a thread at both ends of a stage, a cost that a window's frames should not have.
+    /// Counts CPU time from now on. This reads one file per thread at the start and end of each stage, which would slow down a window's frames.
     pub fn counting_cpu(self) -> Self {
         Self { count_cpu: true, ..self }
     }
@@ -296,22 +297,22 @@ impl Session {
         self.devices.background_renderer()
     }
 
-    /// The renderers that can be chosen, and the chosen one.
+    /// The renderers that the user can choose, and the current choice.
     pub fn renderers(&self) -> (&'static [RendererPreference], RendererPreference) {
         (self.devices.choices(), self.devices.preference())
     }
 
-    /// Whether the GPU is being prepared for what the window drew in software. Never blocks.
+    /// Whether a thread prepares the GPU for a picture that the window meanwhile drew in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         self.devices.readiness()
     }
 
-    /// Chooses another renderer from the next frame on.
+    /// Sets the renderer for the next frame and all later ones.
     pub fn set_renderer_preference(&self, preference: RendererPreference) {
         self.devices.set_preference(preference);
     }
 
-    /// A renderer with the same number of threads, in f64 or in f32.
+    /// A new software renderer with the same number of threads as [`Self::renderer`], in f64 or in f32.
     ///
     /// # Errors
     /// The threads cannot be started.
@@ -319,7 +320,7 @@ impl Session {
         software::renderer(Some(self.renderer().threads()), double_precision)
     }
 
-    /// Destroys the GPU device, as after a driver reset: for tests of the fallback.
+    /// Destroys the GPU device, as a driver reset would, to test the fallback.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
         self.devices.destroy_gpu();
@@ -333,7 +334,7 @@ impl Session {
         &self.library
     }
 
-    /// Passes a line to the receiver of this session's messages.
+    /// Passes a line to `notify`, the receiver of this session's messages.
     pub fn notify(&self, line: &str) {
         (self.notify)(line);
     }
@@ -344,31 +345,32 @@ impl Session {
         (by_thread.values().fold(Stages::default(), |sum, s| sum.and(s)), self.library.statistics())
     }
 
-    /// The same with the times of the calling thread alone.
+    /// As [`Self::report`], but with the times of the calling thread only.
     pub fn report_of_this_thread(&self) -> (Stages, Statistics) {
         let by_thread = self.stages.lock();
         (by_thread.get(&std::thread::current().id()).cloned().unwrap_or_default(), self.library.statistics())
     }
 
+    /// Runs `work` and adds its time to a stage of the calling thread.
     fn timed<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let before = if self.count_cpu { process_cpu() } else { None };
         let start = std::time::Instant::now();
         let done = work();
         let spent = start.elapsed();
-        let ran = before.and_then(|before| process_cpu()?.checked_sub(before));
+        let cpu_time = before.and_then(|before| process_cpu()?.checked_sub(before));
         let mut by_thread = self.stages.lock();
         let stages = by_thread.entry(std::thread::current().id()).or_default();
         stages.add(stage, spent);
-        if let Some(ran) = ran {
-            stages.add_cpu(stage, ran);
+        if let Some(cpu_time) = cpu_time {
+            stages.add_cpu(stage, cpu_time);
         }
         done
     }
 
-    /// Scene and plan of a view. A map that cannot be read is reported once, and its body is drawn without it.
+    /// Scene and plan of a view. A map that cannot be read is reported once, and its body is drawn without the map.
     ///
     /// # Errors
-    /// No scene, or a module that cannot be compiled.
+    /// The scene cannot be built, or a module cannot be compiled.
     pub fn plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
         if !request.composition.is_plain() {
             return self.composite_plan(request, sampling);
@@ -379,7 +381,7 @@ impl Session {
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
-                // A map that the requirements did not list; without it the scene is another one.
+                // A map that the requirements did not list is unreadable: the scene is built again without it.
                 Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
@@ -390,19 +392,19 @@ impl Session {
     /// The passes and draws of a view in their order, as text.
     ///
     /// # Errors
-    /// As [`Self::plan`].
+    /// See [`Self::plan`].
     pub fn passes(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<String, SessionError> {
         let (scene, plan) = self.plan(request, sampling)?;
         let steps = if request.composition.is_plain() { plan::steps(&scene, self, sampling)? } else { Vec::new() };
         Ok(plan::graph::outline(&steps, &plan))
     }
 
-    /// Draws a view with the chosen renderer, or in software if that fails.
+    /// Draws a view with the chosen renderer, or in software if that renderer fails. `keep_hdr`: the frame also keeps its linear pixels.
     pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.renderer(), request, sampling, keep_hdr)
     }
 
-    /// The same for a query that is answered while a window's picture is drawn.
+    /// As [`Self::draw`], but on the threads of [`Self::background_renderer`].
     pub fn draw_in_background(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.background_renderer(), request, sampling, keep_hdr)
     }
@@ -425,13 +427,13 @@ impl Session {
         }
     }
 
-    /// Draws a plan by the preferred renderer, as `draw` does.
+    /// Draws a plan with the chosen renderer, as [`Self::draw`] does.
     pub(crate) fn draw_plan(&self, plan: &Plan, keep_hdr: bool) -> Result<Frame, SessionError> {
         let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
         Ok(self.devices.draw(self.renderer(), plan, &self.library, requested)?.frame)
     }
 
-    /// Whether any module was rejected because its file had been forged on disk, and has been rebuilt. Each is replaced at most once.
+    /// Rebuilds those of the modules whose files on disk were forged and therefore rejected, each at most once. Returns whether any was rebuilt.
     fn replace_forged(&self, modules: &[ModuleId]) -> bool {
         let replaced = self.library.replace_forged(modules) > 0;
         if replaced {
@@ -446,18 +448,18 @@ fn drawn(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOu
 }
 
 impl Session {
-    /// From here on modules are compiled from these fragments.
+    /// Compiles modules from these fragments from now on.
     pub fn set_fragments(&self, fragments: Fragments) {
         self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
         self.devices.forget_modules();
     }
 
-    /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the image may stay on the device.
+    /// Draws a view for a window; in software if the GPU is not ready for this view. `on_gpu`: the image may stay on the GPU.
     pub fn draw_or_fall_back(&self, request: &ViewRequest, sampling: SamplingQuality, on_gpu: bool) -> Result<DrawnFrame, SessionError> {
         let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
-            // Only a GPU needs this plan: in software the window uses no such module.
+            // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
             let window = || plan::warm_up_interface(self).ok();
             match self.timed(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),

@@ -1,7 +1,7 @@
-//! Writes frames that the user saves to files.
+//! Writes frames to files.
 //!
-//! In: a frame and its metadata. Out: a PNG or an EXR, by the name's extension. Always: an existing file is complete, because an interrupted run leaves no partial
-//! picture behind; a write to a new name replaces nothing, even with concurrent writers.
+//! In: a frame and its metadata. Out: a PNG or an EXR, depending on the name's extension. Always: a file that exists is complete, because an interrupted
+//! run leaves no partial picture behind; a write under a new name replaces nothing, even with concurrent writers.
 
 use crate::files::{FileAccess, WriteError, write_atomic, write_new};
 use crate::image;
@@ -13,23 +13,24 @@ use std::path::{Path, PathBuf};
 /// The PNG chunk with the provenance ([`super::Provenance`]).
 pub const PROVENANCE_CHUNK: &str = "Request";
 
-/// Whether a file name stands for a picture of linear pixels.
+/// Whether a file name is that of an EXR, which contains linear pixels.
 pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
-/// `text`: text chunks of the PNG; an EXR keeps the `Legend` and the provenance. An EXR needs a frame that kept its linear pixels.
+/// Writes a frame. `text`: text chunks of a PNG, of which an EXR contains only the `Legend` and the provenance. An EXR needs a frame that kept its linear
+/// pixels.
 ///
 /// # Errors
-/// The path and why.
+/// The path and the reason.
 pub fn write_picture(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), WriteError> {
     write_atomic(path, FileAccess::All, |out| encode_picture(out, is_exr(path), frame, text))
 }
 
-/// The same under the first free name, as `write_new`: all names have one extension.
+/// As [`write_picture`], but under the first of `names` that is free. All names must have the same extension.
 ///
 /// # Errors
-/// The path and why.
+/// The path and the reason.
 pub fn write_new_picture(
     names: impl IntoIterator<Item = PathBuf>,
     is_exr: bool,

@@ -1,8 +1,9 @@
-//! The provenance of a picture: the request that it was drawn for, written into the file, so that a sequence resumes with its own files only.
+//! The provenance of a picture: a record of its request that is written into the file, so that an interrupted sequence resumes only with its own files.
 //!
-//! In: a view request and what the session draws it with. Out: a [`Provenance`], named values as one line of JSON; and of an existing file, whether it is complete and which request it belongs to. Always: every field of
-//! a request and every catalog, map, kernel and fragment that can change the picture changes the provenance; no clock, path, number of threads or cache folder does. Not
-//! distinguished: two builds of one version, except by catalogs and shaders; GPU and software where either may draw.
+//! In: a view request, and the sources from which the session draws it. Out: a [`Provenance`], named values as one line of JSON; for an existing file,
+//! whether it is complete and to which request it belongs. Always: the provenance depends on every field of a request and on every catalog, map, kernel
+//! and fragment that can change the picture. It does not depend on the clock, on paths, on the number of threads or on the cache folder. Not
+//! distinguished: two builds of the same version, except by catalogs and shaders; GPU and software, if either may draw.
 
 use super::Session;
 use super::pictures::{PROVENANCE_CHUNK, is_exr};
@@ -19,11 +20,11 @@ use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// Everything that determines the pixels of a picture, by name.
+/// All values that determine the pixels of a picture, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance(BTreeMap<String, String>);
 
-/// What is already at the path of a picture that is to be written.
+/// The file, if any, that already exists at the path of a picture that is to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ExistingPicture {
     /// There is no file.
@@ -32,9 +33,9 @@ pub enum ExistingPicture {
     Same,
     /// A file of another request. The text lists the differences, each as `name: its value, not ours`.
     Other(String),
-    /// The provenance matches, but the file is incomplete; and why.
+    /// The provenance matches, but the file is incomplete. The text gives the reason.
     Damaged(String),
-    /// The file has no readable provenance; and why.
+    /// The file has no readable provenance. The text gives the reason.
     Unknown(String),
 }
 
@@ -47,7 +48,7 @@ fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
     generator::hex(&hash.finalize()[..8])
 }
 
-/// SHA-256 of a file, read in blocks. `none` where it cannot be read.
+/// The first 8 bytes of a file's SHA-256 as hexadecimal digits, or `none` if it cannot be read. The file is read in blocks.
 fn file_digest(path: &Path) -> String {
     let read = || -> std::io::Result<String> {
         let (mut file, mut hash, mut piece) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
@@ -69,7 +70,7 @@ pub(super) fn source_digests(
     minor_planets: Option<&Path>,
     folders: &[PathBuf],
 ) -> BTreeMap<String, String> {
-    // The citation of a value changes no picture.
+    // The sources of values are left out, because a citation changes no picture.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
         let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten().map(|m| m.file.as_str());
@@ -97,7 +98,7 @@ fn layer_text(layer: &DataLayer) -> String {
     format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {look:?} {digest}")
 }
 
-/// The calendar date and time of a provenance.
+/// The calendar date and time in a provenance, without the TDB seconds.
 fn calendar_time(provenance: &Provenance) -> &str {
     provenance.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
 }
@@ -127,14 +128,14 @@ impl Provenance {
             pixel_view,
             purpose,
         } = request;
-        let usual = || "as usual".to_owned();
+        let default_text = || "as usual".to_owned();
         let axes = |a: &Axes| match a {
             Axes::Icrf => "ICRF",
             Axes::BodyFixed => "body-fixed",
         };
         let from = match position {
             Position::Over { towards, distance_radii } => {
-                let side = towards.map_or_else(usual, name);
+                let side = towards.map_or_else(default_text, name);
                 distance_radii.map_or_else(|| format!("side {side}, fitted"), |d| format!("side {side}, {d} radii"))
             }
             Position::Centre(body) => format!("centre of {}", name(*body)),
@@ -165,7 +166,7 @@ impl Provenance {
             of("look", look),
             of("up", up),
             of("composition", composition.to_text()),
-            of("fov", fov_deg.map_or_else(usual, |f| format!("{f} deg"))),
+            of("fov", fov_deg.map_or_else(default_text, |f| format!("{f} deg"))),
             of("size", format!("{width}x{height}")),
             of("exposure", exposure),
             of("tone-map", tone_map.name().into()),
@@ -187,7 +188,7 @@ impl Provenance {
         json.chars().flat_map(ascii).map(|u| if u < 0x80 { char::from(u as u8).to_string() } else { format!("\\u{u:04x}") }).collect()
     }
 
-    /// Target, time and size: what identifies a picture to its user.
+    /// Target, time and size, by which a user recognises the picture.
     pub fn short(&self) -> String {
         let value = |name: &str| self.0.get(name).map_or("", String::as_str);
         format!("target {}, time {}, size {}", echo_within(value("target"), 60), calendar_time(self), value("size"))
@@ -197,9 +198,9 @@ impl Provenance {
         serde_json::from_str(text).ok().map(Self)
     }
 
-    /// The fields in which two provenances differ, three at most, ours second.
+    /// The fields in which two provenances differ, at most three, each as `name theirs, not ours`.
     fn differences(theirs: &Self, ours: &Self) -> String {
-        // The fields that users know best come first.
+        // The most familiar fields come first.
         let order = ["target", "time", "from", "size", "effects", "layers", "quality"];
         let names = order.into_iter().chain(theirs.0.keys().chain(ours.0.keys()).map(String::as_str).filter(|k| !order.contains(k)));
         let mut differ: Vec<&str> = Vec::new();
@@ -209,29 +210,29 @@ impl Provenance {
             }
         }
         // Two times that differ only below a millisecond are shown with their TDB seconds.
-        let same_clock = calendar_time(theirs) == calendar_time(ours);
+        let same_calendar_time = calendar_time(theirs) == calendar_time(ours);
         let value = |provenance: &Self, name: &str| match provenance.0.get(name).map(String::as_str) {
             None | Some("") => "none".to_owned(),
-            Some(_) if name == "time" && !same_clock => echo_within(calendar_time(provenance), 60),
+            Some(_) if name == "time" && !same_calendar_time => echo_within(calendar_time(provenance), 60),
             Some(text) => echo_within(text, 60),
         };
-        let said = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_within(n, 20), value(theirs, n), value(ours, n)));
+        let listed = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_within(n, 20), value(theirs, n), value(ours, n)));
         let more = differ.len().saturating_sub(3);
-        said.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
+        listed.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
-    /// What is at a path where this picture, of that size, is to be written.
+    /// Examines the file at the path to which this picture of the given size is to be written.
     pub fn existing(&self, path: &Path, size: (u32, u32)) -> ExistingPicture {
-        let about = match path.metadata() {
-            // The writer reports what is wrong with the folder.
+        let metadata = match path.metadata() {
+            // A missing or invalid folder is reported when the picture is written.
             Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingPicture::None,
             Err(e) => return ExistingPicture::Unknown(e.to_string()),
-            Ok(about) if !about.is_file() => return ExistingPicture::Unknown("no file".into()),
-            Ok(about) => about,
+            Ok(metadata) if !metadata.is_file() => return ExistingPicture::Unknown("no file".into()),
+            Ok(metadata) => metadata,
         };
-        let read = |most: u64| {
+        let read = |max_bytes: u64| {
             let mut bytes = Vec::new();
-            File::open(path).and_then(|f| f.take(most).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
+            File::open(path).and_then(|f| f.take(max_bytes).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
         };
         let head = match read(HEAD_LEN as u64) {
             Ok(head) => head,
@@ -243,19 +244,19 @@ impl Provenance {
             Some(theirs) if theirs != *self => return ExistingPicture::Other(Self::differences(&theirs, self)),
             Some(_) => {}
         }
-        // Four floats a pixel, the overhead of a line, and the texts: an upper bound for a picture of this size.
-        let most = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
-        if about.len() > most {
+        // An upper bound for a file of this size: four floats and some overhead per pixel, 64 bytes per row, 1 MiB of texts.
+        let max_bytes = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
+        if metadata.len() > max_bytes {
             return ExistingPicture::Damaged("larger than any picture of this size".into());
         }
-        let whole =
-            read(most).and_then(|b| if is_exr(path) { is_whole_exr(&b) } else { is_whole_png(&b, size) }.map_err(|e| e.to_string()));
-        whole.map_or_else(ExistingPicture::Damaged, |()| ExistingPicture::Same)
+        let checked =
+            read(max_bytes).and_then(|b| if is_exr(path) { is_whole_exr(&b) } else { is_whole_png(&b, size) }.map_err(|e| e.to_string()));
+        checked.map_or_else(ExistingPicture::Damaged, |()| ExistingPicture::Same)
     }
 }
 
 impl Session {
-    /// Digest of the texels of a panorama, with its axes and its unit.
+    /// Digest of a panorama's texels, axes and unit.
     fn sky_digest(&self, map: &SkyMap) -> String {
         let texels = self.maps.get_decoded(&map.file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes.clone());
         hex_digest([texels, format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()])

@@ -6,10 +6,10 @@ use crate::render::gpu::GpuError;
 use crate::render::plan::GpuImage;
 use crate::render::software::{RenderError, Timings};
 
-/// The user's preference.
+/// The user's choice of renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RendererPreference {
-    /// A hardware GPU if there is one, else software.
+    /// A hardware GPU if there is any, else software.
     Auto,
     /// Any adapter, including software drivers; without one, drawing fails.
     Gpu,
@@ -56,7 +56,7 @@ pub struct DrawnBy {
     /// Milliseconds on the device by pass, if the adapter has timestamps.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes_ms: Vec<(String, f64)>,
-    /// Timings of the software renderer, if it drew.
+    /// Timings of the software renderer, if it drew the frame.
     #[serde(skip)]
     pub software: Option<Timings>,
 }
@@ -64,28 +64,29 @@ pub struct DrawnBy {
 /// The result of drawing a plan.
 pub struct RenderOutput {
     pub frame: Frame,
-    /// The image, if it stays on the GPU: the frame has no pixels then.
+    /// The image, if it stays on the GPU; `frame` has no pixels then.
     pub on_gpu: Option<GpuImage>,
     pub by: DrawnBy,
 }
 
-/// What the caller needs of a frame.
+/// The form in which the caller needs a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RequestedOutput {
+    /// Display pixels in CPU memory.
     Pixels,
-    /// Also the linear picture.
+    /// Display pixels and linear pixels in CPU memory.
     Linear,
     /// The image may stay on the GPU that draws it.
     OnGpu,
 }
 
-/// Whether a picture that the window drew in software could now come from the GPU.
+/// Whether the GPU could now draw a picture that the window drew in software.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readiness {
     /// No work in progress.
     Settled,
-    /// A thread compiles what the last picture needs.
+    /// A thread opens the device, or compiles the pipelines that the last picture needs.
     Preparing,
-    /// It has finished.
+    /// The thread has finished.
     JustReady,
 }

@@ -1,4 +1,4 @@
-//! The resources of a scene besides catalog and ephemeris: the files and tables that a view requires, read or computed once.
+//! Builds the scene of a request; reads or computes, each once, the files and tables that it requires in addition to catalog and ephemeris.
 //!
 //! In: a request. Out: its scene. Always: a file that cannot be read is reported once, and the scene is built without it.
 
@@ -15,11 +15,11 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// Texels around the equator of the city lights for the light meter: 20 km each on the Earth.
+/// Largest number of texels around the equator in the map of city lights for the light meter: 20 km each on the Earth.
 const NIGHT_LIGHTS_WIDTH: u32 = 2048;
 
 impl Session {
-    /// The scene of a view. Shape models, city lights and tables are read or computed; maps are not, but those already found unreadable are left out.
+    /// The scene of a view. Shape models, city lights and tables are read or computed. Maps are not read; maps already found unreadable are left out.
     ///
     /// # Errors
     /// See [`SceneBuilder::new`].
@@ -27,12 +27,12 @@ impl Session {
         self.scene_after(request, |_| {})
     }
 
-    /// The scene of a view. `prepare` is called with the requirements before any file is read.
+    /// As [`Self::scene`]; `prepare` is called with the requirements before shape models and tables are read or computed.
     pub(super) fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
         self.scene_from(|| SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches), prepare)
     }
 
-    /// The scene of a builder.
+    /// As [`Self::scene_after`], for the builder that `begin` creates.
     pub(super) fn scene_from<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
@@ -45,7 +45,7 @@ impl Session {
         Ok(self.timed(Stage::Scene, || builder.build(&resources)))
     }
 
-    /// A builder whose metering includes the city lights, and the resources known so far.
+    /// A builder whose light meter includes the city lights, and the resources that are known so far.
     pub(super) fn metered<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
@@ -62,11 +62,12 @@ impl Session {
         Ok((builder, known))
     }
 
+    /// The files that could not be read so far.
     fn unreadable(&self) -> BTreeSet<String> {
         self.unreadable_files.lock().clone()
     }
 
-    /// Remembers that a file cannot be read, and reports it the first time. Returns whether it was the first time.
+    /// Records that a file cannot be read, and reports it the first time. Returns whether this was the first time.
     fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
         let new = self.unreadable_files.lock().insert(file.to_owned());
         if new {
@@ -75,7 +76,7 @@ impl Session {
         new
     }
 
-    /// The same for a map.
+    /// As [`Self::note_unreadable`], for a map; the message states how the view is drawn without the map.
     pub(super) fn note_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
         let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
         let sky = file == MILKY_WAY_FILE;
@@ -83,7 +84,7 @@ impl Session {
         self.note_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
-    /// Reads and computes what a view needs. A shape model that cannot be read is reported once.
+    /// Reads shape models and computes tables that a view needs. A shape model that cannot be read is reported once.
     fn resources(&self, required: &Requirements) -> Resources {
         let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
         for mesh in &required.meshes {
@@ -108,7 +109,7 @@ impl Session {
         resources
     }
 
-    /// Reads the maps of a view in parallel; the plan then finds them in memory. One that cannot be read is reported once.
+    /// Reads the maps of a view in parallel, so that planning finds them in memory. A map that cannot be read is reported once.
     pub(super) fn read_maps(&self, required: &Requirements) {
         let (overlays, maps): (Vec<_>, Vec<_>) = required
             .maps
@@ -132,7 +133,7 @@ impl Session {
         }
     }
 
-    /// The city lights of a body's night side, for the light meter. An unreadable map is reported by whoever draws it.
+    /// The city lights of a body's night side, for the light meter. An unreadable map is reported when it is read for drawing.
     fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;

@@ -1,7 +1,7 @@
-//! Tables of ring-shine on disk, each computed once.
+//! Stores tables of ring-shine on disk, so that each is computed only once.
 //!
-//! In: the numbers that determine a table. Out: the table, from `<cache>/orrery/rings/<digest>.table`. Always: the name covers the code and all inputs; a
-//! damaged file reads as none and is replaced; a folder that cannot be written is ignored.
+//! In: the numbers that determine a table. Out: the table, from `<cache>/orrery/rings/<digest>.table`. Always: the digest in the name covers the code
+//! and all inputs; a damaged file is treated as missing and is replaced; a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
 use crate::scene::rings::ring_shine::{COLUMNS, ROWS, RingShine, RingShineStore, SOURCES};
@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 const MAGIC: &Magic = b"ORRSHN01";
-/// Four floats for each column of the rows of both sides.
+/// Length of the texels: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
-/// Before them the reach and the brightest irradiance, f64.
+/// Length of the two f64 in front of the texels: the reach and the brightest irradiance.
 const NUMBERS: usize = 16;
 
 #[derive(Debug)]
@@ -79,30 +79,30 @@ mod tests {
         let computed = shine(0.3, false);
         assert!(files().is_empty());
         assert_eq!(shine(0.3, true), computed);
-        // The tables above and below the Sun's height.
+        // Two tables: for the tabulated Sun heights above and below the actual one.
         let stored = files();
         assert_eq!(stored.len(), 2);
-        let whole = std::fs::read(&stored[0]).expect("stored");
+        let intact = std::fs::read(&stored[0]).expect("stored");
         assert_eq!((shine(0.3, true), files().len()), (computed.clone(), 2));
-        let mut turned = whole.clone();
-        turned[100] ^= 1;
-        for damaged in [&whole[..20], &whole[..whole.len() - 4], &turned, &[whole.as_slice(), b"x"].concat()] {
+        let mut flipped_bit = intact.clone();
+        flipped_bit[100] ^= 1;
+        for damaged in [&intact[..20], &intact[..intact.len() - 4], &flipped_bit, &[intact.as_slice(), b"x"].concat()] {
             std::fs::write(&stored[0], damaged).expect("written");
             assert_eq!(shine(0.3, true), computed);
-            assert_eq!(std::fs::read(&stored[0]).expect("stored"), whole, "replaced");
+            assert_eq!(std::fs::read(&stored[0]).expect("stored"), intact, "replaced");
         }
-        // What a file says is what is shown: another table under the same name would be seen.
-        let mut table = stored_tables::decode(MAGIC, &whole).and_then(from_bytes).expect("whole");
+        // The file's content is really used: another table under the same name changes the result.
+        let mut table = stored_tables::decode(MAGIC, &intact).and_then(from_bytes).expect("intact");
         table.texels.iter_mut().for_each(|v| *v *= 2.0);
         stored_tables::write(&stored[0], MAGIC, &to_bytes(&table));
         assert_ne!(shine(0.3, true), computed);
         assert_ne!(shine(0.5, true), computed);
-        assert!(files().len() > 2, "another Sun has tables of its own");
+        assert!(files().len() > 2, "another height of the Sun has its own tables");
     }
 
-    /// If a source used other parts of scene than those in the digest, a table could change without a new name.
+    /// The digest must cover every module of `scene` that the table's code uses; otherwise a table could change without a new name.
     #[test]
-    fn the_code_that_computes_a_table_is_all_in_the_digest() {
+    fn the_digest_covers_all_code_of_a_table() {
         let covered =
             ["camera::narrow_scalar", "constants", "numeric", "draw::tables", "rings::phase", "rings::ring_table", "rings::single_scatter"];
         for source in SOURCES {

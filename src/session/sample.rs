@@ -1,8 +1,8 @@
-//! A sample body for any planet module: to measure the cost of a key, and to compare its results in f32 and f64.
+//! Plans the drawing of a sample body with any planet module, to measure the cost of a key and to compare its results in f32 and f64.
 //!
-//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body from far away, in its equatorial plane
-//! (a ring from 25 degrees above it), lit from the side. Maps are small and the same for every key, so that the pictures of two keys differ only
-//! by what the keys differ in.
+//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body, lit from the side, as seen from far away in its
+//! equatorial plane (rings: from 25 degrees above that plane). Maps are small and the same for every key, so that differences between the pictures of two
+//! keys are due to the keys alone.
 
 use super::SessionError;
 use crate::catalog::Ring;
@@ -29,33 +29,35 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use std::time::Instant;
 
+/// Side of a timed picture, pixels.
 const TIMED_SIDE: u32 = 1000;
+/// Number of timed runs, of which the fastest counts.
 const ROUNDS: usize = 5;
-/// Half the picture's side in body radii, such that even the corners are on the body.
+/// Half the picture's side in body radii, chosen so that even the corners are on the body.
 pub const HALF_SIDE_INSIDE: f32 = 0.7;
-/// The same, such that the limb is visible.
+/// Half the picture's side in body radii, chosen so that the limb is visible.
 pub const HALF_SIDE_WITH_LIMB: f32 = 1.25;
-/// Meridians and parallels of the sphere mesh.
+/// Number of columns and rows of quadrilaterals of the sphere mesh.
 const MESH: (u32, u32) = (48, 24);
 
-/// Axis ratios of the sample body: flattened where the key has an ellipsoid.
+/// Axis ratios of the sample body: flattened unless the key's shape is a sphere.
 fn axis_ratios(key: &ShaderKey) -> Vec3 {
     if key.features().shape == Shape::Sphere { Vec3::ONE } else { Vec3::new(1.0, 1.0, 0.95) }
 }
 
 /// Direction of the Sun from the sample body.
 const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
-/// Centre across and along the light, and radius, of each occluder: over the lit side, two of them overlapping.
+/// Occluders above the lit side, two of which overlap: the centre (two coordinates across the light's direction, one along it) and the radius.
 const OCCLUDERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
 
-/// A Sun of the size seen from the Earth, and the key's number of occluders, the first with an atmosphere.
+/// A Sun of the size seen from the Earth, and as many occluders as the key has, the first with an atmosphere.
 fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     let (sun_distance, cot) = (23_455.0, 215.0);
     let along = SUNWARD.normalize_or_zero();
     let (x, y) = along.any_orthonormal_pair();
     let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
     let [_, _, _, radius] = OCCLUDERS[0];
-    // Refraction and extinction decrease with height, red last.
+    // Refraction and extinction decrease with height; extinction is weakest in red.
     let fade = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
     let edge = |k: usize| (radius * (1.1 - 0.1 * fade(k)), 0.02 * fade(k).powi(2));
     let edges = (0..REFRACTING_LAYERS).map(|k| {
@@ -72,7 +74,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         shapes: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
-        // Transmits more light from the centre of the shadow outwards, and from blue to red.
+        // Factors that increase from the centre of the shadow outwards, and from red to blue.
         spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
     }
 }
@@ -112,7 +114,7 @@ fn ring(surface: Surface) -> RingUniforms {
     }
 }
 
-/// Ring-shine that is strongest at night, and more so on the Sun's side.
+/// Ring-shine that is strongest at night, and brighter on the Sun's side of the ring plane.
 fn shine() -> RingShine {
     let texel = |n: usize| {
         let (row, column) = (n / COLUMNS, n % COLUMNS);
@@ -122,14 +124,14 @@ fn shine() -> RingShine {
     RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), reach: 0.9, brightest: 0.5 }
 }
 
-/// A limb profile of twenty hills and valleys, a thirtieth of the radius high, so that they are visible.
+/// A limb profile of twenty hills and valleys, exaggerated to 0.03 of the radius so that they are visible.
 fn limb() -> LimbTable {
     let points = LIMB_COLUMNS * LIMB_ROWS;
     let height = |k: usize| 0.03 * (std::f32::consts::TAU * 20.0 * k as f32 / points as f32).sin();
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
-/// An atmosphere a tenth as high as the body is wide: Rayleigh, haze and an absorption layer, so that each part is visible.
+/// An atmosphere with gas, haze and an absorption layer, as thick as a tenth of the body's diameter so that each part is visible.
 fn air() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     AtmosphereUniforms {
@@ -154,7 +156,7 @@ fn air() -> AtmosphereUniforms {
 }
 
 fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
-    // In its own plane a ring would be a line.
+    // A ring seen from its own plane would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
@@ -165,14 +167,14 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
         anchor_dv: up * (-2.0 * half),
         ray_origin: forward,
-        // Parallel rays of length 1: one less the squared distance from the axis; the centre is at `half` along both sides.
+        // For parallel rays of length 1: 1 minus the squared distance from the axis, which is at the distance `half` from all sides of the picture.
         silhouette_form: [
             Vec4::new(1.0 - 2.0 * half * half, 4.0 * half * half, 4.0 * half * half, 0.0),
             Vec4::new(-4.0 * half * half, 0.0, -4.0 * half * half, 0.0),
         ],
         depth_row: forward.extend(1.0e3),
         axis_ratios: axis_ratios(key),
-        // The same view for a mesh: x towards the viewer into depth, y right, z up.
+        // The same view for a mesh: x (towards the viewer) becomes depth, y points right and z up.
         clip_from_unit_sphere: Mat4::from_cols(
             Vec4::new(0.0, 0.0, 0.25, 0.0),
             Vec4::new(1.0 / half, 0.0, 0.0, 0.0),
@@ -195,13 +197,13 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlays(key),
         ring: ring(key.features().surface),
-        // Seen against x: north up, east to the left.
+        // Seen against the x axis: north is up, east to the left.
         limb: LimbUniforms { across: [up.extend(1.0 / half), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
     }
 }
 
-/// A band on the visible side, and a round image within it.
+/// Overlays on the visible side: a band, and an image within it.
 fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let light = row(0.5, 0.6, 0.7, 0.8);
@@ -224,7 +226,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
     [band, round].into_iter().map(|rows| OverlayUniforms { rows, around: false }).take(usize::from(key.features().overlays)).collect()
 }
 
-/// Smooth in u and v, so that filtering rather than aliasing shows; as a normal map it tilts by some degrees.
+/// A map that varies smoothly with u and v, so that filtering is visible rather than aliasing; as a normal map it tilts normals by some degrees.
 fn map(role: MapRole) -> Result<Texture, SessionError> {
     let (width, height) = (64u32, 32u32);
     let wave = |k: u32, n: u32, turns: f64| (f64::from(k) / f64::from(n) * std::f64::consts::TAU * turns).sin();
@@ -243,7 +245,7 @@ fn map(role: MapRole) -> Result<Texture, SessionError> {
     Texture::from_rgba8(width, height, rgba, map_format(role)).map_err(|e| PlanError::Module(e.to_string()).into())
 }
 
-/// The sphere as triangles: position, normal, map coordinates, height of the Sun, colour; vertices are doubled along the seam.
+/// The sphere as triangles with position, normal, map coordinates, height of the Sun and colour; vertices are duplicated along the seam.
 fn mesh(vertex_colour: bool) -> Vertices {
     let (around, down) = MESH;
     let (mut position, mut normal, mut place, mut colour, mut indices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -256,7 +258,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
             position.extend(p);
             normal.extend(p);
             place.extend([u, v]);
-            // As if a ridge cast a shadow over the western side.
+            // Heights as if a ridge cast a shadow over the western side.
             sun_height.push(30.0 * p[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if i < around && j < down {
@@ -274,19 +276,19 @@ fn mesh(vertex_colour: bool) -> Vertices {
     Vertices::Mesh { attributes, indices: Arc::new(indices) }
 }
 
-/// The sample body drawn by a key's module into a square HDR picture; `half`: half its side in body radii.
+/// A plan that draws the sample body with a key's module into a square HDR picture. `side`: its side in pixels; `half`: half its side in body radii.
 ///
 /// # Errors
-/// The module cannot be compiled, or has a uniform that nothing fills.
+/// The module cannot be compiled, or has a uniform for which the sample has no value.
 pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
     let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
     sample_plan_of(&module, key, side, half)
 }
 
-/// The same with a module of the key from outside the library.
+/// As [`sample_plan`], but with a given module of the key instead of the library's.
 ///
 /// # Errors
-/// The module has a uniform that nothing fills, or a texture that is no map of a body.
+/// The module has a uniform for which the sample has no value, or a texture that is not a map of a body.
 pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
     let failed = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
@@ -330,8 +332,8 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
     Ok(Plan { passes: vec![pass] })
 }
 
-/// Milliseconds of elapsed time for a million pixels that all lie on the sample body, the fastest of five runs; `None` for a module that draws no planet,
-/// and for a mesh, whose time depends on its triangles.
+/// Elapsed milliseconds for a million pixels that all lie on the sample body, from the fastest of five runs. `None` for a module that draws no planet,
+/// and for a mesh, whose time depends on its number of triangles.
 ///
 /// # Errors
 /// The module cannot be compiled or run.
@@ -339,7 +341,7 @@ pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &ShaderLibrary, id
     ms_per_megapixel_at(renderer, library, id, TIMED_SIDE)
 }
 
-/// The same from a picture of another size, for a quick estimate.
+/// As [`ms_per_megapixel`], but timed with a picture of another size, for a quick estimate.
 ///
 /// # Errors
 /// The module cannot be compiled or run.

@@ -1,4 +1,4 @@
-//! The user's panorama of the sky: read when the session is opened, and scaled to radiance.
+//! Reads the user's panorama of the sky when the session is opened, and determines its scale of radiance.
 
 use super::SessionError;
 use crate::image::{MapStore, read_panorama};
@@ -10,12 +10,12 @@ use crate::units::luminance;
 use crate::wording::echo;
 use std::path::Path;
 
-/// Mean radiance for a panorama without a unit: that of the shipped Milky Way, [`SkyMap::milky_way`], whose mean linear value is 0.0293.
+/// Mean radiance of a panorama without a unit: that of the embedded Milky Way, [`SkyMap::milky_way`], whose mean linear value is 0.0293.
 fn default_mean_radiance() -> f64 {
     SkyMap::milky_way().unit_radiance * 0.0293
 }
 
-/// Reads the panorama that the option names, and adds its texels to the map store.
+/// Reads the panorama that the option `--sky` names, and adds its texels to the map store.
 ///
 /// # Errors
 /// The file that cannot be read, and why.
@@ -34,7 +34,7 @@ pub(super) fn read_sky(
         Some(candelas) => candelas / CANDELAS_PER_RADIANCE,
         None => default_mean_radiance() / mean.max(1e-6),
     };
-    // No file of the textures folder can have this name.
+    // The map store's name of the panorama, which no map of a catalog can have.
     let file = format!("--sky {name}");
     let width = panorama.texture.levels[0].width;
     maps.keep(&file, SKY_DECODING, panorama.texture);

@@ -1,14 +1,14 @@
-//! The software renderer with the options of a session.
+//! Creates software renderers with a session's options.
 
 use crate::render::software::{self, Options, Precision, RenderError, SoftwareRenderer};
 use crate::shader::Lowering;
 
-/// How the library lowers modules for the renderer.
+/// How the shader library lowers modules for the software renderer.
 pub fn lowering() -> Lowering {
     software::lowering()
 }
 
-/// A renderer for the session's frames; `threads`: `None` for one per core.
+/// A software renderer. `threads`: `None` for one per core.
 pub fn renderer(threads: Option<usize>, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
     let precision = if double_precision { Precision::F64 } else { Precision::F32 };
     SoftwareRenderer::new(Options { threads: threads.unwrap_or(0), precision, ..Options::default() })

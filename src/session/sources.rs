@@ -1,4 +1,4 @@
-//! What a session is opened with: the files and folders that the user names, and options of drawing.
+//! The inputs with which a session is opened: files and folders that the user names, and options for drawing.
 
 use super::{RendererPreference, SurfaceFile};
 use crate::catalog::EclipseRadii;
@@ -6,41 +6,42 @@ use crate::scene::sky::frames::SkyFrame;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// The user's replacements for what is built in.
+/// The user's replacements for the built-in data, and options for drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
-    /// `*.toml` files that override or add bodies.
+    /// A folder of `*.toml` files that override or add bodies.
     pub catalogs: Option<PathBuf>,
     /// The radii of the Sun and the Moon used for eclipses.
     pub eclipse_radii: EclipseRadii,
-    /// Maps that take precedence over the embedded ones.
+    /// A folder of maps that take precedence over the embedded ones.
     pub textures: Option<PathBuf>,
-    /// Limit for such a map, megapixels; `None`: [`crate::image::DEFAULT_MAX_MEGAPIXELS`].
+    /// Largest map of the user that is read, megapixels; `None`: [`crate::image::DEFAULT_MAX_MEGAPIXELS`].
     pub max_megapixels: Option<u32>,
-    /// An SPK that takes precedence over the embedded one.
+    /// An SPK file that takes precedence over the embedded one.
     pub kernel: Option<PathBuf>,
-    /// Stars in place of those built in: a table with named columns, or hip2.dat.
+    /// A file of stars that replace the embedded ones: a table with named columns, or hip2.dat.
     pub stars: Option<PathBuf>,
-    /// Minor planets and comets in place of those built in: a table with named columns, JSON of the JPL's database, or MPCORB.DAT.
+    /// A file of minor planets and comets that replace the embedded ones: a table with named columns, JSON of the JPL's database, or
+    /// MPCORB.DAT.
     pub minor_planets: Option<PathBuf>,
-    /// A height map of the whole Moon, with the heights of black and white if given: `FILE` or `FILE,LOW,HIGH`.
+    /// A height map of the entire Moon, with the heights of black and white if given: `FILE` or `FILE,LOW,HIGH`.
     pub lunar_heights: Option<OsString>,
     /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
     pub sky: Option<PathBuf>,
-    /// Its axes.
+    /// The axes of the panorama `sky`.
     pub sky_frame: SkyFrame,
-    /// Shader fragments that override the built-in ones.
+    /// A folder of shader fragments that override the built-in ones.
     pub shaders: Option<PathBuf>,
-    /// Fragments that colour the surface of single bodies, at most four.
+    /// Fragments that colour the surface of individual bodies, at most four.
     pub surfaces: Vec<SurfaceFile>,
-    /// Folder of the shader library; `None`: the user's cache folder.
+    /// The cache folder, which contains the shader library; `None`: the user's cache folder on this system.
     pub cache: Option<PathBuf>,
     /// Worker threads; `None`: one per core.
     pub threads: Option<usize>,
-    /// The software renderer computes shaders in f64.
+    /// Whether the software renderer computes shaders in f64.
     pub double_precision: bool,
     /// The requested renderer.
     pub renderer: RendererPreference,
-    /// Frames will be drawn: the GPU is opened while catalogs are read.
+    /// Whether frames will be drawn; if so, the GPU is opened while the catalogs are read.
     pub draws: bool,
 }

@@ -1,4 +1,4 @@
-//! Time by stage: elapsed time, and CPU time of the whole process if it is counted.
+//! Times of the stages: elapsed time, and CPU time of the entire process if it is counted.
 
 use std::time::{Duration, Instant};
 
@@ -16,16 +16,16 @@ pub enum Stage {
     Shaders,
     /// Reading maps and shape models.
     Maps,
-    /// Passes and uniforms.
+    /// Planning passes and uniforms.
     Plan,
-    /// Running the plan.
+    /// Executing the plan.
     Draw,
     /// Writing files.
     Write,
 }
 
 impl Stage {
-    /// In order of execution.
+    /// All stages, in order of execution.
     pub const ALL: [Self; 8] = [Self::Catalog, Self::Kernel, Self::Scene, Self::Shaders, Self::Maps, Self::Plan, Self::Draw, Self::Write];
 
     /// The name in reports.
@@ -43,7 +43,7 @@ impl Stage {
     }
 }
 
-/// Elapsed and CPU time of each stage, summed.
+/// Total elapsed and CPU time of each stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stages {
     spent: [Duration; Stage::ALL.len()],
@@ -66,16 +66,16 @@ impl Stages {
     pub fn spent(&self, stage: Stage) -> Duration {
         self.spent[stage as usize]
     }
-    /// Adds CPU time; a stage without any was not counted.
-    pub fn add_cpu(&mut self, stage: Stage, ran: Duration) {
+    /// Adds CPU time. A stage to which none was added counts as not measured.
+    pub fn add_cpu(&mut self, stage: Stage, cpu_time: Duration) {
         let cpu = &mut self.cpu[stage as usize];
-        *cpu = Some(cpu.unwrap_or_default() + ran);
+        *cpu = Some(cpu.unwrap_or_default() + cpu_time);
     }
-    /// CPU time of all threads while the stage ran; `None`: not counted.
+    /// CPU time of all threads while the stage ran; `None` if not measured.
     pub fn cpu(&self, stage: Stage) -> Option<Duration> {
         self.cpu[stage as usize]
     }
-    /// The sum of both.
+    /// The sum of both, stage by stage.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         for stage in Stage::ALL {
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn since_is_the_difference_and_uncounted_cpu_time_stays_unknown() {
+    fn since_is_the_difference_and_unmeasured_cpu_time_stays_unknown() {
         let ms = Duration::from_millis;
         let mut before = Stages::default();
         before.add(Stage::Draw, ms(5));

@@ -1,4 +1,4 @@
-//! The scenes that benchmarks draw, one list for the command line and criterion.
+//! The scenes that benchmarks draw; the command line and criterion share this list.
 
 use crate::catalog::NaifId;
 use crate::catalog::small_bodies::SmallBodies;
@@ -6,7 +6,7 @@ use crate::catalog::stars::StarCatalog;
 use crate::scene::request::{Layers, Look, Position, ViewRequest};
 use crate::time::Instant;
 
-/// A named view of a fixed moment.
+/// A named view at a fixed time.
 #[derive(Clone, Debug)]
 pub struct StandardScene {
     /// The name that `bench` uses.
@@ -16,16 +16,16 @@ pub struct StandardScene {
 }
 
 impl StandardScene {
-    /// Minor planets that replace the shipped ones while this scene is measured.
+    /// Minor planets that replace the embedded ones while this scene is measured.
     pub fn bodies(&self) -> Option<SmallBodies> {
-        /// Objects of the scene `belt`.
+        /// Number of minor planets of the scene `belt`.
         const BELT: usize = 100_000;
         (self.name == "belt").then(|| SmallBodies::synthetic_belt(BELT))
     }
 
-    /// Stars that replace the shipped ones while this scene is measured.
+    /// Stars that replace the embedded ones while this scene is measured.
     pub fn stars(&self) -> Option<StarCatalog> {
-        /// Stars of the scene `million-stars`.
+        /// Number of stars of the scene `million-stars`.
         const STARS: usize = 1_000_000;
         (self.name == "million-stars").then(|| StarCatalog::synthetic(STARS))
     }
@@ -34,19 +34,19 @@ impl StandardScene {
 /// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
 const JD_TDB: f64 = 2_460_409.262_789_4;
 
-/// 2024-04-16 01:01 TDB, a first quarter: at the time of the eclipse the Moon's near side is dark.
+/// 2024-04-16 01:01 TDB, at first quarter. Used for the Moon's limb, since at the time of the eclipse the Moon's near side is dark.
 const QUARTER_JD_TDB: f64 = 2_460_416.542_5;
 
-fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
+fn view_from(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
 }
 
-/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, the night sky around Orion with its figure, the main belt, and the
-/// same night sky without figures among a million stars.
+/// The list of scenes: the Earth from 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four large moons, the planets from above the Sun, the
+/// night sky around Orion with constellation figures, the main belt, and the same night sky with a million stars and without figures.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
-    // To the north and 38 degrees down: the horizon, 36 degrees down as seen from there, crosses the picture above its middle.
+    // Looking north and 38 degrees down. The Moon's horizon is 36 degrees down from this height, so it crosses the picture above the middle.
     let limb = ViewRequest {
         position: Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 40.0, height_km: 400.0 },
         look: Look::Along { direction: glam::DVec3::new(-0.569, -0.478, 0.671), axes: crate::scene::request::Axes::BodyFixed },
@@ -54,7 +54,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         fov_deg: Some(45.0),
         ..ViewRequest::of(NaifId::MOON, Instant::from_jd_tdb(QUARTER_JD_TDB))
     };
-    let system = ViewRequest { fov_deg: Some(60.0), ..over(10, 12_000.0, time) };
+    let system = ViewRequest { fov_deg: Some(60.0), ..view_from(10, 12_000.0, time) };
     // Centred on Orion's belt, as seen from the Earth.
     let night_sky = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
@@ -77,15 +77,15 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         ..ViewRequest::of(NaifId::SUN, time)
     };
     let million_stars = ViewRequest { layers: Layers::default(), ..night_sky.clone() };
-    let named = [
-        ("earth-3-radii", over(399, 3.0, time)),
-        ("saturn", over(699, 5.0, time)),
+    let views = [
+        ("earth-3-radii", view_from(399, 3.0, time)),
+        ("saturn", view_from(699, 5.0, time)),
         ("moon-limb", limb),
-        ("jupiter-four-moons", ViewRequest { fov_deg: Some(45.0), ..over(599, 60.0, time) }),
+        ("jupiter-four-moons", ViewRequest { fov_deg: Some(45.0), ..view_from(599, 60.0, time) }),
         ("whole-system", system),
         ("night-sky", night_sky),
         ("belt", belt),
         ("million-stars", million_stars),
     ];
-    named.into_iter().map(|(name, request)| StandardScene { name, request: ViewRequest { width, height, ..request } }).collect()
+    views.into_iter().map(|(name, request)| StandardScene { name, request: ViewRequest { width, height, ..request } }).collect()
 }

@@ -1,6 +1,6 @@
-//! The user's tables of stars, minor planets and comets, read from disk.
+//! Reads the user's tables of stars, minor planets and comets from disk.
 //!
-//! In: a path, if the user gave one. Out: the catalogue that replaces the built-in one, or the first invalid line.
+//! In: a path, if the user gave one. Out: the catalogue that replaces the embedded one, or an error for the first invalid line.
 
 use super::SessionError;
 use crate::catalog::small_bodies::SmallBodies;
@@ -10,9 +10,9 @@ use crate::wording::echo;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Name and text of a user's table, if one is given. `takes`: what the option accepts, for the error.
+/// Name and text of a user's table, if a path is given. `takes`: a description of the files that the option accepts, for the error.
 fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String)>, SessionError> {
-    /// Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
+    /// Largest table; Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
     const MAX_BYTES: u64 = 1 << 30;
     let Some(path) = path else { return Ok(None) };
     let name = path.display().to_string();
@@ -21,7 +21,7 @@ fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String
     Ok(Some((name, text)))
 }
 
-/// The stars of a file, if one is given.
+/// The stars of a file, if a path is given.
 ///
 /// # Errors
 /// A file that cannot be read, or its first invalid line.
@@ -30,7 +30,7 @@ pub(super) fn stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, Ses
     Ok(table.map(|(name, text)| StarCatalog::parse(&name, &text)).transpose()?.map(Arc::new))
 }
 
-/// The minor planets and comets of a file, if one is given.
+/// The minor planets and comets of a file, if a path is given.
 ///
 /// # Errors
 /// A file that cannot be read, or its first invalid line.

@@ -1,4 +1,4 @@
-//! Cost of a module on the software renderer, from its tapes. In: a module. Out: counts that do not depend on the machine.
+//! Counts the operations of a module on the software renderer. In: a module with its tapes. Out: counts that do not depend on the machine.
 
 use crate::render::software::lower::programs_from_bytes;
 use crate::render::software::program::{ProgramError, Stage};
@@ -6,7 +6,7 @@ use crate::render::software::tape::Instr;
 use crate::shader::ShaderModule;
 use std::collections::BTreeMap;
 
-/// Operations of one entry point's tape. Those of a loop count once.
+/// Counts of the operations in an entry point's tape. Operations in a loop are counted once, not per iteration.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct TapeCost {
     /// `vertex` or `fragment`.
@@ -19,16 +19,16 @@ pub struct TapeCost {
     pub texture_reads: usize,
     /// Jump instructions of branches and loops.
     pub jumps: usize,
-    /// Values per lane that are live at the same time.
+    /// Largest number of values per lane that are live at the same time.
     pub slots: u32,
-    /// Values that all lanes share: constants, per-draw values, loop counters.
+    /// Number of values that all lanes share: constants, per-draw values, loop counters.
     pub registers: u32,
 }
 
-/// The tapes of a module, vertex stage first.
+/// The cost of each of a module's tapes, vertex stage first.
 ///
 /// # Errors
-/// In one line: the module has no tape, or an unreadable one.
+/// The module has no tape, or its tape is unreadable.
 pub fn tape_costs(module: &ShaderModule) -> Result<Vec<TapeCost>, ProgramError> {
     let mut costs: Vec<TapeCost> = programs_from_bytes(&module.tape)?
         .iter()

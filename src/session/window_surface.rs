@@ -1,7 +1,7 @@
-//! Presentation of the window by the GPU that draws.
+//! Presents the window with the GPU that renders the images.
 //!
-//! In: a window's handle, and the primitives of the interface. Out: the presented frame. Always: a surface belongs to the device that draws the pictures; when another device
-//! draws, or none, the window learns of it before it presents anything.
+//! In: a window's handle, and the primitives of the interface. Out: the presented frame. Always: a surface belongs to the device that renders the images.
+//! If another device or the CPU starts to render, [`Session::presenter_choice`] reports it before the window presents the next frame.
 
 use super::Session;
 #[cfg(feature = "gpu")]
@@ -13,34 +13,34 @@ pub use with_gpu::{DeviceSurface, WindowHandle};
 #[cfg(not(feature = "gpu"))]
 pub use without_gpu::{DeviceSurface, WindowHandle};
 
-/// The user's preference for presenting the window, where a GPU draws.
+/// The user's preference for presenting the window while a GPU renders the images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DisplayPreference {
-    /// By a hardware GPU. With a software driver the window would block for each frame until it is drawn.
+    /// Present with the GPU if it is hardware. With a software driver the window would block until each frame is drawn.
     #[default]
     Auto,
-    /// By any GPU that draws.
+    /// Present with any GPU that renders the images.
     Device,
-    /// By the CPU, whatever draws.
+    /// Present with the CPU, whichever renderer draws.
     Processor,
 }
 
-/// How the window is to be presented from now on.
+/// The change, if any, in how the window is presented.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresenterChoice {
     /// No change.
     Unchanged,
-    /// By a GPU for which the window has no surface yet.
+    /// Present with a GPU for which the window has no surface yet.
     OtherGpu,
-    /// By the CPU, because the software renderer draws.
+    /// Present with the CPU, because the software renderer draws or the user prefers the CPU.
     Cpu,
 }
 
 /// Why the GPU cannot present in a window.
 #[derive(Debug, thiserror::Error)]
 pub enum DisplayError {
-    /// No plan for the interface.
+    /// The interface cannot be planned.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The device, or the window's surface, failed.
@@ -75,7 +75,7 @@ mod with_gpu {
     }
 
     impl Session {
-        /// How a window with this surface, or none, is to be presented. Never blocks.
+        /// How a window is to be presented that has this surface, or no surface. Never blocks.
         pub fn presenter_choice(&self, window_surface: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
             let may_present = |renderer: &GpuRenderer| match preference {
                 DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
@@ -91,7 +91,7 @@ mod with_gpu {
                     PresenterChoice::Unchanged
                 }
                 (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::OtherGpu,
-                // The pipelines of the window's own frames are being compiled beside those of the picture.
+                // The pipelines of the window's interface are still being compiled, together with those of the images.
                 (DeviceState::Open(_), _) => PresenterChoice::Unchanged,
                 (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::Unchanged,
                 (DeviceState::Software, Some(_)) => PresenterChoice::Cpu,
@@ -102,10 +102,10 @@ mod with_gpu {
             plan::warm_up_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
         }
 
-        /// A surface of the GPU that draws; `None`: no GPU draws at present.
+        /// A surface of the GPU that renders the images; `None` if no GPU renders at the moment.
         ///
         /// # Errors
-        /// Why the device cannot present in this window, in one line.
+        /// The reason why the device cannot present in this window, in one line.
         pub fn window_surface(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
             let DeviceState::Open(renderer) = self.devices.device_state() else { return None };
             Some(match renderer.create_surface(window) {
@@ -114,10 +114,11 @@ mod with_gpu {
             })
         }
 
-        /// Presents the interface in the window; false if the system accepts no frame at present. `before_present` is called only if it does.
+        /// Presents the interface in the window. Returns false if the system accepts no frame at the moment; otherwise `before_present` is called right
+        /// before the frame is presented.
         ///
         /// # Errors
-        /// Why it failed, in one line; the surface must be dropped.
+        /// The reason for the failure, in one line; the surface must be dropped.
         pub fn show(
             &self,
             on: &mut DeviceSurface,
@@ -131,12 +132,12 @@ mod with_gpu {
     }
 }
 
-/// A build without the GPU renderer has no such surface.
+/// Stand-ins for a build without the GPU renderer, where no surface exists.
 #[cfg(not(feature = "gpu"))]
 mod without_gpu {
     use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
 
-    /// Has no values.
+    /// A type without values.
     pub enum DeviceSurface {}
     /// Any window.
     pub trait WindowHandle {}
@@ -150,7 +151,7 @@ mod without_gpu {
     }
 
     impl Session {
-        /// Always the CPU.
+        /// No change, since the CPU always presents.
         pub fn presenter_choice(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChoice {
             PresenterChoice::Unchanged
         }
@@ -163,7 +164,7 @@ mod without_gpu {
         /// Never called: there is no such surface.
         ///
         /// # Errors
-        /// None: there is no such screen.
+        /// None: there is no such surface.
         pub fn show(&self, on: &mut DeviceSurface, _: Vec<UiPrimitive>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, DisplayError> {
             match *on {}
         }

@@ -1,10 +1,10 @@
-//! Differences between two modules, grouped by feature; and the cost of a module, counted in its IR.
+//! Differences between two modules, grouped by feature, and the cost of a module, counted in its IR.
 
 use super::{Emitted, ShaderModule, SourceMap};
 use naga::{Expression, Statement};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Lines of one feature that only one of two modules has.
+/// Lines of one feature that occur in only one of two modules.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureDiff {
     pub feature: String,
@@ -28,7 +28,8 @@ fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a 
     })
 }
 
-/// Lines that only one of the two modules has, grouped by feature, in order of name. Empty exactly if the texts are equal line for line.
+/// Lines that occur in only one of the two modules, grouped by feature, sorted by its name. Empty exactly if the texts are equal line for
+/// line.
 pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     let lines = |e: &Emitted| -> BTreeSet<Line> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
     let (in_first, in_second) = (lines(first), lines(second));
@@ -42,18 +43,19 @@ pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     by_feature.into_iter().map(|(feature, d)| FeatureDiff { feature: feature.to_owned(), ..d }).collect()
 }
 
-/// Lines of one fragment that only one of two revisions of a module has.
+/// Lines of one fragment that occur in only one of two revisions of a module.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ChangedLines {
-    /// The features that they belong to.
+    /// The features to which these lines belong.
     pub features: BTreeSet<String>,
-    /// Lines of the first alone.
+    /// Lines that only the first revision has.
     pub removed: usize,
-    /// Lines of the second alone.
+    /// Lines that only the second revision has.
     pub added: usize,
 }
 
-/// Fragments that differ between two revisions of one module. Lines are compared by their text: a line that moved within its fragment is unchanged.
+/// Fragments that differ between two revisions of one module. Lines are compared by their text: a line that only moved within its fragment
+/// is unchanged.
 pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> BTreeMap<String, ChangedLines> {
     let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
     for ((wgsl, map), sign) in [(first, 1), (second, -1)] {
@@ -72,12 +74,12 @@ pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> B
     changed
 }
 
-/// Counts of a module's IR. Each function counts once, however often it is called.
+/// Counts in a module's IR. Each function counts once, however often it is called.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct IrCost {
     /// Arithmetic expressions, by kind.
     pub operations: BTreeMap<String, u32>,
-    /// Texture reads of the entry points, with those of the functions that they call.
+    /// Texture reads of the entry points, including those of the functions that they call.
     pub texture_reads: u32,
     pub branches: u32,
     pub functions: u32,
@@ -108,7 +110,8 @@ fn count_block(block: &naga::Block, branches: &mut u32) {
     }
 }
 
-/// Texture reads of a function and of its callees; each call counts, a loop counts once. `of_earlier`: counts of the functions before it.
+/// Texture reads of a function and of its callees; each call counts, a loop counts once. `of_earlier`: reads of the functions declared
+/// before it.
 fn texture_reads(function: &naga::Function, of_earlier: &[u32]) -> u32 {
     fn calls(block: &naga::Block, of_earlier: &[u32]) -> u32 {
         let of = |b: &naga::Block| calls(b, of_earlier);

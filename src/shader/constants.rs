@@ -1,8 +1,8 @@
 //! The fragments constants/*.wesl: numbers that Rust and shaders share, generated from the Rust values.
 //!
-//! In: `scene::draw::constants` and the counts of the key's dimensions. Out: path and text of each of these fragments. Always: the
-//! text depends on the Rust values alone. The files in shaders/constants are copies for editors and for other engines; a test
-//! checks that they are equal, and `orrery shader export shaders --overwrite` writes them again.
+//! In: `scene::draw::constants` and the counts of the key's dimensions. Out: path and text of each fragment. The text depends
+//! only on the Rust values. The files in shaders/constants are copies for text editors and for other engines. A test checks that they
+//! are equal to this output; `orrery shader export shaders --overwrite` rewrites them.
 
 use super::key::DIMENSIONS;
 use super::source::condition::identifier;
@@ -11,7 +11,7 @@ use crate::scene::draw::constants as shared;
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-/// Path inside shaders/ and text of the generated fragments, in order of path.
+/// Path inside shaders/ and text of each generated fragment, sorted by path.
 pub static CONSTANTS: LazyLock<Vec<(&'static str, String)>> = LazyLock::new(|| {
     vec![
         ("constants/air.wesl", air()),
@@ -21,7 +21,7 @@ pub static CONSTANTS: LazyLock<Vec<(&'static str, String)>> = LazyLock::new(|| {
     ]
 });
 
-/// A value as WGSL writes it.
+/// A value with its WGSL type.
 enum Value {
     U32(usize),
     I32(usize),
@@ -30,7 +30,7 @@ enum Value {
 
 struct Constant {
     comment: &'static str,
-    /// WESL condition of the modules that have it; empty if all have it.
+    /// WESL condition under which a module declares the constant; empty if all modules declare it.
     condition: &'static str,
     name: &'static str,
     value: Value,
@@ -41,7 +41,7 @@ const fn constant(comment: &'static str, condition: &'static str, name: &'static
 }
 
 fn fragment(about: &str, constants: &[Constant]) -> String {
-    let mut text = format!("// {about} Written from src/scene/constants.rs.\n\n");
+    let mut text = format!("// {about} Generated from src/scene/constants.rs.\n\n");
     for Constant { comment, condition, name, value } in constants {
         let when = if condition.is_empty() { String::new() } else { format!("@if({condition}) ") };
         let value = match value {
@@ -68,26 +68,26 @@ fn air() -> String {
                 Value::F32(shared::ERFCX_SLOPE),
             ),
             constant(
-                "Multiple-scattering table: rows of heights; one row more is for level ground.",
+                "Multiple-scattering table: height rows; one extra row is for level ground.",
                 "air_table",
                 "MULTI_SCATTER_HEIGHTS",
                 Value::U32(shared::MULTIPLE_HEIGHTS),
             ),
             constant(
-                "Its columns, which lie evenly in x = mu / (|mu| + MULTI_SCATTER_BEND).",
+                "Its columns, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND), mu the cosine of the Sun's zenith angle.",
                 "air_table",
                 "MULTI_SCATTER_SUNS",
                 Value::U32(shared::MULTIPLE_SUNS),
             ),
-            constant("Bend of that scale.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTIPLE_BEND)),
+            constant("Constant of that column scale.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTIPLE_BEND)),
             constant(
-                "The first column is at x less this.",
+                "The first column is at x = -MULTI_SCATTER_BELOW_HORIZON.",
                 "air_table",
                 "MULTI_SCATTER_BELOW_HORIZON",
                 Value::F32(-shared::MULTIPLE_FIRST),
             ),
             constant(
-                "Columns to a unit of x; the last column is the Sun in the zenith.",
+                "Columns per unit of x; the last column has the Sun at the zenith.",
                 "air_table",
                 "MULTI_SCATTER_SUNS_PER_UNIT",
                 Value::F32((shared::MULTIPLE_SUNS - 1) as f64 / span),
@@ -99,25 +99,30 @@ fn air() -> String {
                 Value::U32(shared::MULTIPLE_COEFFICIENTS),
             ),
             constant(
-                "Table of multiply scattered light in a shadow: distances from the occluder's limb.",
+                "Table of multiply scattered light in an eclipse: columns, one per distance from the occluder's limb.",
                 "air_table && eclipse_1",
                 "SPREAD_COLUMNS",
                 Value::U32(shared::SPREAD_COLUMNS),
             ),
             constant(
-                "Its rows of heights; one row more is for level ground.",
+                "Height rows of that table; one extra row is for level ground.",
                 "air_table && eclipse_1",
                 "SPREAD_HEIGHTS",
                 Value::U32(shared::SPREAD_HEIGHTS),
             ),
-            constant("Its values for one occluder.", "air_table && eclipse_1", "OCCLUDER_TABLE_ROWS", Value::U32(spread)),
+            constant("Values of that table per occluder.", "air_table && eclipse_1", "OCCLUDER_TABLE_ROWS", Value::U32(spread)),
             constant(
-                "All vectors: the values for each possible occluder, then one vector each that says where they lie.",
+                "Vectors of all tables: each possible occluder's values, then one vector per occluder for its columns' distances.",
                 "air_table && eclipse_1",
                 "SPREAD_VECTORS",
                 Value::U32(occluders * (spread + 1)),
             ),
-            constant("Where those last vectors begin.", "air_table && eclipse_1", "SPREAD_REACHES", Value::U32(occluders * spread)),
+            constant(
+                "Index of the first of those last vectors.",
+                "air_table && eclipse_1",
+                "SPREAD_REACHES",
+                Value::U32(occluders * spread),
+            ),
         ],
     )
 }
@@ -127,30 +132,52 @@ fn rings() -> String {
         "Tables of the rings.",
         &[
             constant(
-                "Slopes of the profile table's rows to a doubling.",
+                "View-ray slopes per doubling in the ring profile's table.",
                 "",
                 "RING_SLOPES_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
             ),
-            constant("Cosines below this count as it.", "", "MIN_COSINE", Value::F32(shared::MIN_COSINE)),
-            constant("Strips of the Sun's disc under a low Sun.", "ring_shadow_penumbra", "SUN_PARTS", Value::I32(shared::SUN_PARTS)),
             constant(
-                "Ring-shine table: heights over the ring's plane, of one side.",
+                "Rows of the ring profile's table before those of the first slope.",
+                "",
+                "RING_HEADER_ROWS",
+                Value::I32(shared::RING_HEADER_ROWS as usize),
+            ),
+            constant(
+                "Rows for a slope: large particles, their integral, dust, its integral.",
+                "",
+                "RING_ROWS_PER_SLOPE",
+                Value::I32(shared::RING_ROWS_PER_SLOPE as usize),
+            ),
+            constant("Smaller cosines are replaced by this value.", "", "MIN_COSINE", Value::F32(shared::MIN_COSINE)),
+            constant(
+                "Strips into which the Sun's disc is divided when the Sun is low.",
+                "ring_shadow_penumbra",
+                "SUN_PARTS",
+                Value::I32(shared::SUN_PARTS),
+            ),
+            constant(
+                "Ring-shine table: rows for heights above the ring plane, on one side of it.",
                 "ring_shine",
                 "SHINE_ROWS",
                 Value::F32(shared::RING_SHINE_ROWS as f64),
             ),
-            constant("Hour angles from the Sun.", "ring_shine", "SHINE_COLUMNS", Value::F32(shared::RING_SHINE_COLUMNS as f64)),
+            constant(
+                "Ring-shine table: columns for hour angles from the Sun.",
+                "ring_shine",
+                "SHINE_COLUMNS",
+                Value::F32(shared::RING_SHINE_COLUMNS as f64),
+            ),
         ],
     )
 }
 
 fn eclipse() -> String {
     fragment(
-        "Sunlight past other bodies, and dusk.",
+        "Eclipses by other bodies, and twilight.",
         &[
             constant(
-                "Layers of the first occluder's atmosphere that bend light.",
+                "Refracting layers of the first occluder's atmosphere.",
                 "eclipse_refracted",
                 "REFRACTION_LAYERS",
                 Value::I32(shared::REFRACTION_LAYERS),
@@ -165,13 +192,13 @@ fn eclipse() -> String {
     )
 }
 
-/// Counts of the key's cumulative dimensions: how many of their features are on.
+/// Array sizes given by the key's cumulative dimensions: the number of features that are on.
 fn draw() -> String {
-    let mut text = "// Sizes of a draw's arrays. Written from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
+    let mut text = "// Sizes of a draw's arrays. Generated from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
     let counts = [
         ("lights", "LIGHTS", "Lights: the Sun, then other bodies."),
-        ("occluders", "OCCLUDERS", "Bodies that may stand before the Sun."),
-        ("overlays", "OVERLAYS", "Images over the ground."),
+        ("occluders", "OCCLUDERS", "Bodies that may be in front of the Sun."),
+        ("overlays", "OVERLAYS", "Images laid over the ground."),
     ];
     for (dimension, name, comment) in counts {
         let _ = writeln!(text, "// {comment}");
@@ -182,11 +209,11 @@ fn draw() -> String {
             word = "elif";
         }
     }
-    let _ = writeln!(text, "// Vectors that describe one image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
+    let _ = writeln!(text, "// Vectors per overlaid image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
     let _ = writeln!(text, "// Lattices of procedural relief.\n@if(has_detail) const DETAIL_ROWS: i32 = {};", shared::DETAIL_ROWS);
     let table = [
-        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points of the Moon's own limb in a row of its table."),
-        ("LIMB_ROWS", shared::LIMB_ROWS, "Those rows."),
+        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points per row of the table of the Moon's limb profile."),
+        ("LIMB_ROWS", shared::LIMB_ROWS, "Rows of that table."),
     ];
     for (name, count, comment) in table {
         let _ = writeln!(text, "// {comment}\n@if(limb_heights) const {name}: f32 = {:?};", count as f64);

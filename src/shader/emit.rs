@@ -1,11 +1,11 @@
 //! Emits the WGSL of a key: a pure function of the key's features and the fragments.
 //!
-//! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment it came from and the
-//! feature that includes it. Fragments are WESL (<https://wesl-lang.dev>): an item whose `@if`, `@elif` or `@else` does not hold
-//! is omitted with the comment lines right above it; an import is replaced by the whole fragment that it names, once per
-//! module. Comments and names are kept, so no two fragments may declare the same name.
+//! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
+//! from and the feature that includes it. Fragments are WESL (<https://wesl-lang.dev>). An item whose `@if`, `@elif` or `@else`
+//! condition is false is omitted together with the comment lines directly above it. An import is replaced by the entire fragment
+//! that it names, once per module. Comments and names are kept, so no two fragments may declare the same name.
 //!
-//! Not here: any shader code, any knowledge of what a feature means.
+//! The emitter contains no shader code and does not depend on what a feature means.
 
 use super::ShaderError;
 use super::fragments::Fragments;
@@ -18,7 +18,7 @@ pub use super::source_map::{LineOrigin, SourceMap};
 /// The text of one module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Emitted {
-    /// The whole module.
+    /// The complete module.
     pub wgsl: String,
     /// Where each line comes from.
     pub source_map: SourceMap,
@@ -27,7 +27,7 @@ pub struct Emitted {
 /// Emits the module of a key.
 ///
 /// # Errors
-/// As of [`emit_module_with`].
+/// See [`emit_module_with`].
 pub fn emit(key: &ShaderKey) -> Result<Emitted, ShaderError> {
     emit_module(&ModuleId::Planet(*key))
 }
@@ -35,15 +35,15 @@ pub fn emit(key: &ShaderKey) -> Result<Emitted, ShaderError> {
 /// Emits any module.
 ///
 /// # Errors
-/// As of [`emit_module_with`].
+/// See [`emit_module_with`].
 pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
     emit_module_with(&Fragments::default(), id)
 }
 
-/// The same from other fragments.
+/// Emits any module from the given fragments.
 ///
 /// # Errors
-/// A simple module that does not exist, or line and column of what is wrong with a fragment.
+/// A simple module that does not exist, or an error in a fragment with its line and column.
 pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
     let (name, features) = match id {
         ModuleId::Planet(key) => ("planet", key::features(key.features())),
@@ -54,10 +54,11 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &features)
 }
 
-/// Emits one fragment and all that it imports. `base`: the name in the source map for lines that do not depend on a feature.
+/// Emits one fragment and everything that it imports. `base`: the name in the source map for lines that do not depend on a
+/// feature.
 ///
 /// # Errors
-/// As of [`emit_module_with`].
+/// See [`emit_module_with`].
 pub fn emit_fragment(path: &str, base: &str, features: &[&str]) -> Result<Emitted, ShaderError> {
     emit_fragment_with(&Fragments::default(), path, base, features)
 }
@@ -126,7 +127,7 @@ impl Emitter<'_> {
         reason
     }
 
-    /// Emits the fragment that an import names, unless the module has it already.
+    /// Emits the fragment that an import names, unless the module already contains it.
     fn import(&mut self, from: &str, import: &Import, including_feature: u16) -> Result<(), ShaderError> {
         let fault = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
         let fragments = self.fragments;

@@ -1,4 +1,4 @@
-//! The WESL fragments of shaders/, built into the program, and files of a user's folder that replace or add to them.
+//! The WESL fragments of shaders/, built into the program, and files of a user's folder that replace fragments or add new ones.
 
 use super::ShaderError;
 use super::constants::CONSTANTS;
@@ -113,7 +113,7 @@ fragments![
     "lib/view_ray.wesl",
 ];
 
-/// Path inside shaders/ and text of every fragment, in order of path: the source fragments and the generated ones of `shader::constants`.
+/// Path inside shaders/ and text of every fragment, sorted by path: the source fragments and the generated ones of `shader::constants`.
 pub static FRAGMENTS: LazyLock<Vec<(&'static str, &'static str)>> = LazyLock::new(|| {
     let constants = CONSTANTS.iter().map(|(path, text)| (*path, text.as_str()));
     let mut all: Vec<_> = SOURCE_FRAGMENTS.iter().copied().chain(constants).collect();
@@ -127,7 +127,7 @@ type Parsed = OnceLock<Result<Fragment, ShaderError>>;
 static PARSED: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
     LazyLock::new(|| FRAGMENTS.iter().map(|(path, text)| (*path, (*text, Parsed::new()))).collect());
 
-/// The fragments of a generator: the built-in ones, and files that replace some of them or are new.
+/// The fragments that a generator uses: the built-in ones, and files that replace some of them or are new.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
     replaced: BTreeMap<String, (String, Parsed)>,
@@ -143,14 +143,14 @@ impl PartialEq for Fragments {
 impl Eq for Fragments {}
 
 impl Fragments {
-    /// The built-in fragments with files over them, by path inside shaders/. A file equal to the built-in fragment replaces nothing.
+    /// The built-in fragments with these files on top, by path inside shaders/. A file equal to the built-in fragment replaces nothing.
     pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
         let built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
         let files = files.into_iter().filter(|(path, text)| !built_in(path, text));
         Self { replaced: files.map(|(path, text)| (path, (text, Parsed::new()))).collect() }
     }
 
-    /// These fragments with further files over them.
+    /// These fragments with further files on top.
     #[must_use]
     pub fn and_files(mut self, files: impl IntoIterator<Item = (String, String)>) -> Self {
         self.replaced.extend(Self::with_files(files).replaced);
@@ -160,7 +160,7 @@ impl Fragments {
     /// Text and parsed form of a fragment, or its first error; `None` if there is no fragment of this path.
     pub fn parsed(&self, path: &str) -> Option<(&str, Result<&Fragment, ShaderError>)> {
         let (text, parsed): (&str, _) = match self.replaced.get(path) {
-            // Users' files are checked with the whole grammar, not only the parts that a key includes.
+            // Users' files are checked against the entire grammar, not only the parts that a key includes.
             Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
             None => {
                 let (text, parsed) = PARSED.get(path)?;
@@ -176,7 +176,7 @@ impl Fragments {
         self.replaced.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
-    /// Paths of the fragments that are not the built-in ones.
+    /// Paths of the fragments that a file replaces or adds.
     pub fn replaced(&self) -> impl Iterator<Item = &str> {
         self.replaced.keys().map(String::as_str)
     }
@@ -186,7 +186,7 @@ impl Fragments {
         self.replaced.is_empty()
     }
 
-    /// Files that replace no built-in fragment and that no fragment imports, in order of path.
+    /// Files that replace no built-in fragment and that no fragment imports, sorted by path.
     pub fn unused(&self) -> Vec<&str> {
         let imported_by = |path: &str| match self.parsed(path) {
             Some((_, Ok(fragment))) => fragment.imports.iter().map(|i| i.path.clone()).collect(),
@@ -204,7 +204,7 @@ impl Fragments {
         self.replaced.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
     }
 
-    /// Path and text of every fragment: the built-in ones in order of path, then those that are new.
+    /// Path and text of every fragment: first the built-in ones, sorted by path, then the new ones.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
         let known = FRAGMENTS.iter().map(|(path, text)| (*path, self.replaced.get(*path).map_or(*text, |(text, _)| text.as_str())));
         let is_new = |(path, _): &(&String, &(String, Parsed))| FRAGMENTS.iter().all(|(known, _)| known != path);

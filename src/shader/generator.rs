@@ -2,7 +2,8 @@
 //!
 //! In: the sources of emission, of the key and of the stored form, the fragments, the versions of naga and of the WESL parser, the
 //! lowering's digest. Out: 16 hexadecimal digits, which name the library's folder on disk. Always: a change of any of these gives
-//! another folder, so no module of an older generator is read. Not included: sources that only read finished modules ([`EXCLUDED`]).
+//! another folder, so a module of an older generator is never read. Not included: sources that only read finished modules
+//! ([`EXCLUDED`]).
 
 use super::fragments::Fragments;
 use sha2::{Digest, Sha256};
@@ -42,12 +43,12 @@ sources![
     "shader/source_map.rs",
 ];
 
-/// Sources of `shader` that no module depends on: they translate, compare and record finished ones, or list keys to test.
+/// Sources of `shader` that do not affect a module: they translate, compare and record finished modules, or list keys for tests.
 pub const EXCLUDED: &[&str] = &["shader/compare.rs", "shader/key/covering.rs", "shader/record.rs", "shader/translate.rs"];
 
 const LOCK: &str = include_str!("../../Cargo.lock");
 
-/// naga's version, from the lock file that this program was built with.
+/// naga's version, from the lock file with which this program was built.
 pub fn naga_version() -> Option<&'static str> {
     version_in(LOCK, "naga")
 }
@@ -58,12 +59,12 @@ fn version_in<'a>(lock: &'a str, package: &str) -> Option<&'a str> {
     lines.next()?.strip_prefix("version = \"")?.strip_suffix('"')
 }
 
-/// Hexadecimal digest of the generator with this lowering: 16 digits.
+/// Hexadecimal digest (16 digits) of the generator with the built-in fragments and this lowering.
 pub fn digest(lowering: &str) -> String {
     digest_with(&Fragments::default(), lowering)
 }
 
-/// The same with other fragments.
+/// Hexadecimal digest (16 digits) of the generator with these fragments and this lowering.
 pub fn digest_with(fragments: &Fragments, lowering: &str) -> String {
     let version = |package| version_in(LOCK, package).unwrap_or("unknown");
     let others = [("naga", version("naga")), ("wgsl-parse", version("wgsl-parse")), ("lowering", lowering)];
@@ -118,7 +119,10 @@ mod tests {
         files_under(&root.join("shaders"), "wesl", &mut fragments, &root.join("shaders"));
         for (path, text) in FRAGMENTS.iter() {
             let file = std::fs::read_to_string(root.join("shaders").join(path)).unwrap_or_default();
-            assert!(file == *text, "shaders/{path} is not what Rust says: `orrery shader export shaders --overwrite` writes it");
+            assert!(
+                file == *text,
+                "shaders/{path} differs from the text that Rust generates: `orrery shader export shaders --overwrite` rewrites it"
+            );
         }
         assert_eq!(fragments, FRAGMENTS.iter().map(|(n, _)| (*n).to_owned()).collect());
     }
@@ -131,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn files_over_the_fragments_count_only_where_they_differ() {
+    fn files_equal_to_built_in_fragments_leave_the_digest_unchanged() {
         let file = |path: &str, text: &str| (path.to_owned(), text.to_owned());
         let (path, text) = FRAGMENTS[0];
         assert_eq!(digest_with(&Fragments::with_files([file(path, text)]), "x"), digest("x"));

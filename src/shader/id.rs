@@ -1,7 +1,7 @@
 //! Names of modules: a body's module is named by its key, a simple shader and a probe by the name of their entry fragment.
 //!
-//! In: text. Out: [`ModuleId`]. Always: a simple shader and a probe have an entry fragment `entry/<name>.wesl`. Not here: the content
-//! of a module.
+//! In: text. Out: [`ModuleId`]. Always: each simple shader and each probe has an entry fragment `entry/<name>.wesl`. Not here: the
+//! content of a module.
 
 use super::key::{KeyTextError, ShaderKey};
 use std::fmt;
@@ -14,7 +14,7 @@ pub enum ModuleId {
     Planet(ShaderKey),
     /// One of [`SIMPLE_MODULES`].
     Simple(&'static str),
-    /// One of [`PROBES`], with a key whose features it has.
+    /// One of [`PROBES`], with the key that provides its features.
     Probe(&'static str, ShaderKey),
 }
 
@@ -74,7 +74,7 @@ pub const SIMPLE_MODULES: [&str; 24] = [
 /// Probes: modules that evaluate one formula for given inputs. Entry fragments `entry/<name>.wesl`, emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
 
-/// Each probe with the keys that are recorded and tested: one for each model that it may evaluate.
+/// Each probe with the keys that are recorded and tested: one key for each model that the probe may evaluate.
 pub fn probe_samples() -> Vec<ModuleId> {
     let keys = |name: &'static str, texts: &[&str]| {
         texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()

@@ -1,6 +1,7 @@
 //! Shader keys, generated modules, and the shader library, a cache of modules in memory and on disk.
 //!
-//! [`key`] identifies a module, [`mod@emit`] writes its WGSL, [`module`] parses, validates, reflects and lowers it, [`library`] caches the result.
+//! [`key`] identifies a module; [`mod@emit`] writes its WGSL; [`module`] parses, validates, reflects and lowers it; [`library`] caches the
+//! result.
 
 #[doc(hidden)]
 pub mod compare;
@@ -30,17 +31,17 @@ pub use module::{Lowering, LoweringFailure, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
 pub use source_map::SourceMap;
 
-/// Why a module could not be built. None of these occurs with the shipped fragments; they are the errors of edited fragments.
+/// Why a module could not be built. The shipped fragments cause none of these errors; edited fragments may.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShaderError {
-    /// A fragment is no valid WESL, or uses syntax that the generator does not support.
+    /// A fragment is not valid WESL, or uses syntax that the generator does not support.
     #[error("shaders/{path}:{line}:{column}: {what}")]
     Fragment {
-        /// Below shaders/.
+        /// Path below shaders/.
         path: String,
-        /// The first is 1.
+        /// Counted from 1.
         line: u32,
-        /// The first is 1.
+        /// Counted from 1.
         column: u32,
         /// What is wrong.
         what: String,
@@ -48,12 +49,12 @@ pub enum ShaderError {
     /// No simple shader or probe has this name.
     #[error("there is no shader module `{0}`")]
     NoSuchModule(String),
-    /// The emitted text is no WGSL.
+    /// The emitted text is not WGSL.
     #[error("module {id}: {what}")]
     Parse {
         /// Which module.
         id: String,
-        /// What naga's parser says.
+        /// Message of naga's parser.
         what: String,
     },
     /// The emitted text is WGSL, but not valid.
@@ -61,10 +62,10 @@ pub enum ShaderError {
     Invalid {
         /// Which module.
         id: String,
-        /// What naga's validator says.
+        /// Message of naga's validator.
         what: String,
     },
-    /// A binding that the plan does not fill.
+    /// The module has a binding or a uniform that the plan does not fill.
     #[error("module {id}: {source}")]
     Layout {
         /// Which module.
@@ -72,7 +73,7 @@ pub enum ShaderError {
         /// Which binding or field.
         source: reflect::LayoutError,
     },
-    /// The software renderer has no operation for it.
+    /// The module uses a construct for which the software renderer has no operation.
     #[error("module {id} cannot be lowered for the software renderer: {what}")]
     Lowering {
         /// Which module.

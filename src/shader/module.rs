@@ -8,28 +8,28 @@ use super::source_map::SourceMap;
 use super::{Emitted, ShaderError};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
-/// Why a lowering refuses a module or a tape, in one line.
+/// Why a lowering rejects a module or a tape, in one line.
 pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
 
-/// How a validated module becomes a tape. The library does not depend on a renderer; its caller supplies this.
+/// Converts a validated module to a tape. The library does not depend on a renderer; its caller supplies this.
 #[derive(Clone, Debug)]
 pub struct Lowering {
-    /// Digest of the lowering's code, which is part of the name of the library's folder.
+    /// Digest of the lowering's code. It is part of the name of the library's folder.
     pub digest: String,
     /// Lowers validated IR to a tape's bytes, or returns one line that names the unsupported construct.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, LoweringFailure>,
-    /// Checks that bytes from disk are a tape with this module's entry points and bindings, and with all indices in range.
+    /// Checks that bytes from disk are a tape with this module's entry points and bindings, and that all indices are in range.
     pub check: fn(&naga::Module, &[u8]) -> Result<(), LoweringFailure>,
 }
 
 impl Lowering {
-    /// Produces no tape: for tools that need only the text and the IR.
+    /// A lowering that produces no tape, for tools that need only the text and the IR.
     pub fn none() -> Self {
         Self { digest: "none".into(), lower: |_, _| Ok(Vec::new()), check: |_, _| Ok(()) }
     }
 }
 
-/// A module ready to run.
+/// A module that is ready to run.
 #[derive(Clone, Debug)]
 pub struct ShaderModule {
     /// Its name.
@@ -53,8 +53,8 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
-/// naga's message about a module that does not parse or is not valid, with the emitted lines and a caret under the position; `None` for a valid
-/// module.
+/// naga's message about a module that does not parse or is not valid, with the emitted lines and a caret below the position; `None` for a
+/// valid module.
 pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
     let Emitted { wgsl, source_map } = match emit_module_with(fragments, id) {
         Ok(emitted) => emitted,
@@ -82,12 +82,12 @@ impl ShaderModule {
         Self::build_with(&Fragments::default(), id, lowering)
     }
 
-    /// The same from other fragments.
+    /// Emits from the given fragments, then parses, validates, reflects and lowers.
     pub fn build_with(fragments: &Fragments, id: &ModuleId, lowering: &Lowering) -> Result<Self, ShaderError> {
         Self::finish(id, emit_module_with(fragments, id)?, lowering)
     }
 
-    /// The same from emitted text.
+    /// Parses, validates, reflects and lowers an emitted text.
     pub fn finish(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
         let Emitted { wgsl, source_map } = emitted;
         let name = || id.to_string();

@@ -1,8 +1,9 @@
 //! Recorded digests of modules, and the reasons for differences from them.
 //!
-//! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each with its
-//! reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; those of the covering sets are
-//! translated as well. The record has digests only: the modules of all keys together would fill gigabytes. Not here: the record's path.
+//! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each
+//! with its reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; modules of the
+//! covering sets are also translated. The record contains only digests, because the modules of all keys together would fill gigabytes. Not
+//! here: the record's path.
 
 use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
@@ -15,7 +16,7 @@ use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// The first 64 bits of SHA-256 over the parts and their lengths, as 16 hexadecimal digits.
+/// The first 64 bits of SHA-256 over the length and text of each part, as 16 hexadecimal digits.
 fn digest_of(parts: &[&str]) -> String {
     let mut hash = Sha256::new();
     for part in parts {
@@ -34,9 +35,9 @@ fn is_digest(word: &str) -> bool {
 /// Digests of one module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Digests {
-    /// Of the emitted text.
+    /// Digest of the emitted text.
     wgsl: String,
-    /// Of its translations to all other languages together; `None` where the module is not translated.
+    /// Digest of all its translations together; `None` if the module is not translated.
     translations: Option<String>,
 }
 
@@ -56,7 +57,7 @@ pub struct RecordError {
     pub text: String,
 }
 
-/// One difference from what was recorded.
+/// One difference from the record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     pub module: String,
@@ -77,7 +78,7 @@ impl DigestRecord {
         self.modules.is_empty()
     }
 
-    /// The text form; reading it back gives an equal record.
+    /// The text form; parsing it gives an equal record.
     pub fn to_text(&self) -> String {
         let mut text = String::from(
             "# Digests of every generated module, of all reachable keys and the covering sets. `orrery shader verify` compares and\n\
@@ -153,7 +154,8 @@ impl DigestRecord {
     }
 }
 
-/// The modules to record: simple shaders, probes, the covering sets and the reachable keys; true if translations are recorded too.
+/// The modules to record: simple shaders, probes, the covering sets and the reachable keys. The flag is true if translations are recorded
+/// too.
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
     let covered: BTreeSet<_> = covering(2).into_iter().chain(covering(3)).collect();
     let rest: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();
@@ -161,7 +163,7 @@ pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)
     named.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(rest).collect()
 }
 
-/// The record of modules that were all built, and the fragments of each.
+/// The record of modules that were all built, and the fragments of each module.
 #[derive(Clone, Debug)]
 pub struct Verified {
     pub record: DigestRecord,
@@ -169,20 +171,21 @@ pub struct Verified {
 }
 
 impl Verified {
-    /// Builds the modules on all cores, and translates those with `true`; `done` is called after each. Returns all failures, if there are any.
+    /// Builds the modules on all cores and translates those whose flag is true; `done` is called after each module. Returns all failures,
+    /// if there are any.
     pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
         Self::of_fragments(&Fragments::default(), ids, lowering, done)
     }
 
-    /// The same from other fragments.
+    /// `Verified::of` with the given fragments.
     pub fn of_fragments(
         fragments: &Fragments,
         ids: &[(ModuleId, bool)],
         lowering: &Lowering,
         done: impl Fn() + Sync,
     ) -> Result<Self, Vec<String>> {
-        let one = |(id, translated): &(ModuleId, bool)| {
-            let made = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
+        let build = |(id, translated): &(ModuleId, bool)| {
+            let result = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
                 let others = Language::ALL.into_iter().filter(|l| *translated && !l.is_for_reading());
                 let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
@@ -190,12 +193,12 @@ impl Verified {
                 Ok((m.id.to_string(), Digests { wgsl: digest_of(&[&m.wgsl]), translations }, m.source_map.fragments))
             });
             done();
-            made
+            result
         };
-        let made: Vec<_> = ids.par_iter().map(one).collect();
+        let results: Vec<_> = ids.par_iter().map(build).collect();
         let mut verified = Self { record: DigestRecord::new(), fragments_of: BTreeMap::new() };
         let mut failures = Vec::new();
-        for result in made {
+        for result in results {
             match result {
                 Ok((name, digests, fragments)) => {
                     verified.record.modules.insert(name.clone(), digests);
@@ -208,7 +211,7 @@ impl Verified {
     }
 }
 
-/// Text that lists the changes by reason, each with all its modules.
+/// Lists the changes by reason, each with all its modules.
 pub fn changes_text(changes: &[Change]) -> String {
     let mut by_reason: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     changes.iter().for_each(|c| by_reason.entry(&c.what).or_default().push(&c.module));
@@ -224,7 +227,7 @@ pub fn changes_text(changes: &[Change]) -> String {
 mod tests {
     use super::*;
 
-    /// A digest of that digit alone.
+    /// A digest that consists of one repeated digit.
     fn digest(digit: char) -> String {
         digit.to_string().repeat(DIGITS)
     }
@@ -251,10 +254,10 @@ mod tests {
     }
 
     #[test]
-    fn digests_tell_texts_and_their_bounds_apart() {
+    fn digests_depend_on_each_text_and_on_where_texts_are_split() {
         assert!(is_digest(&digest_of(&["a"])));
         assert_ne!(digest_of(&["ab", "c"]), digest_of(&["a", "bc"]));
-        // SHA-256 of eight zero bytes: of one empty part.
+        // SHA-256 of eight zero bytes, which is the length of one empty part.
         assert_eq!(digest_of(&[""]), "af5570f5a1810b7a");
     }
 

@@ -1,13 +1,13 @@
-//! Reflection of a module's bindings from its naga IR, so that no layout is written down twice.
+//! Reflection of a module's bindings from its naga IR, so that no layout is written twice.
 //!
-//! In: a module. Out: [`Layout`], and a [`UniformWriter`] that fills the uniform block by field name. Always holds: only group 0 is used,
+//! In: a module. Out: [`Layout`], and a [`UniformWriter`] that fills the uniform block by field name. Always: only group 0 is used, and
 //! the uniform block is binding 0.
 
 use naga::{AddressSpace, ArraySize, Module, ScalarKind, TypeInner, VectorSize};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Type of a uniform field. All scalars are f32.
+/// Type of a uniform field. All components are f32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum FieldType {
     /// `f32`.
@@ -18,14 +18,14 @@ pub enum FieldType {
     Vec3,
     /// `vec4f`.
     Vec4,
-    /// Column-major.
+    /// `mat4x4f`, column-major.
     Mat4,
     /// `array<vec4f, n>`.
     Vec4Array(u32),
 }
 
 impl FieldType {
-    /// Number of f32 in a value.
+    /// Number of f32 components in a value.
     pub fn components(self) -> usize {
         match self {
             Self::F32 => 1,
@@ -54,13 +54,13 @@ impl fmt::Display for FieldType {
 /// One field of the uniform block. Offset and size in bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Field {
-    /// As in the fragment.
+    /// Name in the fragment.
     pub name: String,
     /// Its type in WGSL.
     pub ty: FieldType,
-    /// Bytes from the block's start.
+    /// Offset in bytes from the block's start.
     pub offset: u32,
-    /// Bytes.
+    /// Size in bytes.
     pub size: u32,
 }
 
@@ -76,23 +76,23 @@ pub struct Binding {
 /// The bindings of one module.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
-    /// Fields of the uniform block, by offset; empty where the module has none.
+    /// Fields of the uniform block, sorted by offset; empty if the module has no uniform block.
     pub fields: Vec<Field>,
     /// Bytes of the uniform block.
     pub uniform_size: u32,
-    /// In the order of the module.
+    /// Sorted by binding number.
     pub textures: Vec<Binding>,
-    /// In the order of the module.
+    /// Sorted by binding number.
     pub samplers: Vec<Binding>,
 }
 
 /// Why a module's bindings cannot be used, or a uniform cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
-    /// A binding of another kind or group, by name.
+    /// A binding of another kind or group; its name.
     #[error("`{0}` is bound outside group 0, or its kind of binding is not one the plan fills")]
     Binding(String),
-    /// A uniform field of another type, by name.
+    /// A uniform field of an unsupported type; its name.
     #[error("uniform field `{0}` has a type the plan does not fill (f32, vec2f, vec3f, vec4f, mat4x4f, array<vec4f, n>)")]
     FieldType(String),
     /// A name that the module does not have.
@@ -105,13 +105,13 @@ pub enum LayoutError {
         name: String,
         /// Its type in the module.
         expected: FieldType,
-        /// How many numbers.
+        /// The number of values given.
         given: String,
     },
     /// A field was written a second time.
     #[error("uniform field `{0}` was written twice")]
     Twice(String),
-    /// Fields that were left out.
+    /// Fields that were not written.
     #[error("uniform fields never written: {0}")]
     Missing(String),
 }
@@ -226,13 +226,13 @@ impl UniformWriter<'_> {
     pub fn mat4(&mut self, name: &str, value: glam::Mat4) -> Result<(), LayoutError> {
         self.put(name, |t| t == FieldType::Mat4, &"4 x 4", &value.to_cols_array())
     }
-    /// The array must have exactly as many elements as the field.
+    /// Writes an array of `vec4f` with exactly as many elements as the field.
     pub fn vec4_array(&mut self, name: &str, values: &[glam::Vec4]) -> Result<(), LayoutError> {
         let flat: Vec<f32> = values.iter().flat_map(|v| v.to_array()).collect();
         self.put(name, |t| matches!(t, FieldType::Vec4Array(_)), &format!("{} x 4", values.len()), &flat)
     }
 
-    /// The bytes, once every field is written.
+    /// The bytes; an error unless every field is written.
     pub fn finish(self) -> Result<Vec<u8>, LayoutError> {
         let missing: Vec<&str> = self.layout.fields.iter().zip(&self.written).filter(|(_, w)| !**w).map(|(f, _)| f.name.as_str()).collect();
         if missing.is_empty() { Ok(self.bytes) } else { Err(LayoutError::Missing(missing.join(", "))) }

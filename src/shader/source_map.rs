@@ -1,4 +1,4 @@
-//! For each line of an emitted module the fragment and line that it came from, and the feature that includes it.
+//! The fragment and line from which each line of an emitted module came, and the feature that includes it.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,11 +16,11 @@ pub struct LineOrigin {
 /// The origins of a module's lines. Line `n` of the text (from 1) is `lines[n - 1]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceMap {
-    /// Paths below shaders/ that the module is made of.
+    /// Paths below shaders/ of the fragments in the module.
     pub fragments: Vec<String>,
-    /// Feature names; the first is the module's own name, for lines that every key has.
+    /// Feature names; the first is the module's own name, used for lines that every key has.
     pub features: Vec<String>,
-    /// One for each line of the text.
+    /// One origin per line of the text.
     pub lines: Vec<LineOrigin>,
 }
 
@@ -37,7 +37,7 @@ impl SourceMap {
         Some((self.fragments.get(usize::from(origin.fragment))?, origin.line))
     }
 
-    /// Index of a feature's name, which is added if it is new.
+    /// Index of a feature's name, which is added if it is missing.
     pub(super) fn feature_index(&mut self, name: &str) -> u16 {
         let index = self.features.iter().position(|f| f == name).unwrap_or_else(|| {
             self.features.push(name.to_owned());

@@ -5,20 +5,20 @@ use naga::back;
 use rspirv::binary::Disassemble;
 use std::fmt;
 
-/// A language that a module can be written in.
+/// An output language for modules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Language {
-    /// The text as emitted.
+    /// WGSL: the text as emitted.
     Wgsl,
-    /// Direct3D's.
+    /// HLSL, for Direct3D.
     Hlsl,
-    /// OpenGL 4.30, vertex stage then fragment stage.
+    /// GLSL 4.30 (OpenGL): vertex stage, then fragment stage.
     Glsl,
-    /// Metal's.
+    /// MSL, for Metal.
     Msl,
-    /// SPIR-V 1.0 words, one a line in hexadecimal.
+    /// SPIR-V 1.0, one hexadecimal word per line.
     Spirv,
-    /// The same, an instruction a line.
+    /// Disassembled SPIR-V, one instruction per line.
     Assembly,
     /// naga's intermediate representation, for debugging.
     Ir,
@@ -28,7 +28,7 @@ impl Language {
     /// Every language, WGSL first.
     pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
 
-    /// Only for human readers: another language of this list has the same content.
+    /// Whether the form is only for human readers: another language of this list has the same content.
     pub fn is_for_reading(self) -> bool {
         matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
     }
@@ -56,11 +56,11 @@ pub struct TranslateError {
     pub module: String,
     /// Into which language.
     pub language: Language,
-    /// What naga's writer says.
+    /// Message of naga's writer.
     pub what: String,
 }
 
-/// The module in a language.
+/// Translates the module to a language.
 pub fn translate(m: &ShaderModule, language: Language) -> Result<String, TranslateError> {
     let failed = |what: String| TranslateError { module: m.id.to_string(), language, what };
     match language {

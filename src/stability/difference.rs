@@ -13,7 +13,7 @@ pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     values.iter().enumerate().fold((0, 0.0), |(at, worst), (k, v)| if number(*v) > worst { (k, number(*v)) } else { (at, worst) })
 }
 
-/// Draws a view in both precisions and counts it as a case; `location` is completed with the pixel.
+/// Draws a view in both precisions and adds it to `found` as a case; the worst pixel is added to `location`.
 pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
     let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
     let not_finite = |p: &LightPicture| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
@@ -30,7 +30,8 @@ pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &Pl
     Ok(())
 }
 
-/// The draw of a pixel that differs most between the precisions, and its first value that differs.
+/// The draw with the greatest difference between the precisions at a pixel, and the first of its values that
+/// differs.
 pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let of = |draw: &PlanDraw| {
@@ -46,7 +47,8 @@ pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], 
     worst.map_or_else(|| "no draw has values at this pixel's middle".to_owned(), |(_, cause)| cause)
 }
 
-/// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest.
+/// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest
+/// relative difference.
 fn first_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
     let relative = |a: &NamedValue, b: &NamedValue| {
         let (sum, apart) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(sum, apart), (x, y)| {

@@ -13,7 +13,8 @@ use serde_json::json;
 /// Side of the picture, pixels.
 const SIDE: u32 = 24;
 
-/// Keys with all pairs of values, or all triples; once filled by the disc and once with its limb.
+/// Keys with all pairs of values (short) or all triples (full); each once with the disc filling the picture
+/// and once with its limb.
 pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let session = bench.session();

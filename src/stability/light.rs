@@ -1,6 +1,6 @@
 //! Sunlight in shadows: umbra, penumbra, antumbra and full light, and exposures of an umbra.
 
-use super::views::{JUPITER, looking};
+use super::views::{JUPITER, view_from_offset};
 use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::angle_rad;
@@ -28,10 +28,11 @@ const SHADOWS: [(&str, &str, &str); 7] = [
     ("saturn", "titan", "2024-10-27T12:00:00Z"),
 ];
 
-/// How far inside an umbra, or outside a penumbra, a point must be for its light to follow from angles alone: fraction of the Sun's angular radius.
+/// Margin by which a point must be inside an umbra, or outside a penumbra, for its light to follow from angles alone: fraction of the Sun's
+/// angular radius.
 const MARGIN: f64 = 5e-3;
 
-/// The sunlight at a point if it follows from the angles alone.
+/// The sunlight at a point, if it follows from the angles alone.
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun = (SUN_RADIUS_KM / sun_km.length()).asin();
     let radius = |km: f64| (km / occluder_km.length()).asin();
@@ -45,7 +46,8 @@ fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Opti
     }
 }
 
-/// Points on the surface around the centre of a shadow, body axes, equatorial radii: in eight directions outwards, in steps from a millionth of the radius.
+/// Points on the surface around the centre of a shadow, body axes, equatorial radii: in eight directions outwards, at distances from a
+/// millionth of the radius to the radius, in equal ratios.
 fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
     let shape = body.radii_km / body.radii_km.x;
     let from = occluder_km / body.radii_km.x;
@@ -65,7 +67,7 @@ fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec
     points
 }
 
-/// The fraction of sunlight, f32 against f64, and both against the value from the angles alone.
+/// Sweep of the fraction of sunlight: f32 against f64, and both against the value that follows from the angles alone.
 pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let session = bench.session();
@@ -116,10 +118,11 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
     Ok(found)
 }
 
-/// Longer than the period of Ganymede, 172 hours, the longest of the three moons.
+/// Duration of the search: longer than 172 hours, the period of Ganymede, which is the longest of the three moons.
 const PERIOD_S: f64 = 175.0 * 3600.0;
 
-/// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, planet's radii.
+/// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
+/// planet radii.
 fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = bench.session().ephemeris();
     let mut best = (from, f64::INFINITY);
@@ -127,10 +130,10 @@ fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -
     for k in 0..(PERIOD_S / STEP_S) as u32 {
         let time = from.plus_seconds(STEP_S * f64::from(k));
         let moon_km = ephemeris.state(moon, planet.id, time, None)?.state.pos_km;
-        let away = -ephemeris.state(NaifId::SUN, planet.id, time, None)?.state.pos_km.normalize();
-        let aside = moon_km.cross(away).length() / planet.radii_km.x;
-        if moon_km.dot(away) > 0.0 && aside < best.1 {
-            best = (time, aside);
+        let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, None)?.state.pos_km.normalize();
+        let axis_distance_radii = moon_km.cross(antisunward).length() / planet.radii_km.x;
+        if moon_km.dot(antisunward) > 0.0 && axis_distance_radii < best.1 {
+            best = (time, axis_distance_radii);
         }
     }
     Ok(best)
@@ -143,21 +146,21 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
     for moon in [501, 502, 503].map(NaifId) {
-        let (time, aside) = deepest(bench, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
+        let (time, axis_distance_radii) = deepest(bench, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
         // The shadow misses the moon.
-        if aside > 0.8 {
+        if axis_distance_radii > 0.8 {
             continue;
         }
         let radius_km = session.catalog().body(moon).map_or(1.0, |b| b.radii_km.x);
-        // The view is along the shadow, from the Sun's side.
-        let away = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
+        // The view is along the shadow axis, from the Sun's side.
+        let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
         for stops in (-20..=25).step_by(bench.pick(9, 1)) {
             let seen = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
             let request = ViewRequest {
                 exposure: ExposureRequest::Stops(f64::from(stops)),
                 layers: Layers { stars: false, ..Layers::default() },
                 effects: effects.clone(),
-                ..looking(moon, seen, -away * 20.0 * radius_km, 4.0, bench.pick(24, 64))
+                ..view_from_offset(moon, seen, -antisunward * 20.0 * radius_km, 4.0, bench.pick(24, 64))
             };
             let mut view = bench.plan_view(&request, PLAIN)?;
             // Only the moon's draws, not Jupiter's.
@@ -169,7 +172,7 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
                 let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));
                 let figure = if light > 0.0 { f64::from(brightest.max(1)) } else { f64::from(brightest) };
                 found.add(figure, || {
-                    let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": aside });
+                    let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });
                     (location, format!("{precision:?}: radiance {light:e} where none is"))
                 });
             }

@@ -1,6 +1,6 @@
-//! Sequences: steps of less than a pixel, and exposures through eclipses.
+//! Sequences of pictures: steps of less than a pixel, and exposures through eclipses.
 
-use super::views::{JUPITER, SATURN, instant, looking, sunward};
+use super::views::{JUPITER, SATURN, instant, sunward, view_from_offset};
 use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LightPicture, PlannedView};
@@ -18,11 +18,12 @@ fn luminances(picture: &LightPicture) -> Vec<f64> {
     picture.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a third for each axis along which it moves.
+/// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a
+/// third for each axis along which the picture moves.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
-/// Increase of light, in levels, that no neighbour within two pixels had before. Means over 3 x 3 pixels are compared, so that a sharp point may move within
-/// its pixel. The frame's edge is excluded, since its neighbours are unknown.
+/// Greatest increase of light, in levels, that no neighbour within two pixels had before, and its pixel. Means over 3 x 3 pixels are
+/// compared, so that a sharp point may move within its pixel. The frame's edge is excluded because its neighbours are unknown.
 fn unexplained_increase(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
@@ -47,13 +48,13 @@ fn unexplained_increase(first: &LightPicture, second: &LightPicture) -> (f64, [i
     worst
 }
 
-/// The same for light that appears and light that disappears.
+/// The greater of the unexplained increases in both directions: light that appears and light that disappears.
 fn unexplained_change(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
     let (there, back) = (unexplained_increase(first, second), unexplained_increase(second, first));
     if there.0 >= back.0 { there } else { back }
 }
 
-/// The draw whose removal makes the two frames most similar.
+/// Names the draw whose removal makes the two frames most similar.
 fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
     let labels: BTreeSet<&str> = views.iter().flat_map(|v| &v.plan.passes[0].draws).map(|d| d.label.as_str()).collect();
     let without = |label: &str| {
@@ -91,15 +92,15 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     {
         let Some(radius_km) = bench.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
         let towards = (sunward(bench, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
-        let base = looking(body, time, towards * distance_radii * radius_km, fov_deg, side);
-        let base = bench.dual.exposed(base)?;
+        let base = view_from_offset(body, time, towards * distance_radii * radius_km, fov_deg, side);
+        let base = bench.dual.with_metered_exposure(base)?;
         let aside = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera before {} at {distance_radii} radii", body.0), &|k| ViewRequest {
             look: Look::Along { direction: -towards + aside * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Away from the body, by a third of a pixel at the limb.
+        // Moves away from the body, by a third of a pixel at the limb.
         let part = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
         sequence(&format!("away from {} at {distance_radii} radii", body.0), &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + part.min(0.05)).powf(k) * radius_km + towards * radius_km;
@@ -113,7 +114,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         ("the Moon into the umbra", NaifId::MOON, "2022-11-08T09:05:00Z", 20.0, Some(0.7)),
     ] {
         let Ok(from) = Instant::parse(from) else { continue };
-        let base = bench.dual.exposed(ViewRequest {
+        let base = bench.dual.with_metered_exposure(ViewRequest {
             fov_deg: fov,
             width: side,
             height: side,
@@ -130,7 +131,7 @@ const VISIBLE_LEVEL: u8 = 12;
 /// The result for a picture in which nothing is visible.
 const INVISIBLE_RESULT: f64 = 99.0;
 
-/// Changes of automatic exposure in stops from step to step through eclipses, and whether each picture shows something.
+/// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each picture.
 pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let part = bench.pick(4.0, 1.0);

@@ -1,9 +1,10 @@
 //! Omitted features: frames with the chosen features against frames with every feature.
 //!
-//! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the views above it, and two distributions: of the differences, and of the
-//! ratio of operations of the chosen frame to those of the frame with every feature. For each of the worst views it names the effect that is lacking, the pixel, and which of the two frames is
-//! off there: both are compared with the frame with every feature in f64 at [`TRUTH_SCALE`] times the pixels on a side. Always: both frames have one exposure; "every feature" means
-//! each effect switched on by hand, in the model that the scene would take.
+//! In: random views. Out: the fraction of views in which some pixel differs by more than the stated bound, the views above the bound, and
+//! two distributions: of the differences, and of the ratio of operations of the chosen frame to those of the frame with every feature. For
+//! each of the worst views the result names the omitted effect, the pixel, and which of the two frames is wrong there: both are compared
+//! with the frame with every feature in f64 at [`TRUTH_SCALE`] times the width and height. Always: both frames have the same exposure;
+//! "every feature" means that each effect is switched on by hand, in the model that the scene would choose.
 
 use super::difference::worst_of;
 use super::{PLAIN, SweepBench, SweepResult};
@@ -23,11 +24,11 @@ use std::collections::BTreeMap;
 
 /// One level of 255.
 const DISPLAY_BOUND: f64 = 1.0;
-/// Relative to the pixel: a thousandth for each omitted feature, two at a pixel.
+/// Bound relative to the pixel: a thousandth for each omitted feature, with two features at a pixel.
 const LINEAR_BOUND: f64 = 2e-3;
 
-/// Effects that are left to the scene in both frames: three set how a body is represented and not its radiance; the corona of a Sun of less than a
-/// pixel or two is bounded by size, not by light.
+/// Effects that the scene decides in both frames. Three set how a body is represented and not its radiance; the corona of a Sun of less
+/// than a pixel or two is limited by size, not by light.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 struct RandomView {
@@ -75,9 +76,10 @@ struct Frames {
     all: PlannedView,
 }
 
-/// The frame that the scene chooses, and the one with `effects` switched on. Both take the models of the first, since a model's own error is that of its tier.
+/// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because a model's own
+/// error is that of its tier.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<Frames, SessionError> {
-    let exposed = bench.dual.exposed(ViewRequest { purpose, ..request.clone() })?;
+    let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         everything.effects.set(*effect, true);
@@ -99,7 +101,7 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     Ok(Frames { chosen, all: PlannedView { scene, plan } })
 }
 
-/// Pixels of the frame that decides which of two frames is off, per pixel of those, on each side.
+/// Width (and height) of the true frame, which decides which of two frames is wrong, divided by theirs.
 const TRUTH_SCALE: u32 = 8;
 
 /// The worst pixel of two frames: the difference, and the pixel's index.
@@ -119,12 +121,12 @@ impl WorstPixel {
 /// A measure of the difference of two frames.
 type DifferenceMeasure<'a> = &'a dyn Fn(&Frames) -> Result<WorstPixel, SessionError>;
 
-/// What a pixel of both frames and of the true one holds: the radiance of each channel.
+/// The radiance of each channel at a pixel of both frames and of the true frame.
 fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(bench, request, purpose, &Effect::ALL)?;
     let at = |picture: &LightPicture| picture.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
     let levels = |picture: &LightPicture| at(picture).map(|p| p.map(|v| display_level(v, picture.exposure_factor)));
-    let exposed = bench.dual.exposed(ViewRequest { purpose, ..request.clone() })?;
+    let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
     let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.reduced(TRUTH_SCALE);
     let [chosen, all] = [bench.light(&both.chosen, Precision::F32)?, bench.light(&both.all, Precision::F32)?];
@@ -135,7 +137,7 @@ fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pi
     }))
 }
 
-/// The effect that changes the chosen frame most if it alone is switched on, with its difference.
+/// The effect that changes the chosen frame most when it alone is switched on, and the difference it makes.
 fn worst_omission(
     bench: &SweepBench<'_>,
     request: &ViewRequest,
@@ -172,7 +174,7 @@ fn sweep_views(
         costs.extend((all > 0.0).then_some(chosen / all));
     }
     figures.sort_by(|a, b| b.0.apart.total_cmp(&a.0.apart));
-    // By effect: in how many of the worst views it was omitted, and the greatest difference.
+    // For each effect, the number of the worst views in which it was omitted, and the greatest difference.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
     for (worst, request, location) in figures.iter().take_while(|f| f.0.apart > bound).take(MAX_EXPLAINED) {

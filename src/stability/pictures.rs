@@ -1,7 +1,7 @@
-//! Whole pictures at every scale: the order of layers, and pictures of two sizes.
+//! Complete pictures at every scale: the order of layers, and pictures of two sizes.
 
 use super::difference::worst_of;
-use super::views::{SATURN, looking, sunward};
+use super::views::{SATURN, sunward, view_from_offset};
 use super::{PLAIN, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LightPicture, levels_apart};
@@ -17,14 +17,15 @@ use serde_json::json;
 
 /// Diameter of the disc, pixels.
 const DISC_PX: f64 = 24.0;
-/// Distance beyond which a picture must equal that from the next distance: the perspective then changes it by less than a level.
+/// Distance beyond which a picture must equal the picture from the next distance, because the perspective changes it by less than a level.
 const FLAT_RADII: f64 = 3e4;
 
-/// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and far away each distance against the one before.
+/// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
+/// against the one before.
 pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let session = bench.session();
-    // A day without an eclipse; the light leaves the body at one instant at every distance.
+    // A day without an eclipse. At every distance the light leaves the body at the same instant.
     let left = Instant::from_jd_tdb(2_460_469.762);
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
@@ -41,9 +42,15 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
                 effects: EffectOverrides::parse(effects)?,
                 exposure: ExposureRequest::Stops(if body == SATURN { 6.0 } else { 0.0 }),
                 layers: Layers { stars: false, ..Layers::default() },
-                ..looking(body, left.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S), towards * distance_km, 2.0 * half.to_degrees(), side)
+                ..view_from_offset(
+                    body,
+                    left.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S),
+                    towards * distance_km,
+                    2.0 * half.to_degrees(),
+                    side,
+                )
             };
-            // Only the draws of the body, since others pass behind it.
+            // Only the draws of the body, because other bodies pass behind it.
             let drawn = |samples: u8, precision| -> Result<LightPicture, SessionError> {
                 let mut view = bench.plan_view(&request, SamplingQuality { samples, ..PLAIN })?;
                 let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
@@ -76,7 +83,7 @@ pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
-        let request = bench.dual.exposed(request)?;
+        let request = bench.dual.with_metered_exposure(request)?;
         let fine = ViewRequest { width: side * finer, height: side * finer, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;

@@ -23,7 +23,7 @@ fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3,
     let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).map(|s| s.state);
     let observer = state(NaifId::EARTH, time)?;
     let (mut near_s, mut far_s) = (0.0, 40_000.0);
-    // To a microsecond: a body moves by less than 0.1 m.
+    // To a microsecond, in which a body moves by less than 0.1 m.
     while far_s - near_s > 1e-6 {
         let middle_s = 0.5 * (near_s + far_s);
         let way_s = (state(body, time.plus_seconds(-middle_s))?.pos_km - observer.pos_km).length() / SPEED_OF_LIGHT_KM_S;

@@ -26,7 +26,7 @@ pub(super) struct ExtremeView {
     pub request: ViewRequest,
 }
 
-fn compared(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
+fn compare_views(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     for ExtremeView { location, request } in views {
         // A camera inside a body, or a time before its catalog's years, gives no view.
@@ -52,7 +52,7 @@ pub(super) fn sunward(bench: &SweepBench<'_>, body: NaifId, time: Instant) -> DV
 }
 
 /// A view of the target from an offset, with the given field of view.
-pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f64, side: u32) -> ViewRequest {
+pub(super) fn view_from_offset(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f64, side: u32) -> ViewRequest {
     ViewRequest {
         position: Position::Offset { body, offset_km, axes: Axes::Icrf },
         fov_deg: Some(fov_deg),
@@ -62,7 +62,7 @@ pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f6
     }
 }
 
-/// From a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
+/// Views from a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
 pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let bodies = bench.pick(named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
     let (steps, side) = bench.pick((10, 16), (27, 32));
@@ -76,14 +76,14 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
             fovs.into_iter().map(move |fov_deg| ExtremeView {
                 location: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
-                request: looking(body.id, time, towards * (radius_km + height_km), fov_deg, side),
+                request: view_from_offset(body.id, time, towards * (radius_km + height_km), fov_deg, side),
             })
         })
     });
-    compared(bench, views.collect::<Vec<_>>())
+    compare_views(bench, views.collect::<Vec<_>>())
 }
 
-/// Each body from the centre of each other body, fitted into the frame; a random sample of the pairs for a short effort.
+/// Each body seen from the centre of each other body, fitted into the frame; a random sample of these pairs for a short effort.
 pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let bodies = bench.session().catalog().bodies();
     let mut random = Random::new(bench.seed);
@@ -98,7 +98,7 @@ pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             }
         }
     }
-    compared(bench, views)
+    compare_views(bench, views)
 }
 
 fn ground(body: &Body, [latitude_deg, longitude_deg, height_km]: [f64; 3], direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
@@ -120,12 +120,12 @@ fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
     [DVec3::new(-slon, clon, 0.0), DVec3::new(-slat * clon, -slat * slon, clat), DVec3::new(clat * clon, clat * slon, slat)]
 }
 
-/// Along the horizon, from two metres to ten radii above the ground.
+/// Views along the horizon, from two metres to ten radii above the ground.
 pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     horizon_views(bench, &[0.3, 30.0, 120.0])
 }
 
-/// The same with a field of view of 10 arcseconds.
+/// Views along the horizon with a field of view of 10 arcseconds.
 pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     horizon_views(bench, &[0.003])
 }
@@ -150,10 +150,10 @@ fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult
             }
         }
     }
-    compared(bench, views)
+    compare_views(bench, views)
 }
 
-/// Down and along the horizon at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
+/// Views down and along the horizon at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
 pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let names: &[&str] = bench
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
@@ -187,7 +187,7 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             }
         }
     }
-    compared(bench, views)
+    compare_views(bench, views)
 }
 
 /// The camera within and beside Saturn's ring plane, and the days on which the Earth and the Sun cross it.
@@ -202,11 +202,11 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
                 let offset = turned.transpose() * DVec3::new(0.6, -0.8, height) * distance_radii * body.radii_km.x;
                 let fov_deg = (2.0 * (2.5_f64 / distance_radii).atan().to_degrees()).min(120.0);
                 let location = json!({ "body": body.name, "distance_radii": distance_radii, "height": height });
-                views.push(ExtremeView { location, request: looking(body.id, instant(), offset, fov_deg, bench.pick(24, 64)) });
+                views.push(ExtremeView { location, request: view_from_offset(body.id, instant(), offset, fov_deg, bench.pick(24, 64)) });
             }
         }
     }
-    // 2025-03-23 16 UTC: the Earth; 2025-05-06: the Sun.
+    // The Earth crosses the plane at 2025-03-23 16 UTC, the Sun on 2025-05-06.
     for jd_tdb in [2_460_758.17, 2_460_801.5] {
         for hours in [-600.0, -24.0, -1.0, -0.01, 0.0, 0.3, 20.0, 500.0] {
             let time = Instant::from_jd_tdb(jd_tdb + hours / 24.0);
@@ -215,13 +215,13 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
             views.push(ExtremeView { location: json!({ "body": "Saturn", "time": time.to_utc_iso() }), request });
         }
     }
-    compared(bench, views)
+    compare_views(bench, views)
 }
 
 /// Pictures at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
 pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
-    // Partial, annular, total and hybrid ones.
+    // The years contain partial, annular, total and hybrid eclipses.
     let years = bench.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
     let (from, to) = (Instant::from_jd_tdb(years.0), Instant::from_jd_tdb(years.1));
     let mut views = Vec::new();
@@ -259,7 +259,7 @@ pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             views.push(ExtremeView { location, request });
         }
     }
-    compared(bench, views)
+    compare_views(bench, views)
 }
 
 /// Every body, from the smallest moon to the Sun, filling the frame.
@@ -269,7 +269,7 @@ pub(super) fn radii(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
         request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, instant()) },
     };
-    compared(bench, bench.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
+    compare_views(bench, bench.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
 }
 
 /// Years -3000 to 3000.
@@ -283,7 +283,7 @@ pub(super) fn years(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             views.push(ExtremeView { location: json!({ "body": body.name, "year": year }), request });
         }
     }
-    compared(bench, views)
+    compare_views(bench, views)
 }
 
 /// Discs from a third of a pixel to four times the frame.
@@ -297,10 +297,13 @@ pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
             let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
             let location = json!({ "body": body.name, "diameter_px": diameter_px });
-            views.push(ExtremeView { location, request: looking(body.id, instant(), towards * distance_km, fov_deg.min(170.0), side) });
+            views.push(ExtremeView {
+                location,
+                request: view_from_offset(body.id, instant(), towards * distance_km, fov_deg.min(170.0), side),
+            });
         }
     }
-    compared(bench, views)
+    compare_views(bench, views)
 }
 
 /// Simple shaders: lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map, as display bytes in both precisions.

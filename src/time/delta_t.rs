@@ -27,7 +27,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     if at < 1.0 {
         let first = SPLINE[0][0];
         if year >= first {
-            // The spline smooths the last years before the table; it is bent by 0.2 s to meet it.
+            // The spline smooths the last years before the table; it is bent by 0.2 s to meet the table.
             let seam_year = year_of(((MEASURED_FIRST_MJD + MEASURED_STEP_DAYS) - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
             let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
             let share = ((year - BLEND_FROM) / (seam_year - BLEND_FROM)).clamp(0.0, 1.0);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     /// Morrison & Stephenson, J. Hist. Astron. 35 (2004), table 1, with its standard errors: an earlier and independent reduction, which
-    /// Espenak & Meeus's polynomials follow. The later spline and it differ by what both allow.
+    /// Espenak & Meeus's polynomials follow. It differs from the later spline within the errors of both.
     const REDUCTION_OF_2004: [(f64, f64, f64); 5] =
         [(-500.0, 17_190.0, 430.0), (0.0, 10_580.0, 260.0), (500.0, 5_710.0, 140.0), (1000.0, 1_570.0, 55.0), (1600.0, 120.0, 20.0)];
 
@@ -146,7 +146,7 @@ mod tests {
             let off_s = (at_year(year) - seconds).abs();
             assert!(off_s < 2.0 * ours_s.hypot(sigma_s), "{year}: {} s, published {seconds}", at_year(year));
         }
-        // Sixty years earlier than 1000 is outside.
+        // The comparison can fail: Delta T of 940 is outside the bounds for 1000.
         assert!((at_year(940.0) - 1_570.0).abs() > 2.0 * 27.0_f64.hypot(55.0));
         // IERS, UT1 - UTC on 2025-01-01: 0.04 s.
         assert!((at_year(2025.0) - 69.14).abs() < 0.03, "{}", at_year(2025.0));
@@ -158,12 +158,12 @@ mod tests {
         let seam_year = year_of((MEASURED_FIRST_MJD + MEASURED_STEP_DAYS - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
         let (before, after) = (at_year(seam_year - 1e-6), at_year(seam_year + 1e-6));
         assert!((1973.0..1973.4).contains(&seam_year) && (before - after).abs() < 1e-4, "{before} {after}");
-        // Without the bend there would be one.
+        // Without the bend there would be a step.
         assert!((spline_s(seam_year) - after).abs() > 1e-3);
     }
 
     #[test]
-    fn has_no_steps() {
+    fn has_no_jumps() {
         let mut before = at_year(-4000.0);
         let mut year = -4000.0;
         while year < 4000.0 {

@@ -1,4 +1,4 @@
-//! The figures behind [`super::delta_t`], which names their sources.
+//! The tables of [`super::delta_t`], which names their sources.
 
 /// (first year, last year, a3, a2, a1, a0): Delta T = a0 + a1 u + a2 u² + a3 u³ s, u from 0 to 1 over the years.
 pub(super) const SPLINE: [[f64; 6]; 58] = [

@@ -3,9 +3,9 @@
 //! Always: an [`Instant`] is a number of TDB seconds past J2000; nothing here reads a clock.
 //!
 //! * TT is TAI + 32.184 s. TDB - TT is the seven-term series of USNO Circular 179 (Kaplan 2005), eq. 2.6, good to 10 µs from 1600 to 2200.
-//! * UTC from 1972 on is TAI less the leap seconds that the crate hifitime knows. After the last of them the count stays (37 s): nobody has
-//!   announced another, so far in the future UTC keeps running with atomic time and UT1 - UTC may pass 0.9 s.
-//! * "UTC" before 1972-01-01 means UT1: the civil time of those years followed the Earth's turning. At the seam the two differ by
+//! * UTC from 1972 on is TAI less the leap seconds that the crate hifitime knows. After the last of them the count stays (37 s), because no
+//!   other has been announced: far in the future UTC runs with atomic time, and UT1 - UTC may exceed 0.9 s.
+//! * "UTC" before 1972-01-01 means UT1: the civil time of those years followed the Earth's rotation. On that date the two differ by
 //!   0.045 s.
 //! * UT1 is TT less Delta T; the model and its error are in [`delta_t`].
 //! * Calendar dates are Gregorian for all years, with astronomical year numbers (year 0 is 1 BC), as ISO 8601 has it.
@@ -59,7 +59,7 @@ impl Instant {
     /// ISO 8601 UTC (`2024-04-08T18:17:16Z`, years before 1 as astronomical `-2999-…`) or `jd_tdb:2460409.262`.
     ///
     /// The time of day may be left out (midnight), its seconds may be left out or carry a fraction, and the `Z` may be left out. A
-    /// second 60 is taken where UTC has a leap second.
+    /// second 60 is accepted where UTC has a leap second.
     pub fn parse(text: &str) -> Result<Self, TimeError> {
         text::parse(text)
     }
@@ -111,7 +111,7 @@ impl Instant {
         Self { tdb_s: self.tdb_s + s }
     }
 
-    /// The instant later by UTC, whose days have 86 400 s: a day later is the same time of day, whether or not a leap second lies between.
+    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second.
     pub fn plus_utc_seconds(self, s: f64) -> Self {
         Self::from_utc_seconds(self.utc_seconds().0 + s)
     }
@@ -130,7 +130,7 @@ impl Instant {
     }
 
     fn from_ut1_seconds(ut1_s: f64) -> Self {
-        // Delta T changes by less than 1e-5 s per second, so two iterations are exact to rounding.
+        // Delta T changes by less than 1e-5 s per second, so two iterations would already be exact to rounding.
         let mut tt_s = ut1_s;
         for _ in 0..4 {
             tt_s = ut1_s + delta_t::delta_t_s(tt_s);

@@ -13,7 +13,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     let trimmed = text.trim();
     if let Some(number) = trimmed.strip_prefix("jd_tdb:") {
         let jd: f64 = number.trim().parse().map_err(|_| wrong("no number after jd_tdb:"))?;
-        // Beyond these dates (10000 BC to AD 10000) no theory here says anything.
+        // No theory here covers times beyond these dates (10000 BC to AD 10000).
         if !(-2_000_000.0..=5_400_000.0).contains(&jd) {
             return Err(wrong("a Julian date outside -2000000 to 5400000"));
         }
@@ -70,12 +70,12 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     Ok(Instant::from_utc_seconds(start_of_minute_s + second))
 }
 
-/// Exactly `digits` ASCII digits.
+/// Parses exactly `digits` ASCII digits.
 fn whole(part: &str, digits: usize) -> Option<i64> {
     (part.len() == digits && part.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse().ok()).flatten()
 }
 
-/// `SS` or `SS.fff`.
+/// Parses `SS` or `SS.fff`.
 fn seconds(part: &str) -> Option<f64> {
     let (whole_part, fraction) = part.split_once('.').unwrap_or((part, "0"));
     whole(whole_part, 2)?;
@@ -101,9 +101,9 @@ pub(super) fn format_tt(t: Instant) -> String {
 /// A million years, below the overflow of the calendar's integers.
 const LAST_CALENDAR_S: f64 = 3.2e13;
 
-/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: how far into a leap second that begins there.
+/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: seconds into a leap second that begins there.
 fn calendar_text(count_s: f64, leap: Option<f64>) -> String {
-    // Whole milliseconds first, so that a carry reaches every field.
+    // Rounded to milliseconds first, so that a carry reaches every field.
     let (start_ms, leap_ms) = match leap {
         Some(part) if (part * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((part * 1e3).round())),
         _ => ((count_s * 1e3).round(), None),

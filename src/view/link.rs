@@ -1,9 +1,9 @@
-//! A view as text: a link, or a JSON file.
+//! Writes a view as text, and reads it back: as a link or as a JSON file.
 //!
-//! In: a [`ViewState`], or text from anywhere. Out: the text, or the view that it describes. Always: written text restores the view to the
-//! last bit. Text may name bodies or give their codes, and may omit fields, which then have the defaults of a new window: the camera's body, else
-//! the Earth; now; the lit side from 3.5 radii; on a surface, looking south. Text of an impossible view is refused with all its errors.
-//! It reads no file.
+//! In: a [`ViewState`], or untrusted text. Out: the text, or the view that it describes. Always: text written here restores the view to the last
+//! bit. Text may give bodies by name or by NAIF code. Omitted fields have the defaults of a new window: the target is the camera's body, else the
+//! Earth; the time is now; the camera sees the lit side from 3.5 radii, and on a surface looks south. Text of an impossible view is refused, and
+//! all its errors are listed. This module reads no file.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::session::{Session, SessionError};
@@ -23,24 +23,24 @@ use std::borrow::Cow;
 /// The beginning of every link.
 pub(crate) const SCHEME: &str = "orrery://view?";
 
-/// Fields that a text may have although the default view does not write them.
+/// Fields that a text may contain although the serialised default view does not.
 const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
-/// Largest text, bytes; written ones have some 600.
+/// Largest accepted text, bytes; texts written here have some 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
-/// Largest number of listed errors, and of characters of each.
+/// Largest number of listed errors, and of characters per error.
 const MAX_FAULTS: usize = 20;
 const MAX_FAULT_CHARACTERS: usize = 200;
 
-/// Why a text is no view, in one line.
+/// Why a text does not describe a view, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewTextError {
-    /// Each error of the text.
+    /// All errors of the text.
     #[error("{}", faults_text(.0))]
     Faults(Vec<String>),
-    /// Each field is possible, but not all of them together.
+    /// Each field is valid alone, but their combination is not.
     #[error(transparent)]
     View(#[from] ViewStateError),
-    /// The ephemeris or the catalog lacks something that it names.
+    /// The ephemeris or the catalog lacks something that the view needs.
     #[error(transparent)]
     Scene(#[from] SessionError),
 }
@@ -60,33 +60,33 @@ pub(crate) fn is_link(text: &str) -> bool {
     text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
 }
 
-/// The query of a link, as written or as normalised by a system (`Orrery://view/?…`).
+/// The part of a link after `?`. Accepts the link as written, and as some systems normalise it (`Orrery://view/?…`).
 fn query_of(link: &str) -> Option<&str> {
     let (place, query) = link.trim().split_once('?').unwrap_or((link.trim(), ""));
     let place = place.trim_end_matches('/');
     SCHEME.trim_end_matches('?').eq_ignore_ascii_case(place).then_some(query)
 }
 
-/// The view of a link or a file's text. `now`: the time if none is given.
+/// The view that a link or a file's text describes. `now`: the time of a view without one.
 ///
 /// # Errors
-/// One line that names each unreadable field and each impossible value.
+/// A single line that names each unreadable field and each impossible value.
 pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
     let catalog = session.catalog();
     let mut given = PartialView::of(text);
-    given.name_bodies(catalog);
+    given.resolve_body_names(catalog);
     let target = given.target();
     let time = given.time().unwrap_or(now);
     let defaults = initial_view(catalog, &SessionPositions(session), target, time)?;
     let view = given.with_defaults(&defaults, catalog)?;
-    // Combinations of fields and coverage by the ephemeris are checked now, not for each picture.
+    // Building the scene once checks combinations of fields and the ephemeris' coverage here rather than with every image.
     let request = view.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request)?;
     Ok(view)
 }
 
 impl ViewState {
-    /// `orrery://view?target=699&eye.kind=orbit&…`: every field of the value by its path.
+    /// `orrery://view?target=699&eye.kind=orbit&…`: every serialised field by its path.
     pub fn to_link(&self) -> String {
         let mut pairs = Vec::new();
         flatten("", &serde_json::to_value(self).unwrap_or_default(), &mut pairs);
@@ -98,7 +98,7 @@ impl ViewState {
     }
 }
 
-/// The fields of a text, and its errors.
+/// The fields that a text contains, and its errors so far.
 struct PartialView {
     fields: Map<String, Value>,
     faults: Vec<String>,
@@ -111,7 +111,7 @@ impl PartialView {
         } else if is_link(text) {
             Self::of_link(text)
         } else {
-            Self::json_error_text(text)
+            Self::of_json(text)
         }
     }
 
@@ -121,7 +121,7 @@ impl PartialView {
         given
     }
 
-    /// Texts may come from anywhere: an error has one line of limited length.
+    /// Records an error. Since the text is untrusted, the error is reduced to one line of limited length.
     fn fault(&mut self, why: String) {
         let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
         let mut line: String = why.chars().take(MAX_FAULT_CHARACTERS).map(plain).collect();
@@ -145,7 +145,7 @@ impl PartialView {
     fn take_pair(&mut self, pair: &str) -> Result<(), String> {
         let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", shortened(pair)))?;
         let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
-        // A text field is whatever is no JSON scalar.
+        // A value that is not valid JSON is a string.
         let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
         let Some((above, name)) = path.split_once('.') else {
             if self.fields.get(path).is_some_and(Value::is_object) {
@@ -163,15 +163,15 @@ impl PartialView {
         Ok(())
     }
 
-    fn json_error_text(text: &str) -> Self {
+    fn of_json(text: &str) -> Self {
         match serde_json::from_str(text) {
             Ok(fields) => Self { fields, faults: Vec::new() },
             Err(e) => Self::from_error(e.to_string()),
         }
     }
 
-    /// Replaces names of bodies by their codes. An unknown name is an error, and is left out.
-    fn name_bodies(&mut self, catalog: &Catalog) {
+    /// Replaces names of bodies with their codes. An unknown name is recorded as an error, and its field is removed.
+    fn resolve_body_names(&mut self, catalog: &Catalog) {
         let mut faults = Vec::new();
         let code = |field: &str, value: &Value| match value {
             Value::String(name) => catalog.named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
@@ -200,13 +200,13 @@ impl PartialView {
         faults.into_iter().for_each(|why| self.fault(why));
     }
 
-    /// The target, once names are codes.
+    /// The target; requires that [`Self::resolve_body_names`] was called.
     fn target(&self) -> NaifId {
-        let of = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
-        of(self.fields.get("target")).or(of(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
+        let code = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
+        code(self.fields.get("target")).or(code(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
-    /// `tdb_s`, or `time` as a date.
+    /// The time of the field `tdb_s`, or of `time` as a date.
     fn time(&mut self) -> Option<Instant> {
         let (seconds, written) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if seconds.is_some() && written.is_some() {
@@ -216,37 +216,37 @@ impl PartialView {
             let read = read::<String>("time", &written).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
             return read.map_err(|why| self.fault(why)).ok();
         }
-        // Its type is checked with the other fields.
+        // An invalid `tdb_s` is reported later, with the other fields.
         read("tdb_s", &seconds?).ok().map(Instant::from_tdb_seconds_past_j2000)
     }
 
-    /// The view; omitted fields are those of `defaults`, an orbit. The given time is in `defaults` already.
+    /// The complete view: omitted fields are taken from `defaults`, whose camera is an orbit and whose time is already the text's.
     fn with_defaults(mut self, defaults: &ViewState, catalog: &Catalog) -> Result<ViewState, ViewTextError> {
         let fields = std::mem::take(&mut self.fields);
-        let mut whole = object_of(defaults);
+        let mut merged = object_of(defaults);
         for (name, value) in fields {
             match value {
                 Value::Object(given) if name == "eye" => {
                     let eye = self.camera_with_defaults(given, defaults);
-                    whole.extend(eye.map(|eye| (name, Value::Object(eye))));
+                    merged.extend(eye.map(|eye| (name, Value::Object(eye))));
                 }
                 Value::Object(given) if name == "composition" => {
                     let mut composition = object_of(&defaults.composition);
                     for (name, value) in given {
                         self.set_field::<CompositionState>("composition.", &mut composition, &name, value);
                     }
-                    whole.insert(name, Value::Object(composition));
+                    merged.insert(name, Value::Object(composition));
                 }
-                value => self.set_field::<ViewState>("", &mut whole, &name, value),
+                value => self.set_field::<ViewState>("", &mut merged, &name, value),
             }
         }
-        let mut view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
+        let mut view: Option<ViewState> = serde_json::from_value(Value::Object(merged)).map_err(|e| self.fault(e.to_string())).ok();
         if let Some(view) = &mut view {
-            // These two layers also have fields, and switches in the window, of their own.
+            // These two layers also exist as fields of the view, with their own switches in the window, so they are moved to these fields.
             view.orbits |= std::mem::take(&mut view.layers.orbits);
             view.bloom |= std::mem::take(&mut view.layers.bloom);
         }
-        // An unreadable field has its default, which has no error.
+        // An unreadable field now has its default, so it is not reported again.
         view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
         match view {
             Some(view) if self.faults.is_empty() => Ok(view),
@@ -254,16 +254,16 @@ impl PartialView {
         }
     }
 
-    /// Sets a field of a serialised `T`, if the result can be read.
-    fn set_field<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
-        let before = whole.insert(name.to_owned(), value);
-        if let Err(e) = serde_json::from_value::<T>(Value::Object(whole.clone())) {
+    /// Sets a field of a serialised `T`, unless the result could no longer be read; in that case it records an error.
+    fn set_field<T: DeserializeOwned>(&mut self, above: &str, merged: &mut Map<String, Value>, name: &str, value: Value) {
+        let before = merged.insert(name.to_owned(), value);
+        if let Err(e) = serde_json::from_value::<T>(Value::Object(merged.clone())) {
             match before {
-                Some(before) => whole.insert(name.to_owned(), before),
-                None => whole.remove(name),
+                Some(before) => merged.insert(name.to_owned(), before),
+                None => merged.remove(name),
             };
             let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
-                let known = whole.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| above.is_empty()));
+                let known = merged.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| above.is_empty()));
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")
             });
@@ -271,11 +271,11 @@ impl PartialView {
         }
     }
 
-    /// The camera of a text: an orbit unless it says otherwise.
+    /// The camera of a text; an orbit if the text names no kind.
     fn camera_with_defaults(&mut self, mut given: Map<String, Value>, defaults: &ViewState) -> Option<Map<String, Value>> {
         let body = defaults.target;
         let kind = given.remove("kind").unwrap_or_else(|| "orbit".into());
-        let mut whole = match kind.as_str() {
+        let mut merged = match kind.as_str() {
             Some("orbit") => object_of(&defaults.eye),
             Some("ground") => object_of(&standing(body, 0.0, 0.0)),
             Some("centre") => object_of(&CameraPose::Centre { body }),
@@ -291,9 +291,9 @@ impl PartialView {
             }
         };
         for (name, value) in given {
-            self.set_field::<CameraPose>("eye.", &mut whole, &name, value);
+            self.set_field::<CameraPose>("eye.", &mut merged, &name, value);
         }
-        Some(whole)
+        Some(merged)
     }
 }
 
@@ -301,11 +301,11 @@ impl PartialView {
 fn shortened(text: &str) -> String {
     const MAX_CHARACTERS: usize = 60;
     let mut all = text.chars();
-    let begun: String = all.by_ref().take(MAX_CHARACTERS).collect();
-    if all.next().is_some() { begun + "…" } else { begun }
+    let start: String = all.by_ref().take(MAX_CHARACTERS).collect();
+    if all.next().is_some() { start + "…" } else { start }
 }
 
-/// A value, or why it is invalid, with its field's name.
+/// Deserialises a value; the error includes the field's name.
 fn read<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, String> {
     serde_json::from_value(value.clone()).map_err(|e| format!("{field}: {e}"))
 }
@@ -324,25 +324,25 @@ fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
             flatten(&below, v, out);
         }),
         Value::Null => {}
-        // Text that reads as a JSON scalar keeps its quotes.
+        // A string that would be read as another JSON value keeps its quotes.
         Value::String(s) if serde_json::from_str::<Value>(s).is_err() => out.push((path.to_owned(), s.clone())),
         other => out.push((path.to_owned(), other.to_string())),
     }
 }
 
-/// Bytes that are not escaped in a link's values, besides letters and digits.
-const UNESCAPED: &AsciiSet =
+/// Bytes that are escaped in a link's values: all except letters, digits and those removed here.
+const ESCAPED_BYTES: &AsciiSet =
     &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b'~').remove(b'+').remove(b',').remove(b':').remove(b'[').remove(b']');
 
 fn escaped(text: &str) -> String {
-    utf8_percent_encode(text, UNESCAPED).to_string()
+    utf8_percent_encode(text, ESCAPED_BYTES).to_string()
 }
 
-/// The text of an escaped value; `None` where an escape is incomplete or the bytes are not UTF-8. The crate leaves incomplete escapes as they are.
+/// The text of an escaped value; `None` if an escape is incomplete (which `percent_encoding` would accept) or the bytes are not UTF-8.
 fn unescaped(text: &str) -> Option<String> {
     let is_escape = |rest: &str| rest.as_bytes().get(..2).is_some_and(|hex| hex.iter().all(u8::is_ascii_hexdigit));
-    let are_whole = text.split('%').skip(1).all(is_escape);
-    are_whole.then(|| percent_decode_str(text).decode_utf8().ok().map(Cow::into_owned)).flatten()
+    let are_complete = text.split('%').skip(1).all(is_escape);
+    are_complete.then(|| percent_decode_str(text).decode_utf8().ok().map(Cow::into_owned)).flatten()
 }
 
 #[cfg(test)]

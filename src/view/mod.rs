@@ -1,10 +1,10 @@
-//! The window: browse the system, run time, set effects, inspect the shaders of what is drawn.
+//! The window: the user browses the solar system, runs time, sets effects and inspects the shaders of the drawn bodies.
 //!
-//! In: a session and input events. Out: a window, displayed by the GPU that draws the images, or by the CPU. It computes no positions and no
-//! light of its own.
+//! In: a session and input events. Out: a window, presented by the GPU that renders the images, or by the CPU. This module computes neither
+//! positions nor light; both come from the session.
 //!
-//! `app` holds the state and how actions change it; `link` writes and reads views as text; `worker` draws and answers off the window's
-//! thread; `panels` is the interface, which needs no window; `window` is the event loop and the ways to get pixels on screen.
+//! `app` contains the state and the actions that change it; `link` writes and reads views as text; `worker` renders images and answers
+//! queries off the window's thread; `panels` is the interface, which also runs without a window; `window` is the event loop and presentation.
 
 pub mod app;
 pub mod language;

@@ -1,4 +1,4 @@
-//! Clouds through the real renderer: a closed deck hides the ground, its shadow falls away from the Sun, and switched off it leaves no trace.
+//! Clouds through the real renderer: a closed deck hides the ground, its shadow falls away from the Sun, and clouds that are switched off change nothing.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -36,7 +36,7 @@ fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
     let (bare_sum, shadowed_sum, clouded_sum) = (sum(&bare), sum(&shadowed), sum(&clouded));
     assert!(clouded_sum > 1.5 * bare_sum, "clouds reflect more than sea: {clouded_sum} against {bare_sum}");
     assert!(shadowed_sum < 0.95 * bare_sum, "{shadowed_sum} against {bare_sum}");
-    // A shadow takes light away, never adds any.
+    // A shadow only removes light.
     for (s, b) in shadowed.frame.hdr.iter().zip(&bare.frame.hdr) {
         assert!((0..3).all(|k| s[k] <= b[k] * 1.000_001 + 1e-7), "{s:?} over {b:?}");
     }
@@ -44,7 +44,7 @@ fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
     assert_eq!(again.frame.hdr, bare.frame.hdr);
 }
 
-/// Brightest and darkest opacity lie in the map's range, so a deck is never more than closed.
+/// The brightest and darkest opacities lie within the map's range, so the opacity of a deck never exceeds 1.
 #[test]
 fn no_cloud_reflects_more_than_a_closed_deck() {
     let clouded = draw("+clouds,-planet-shine");
@@ -52,7 +52,7 @@ fn no_cloud_reflects_more_than_a_closed_deck() {
     assert!(brightest > 0.3 && brightest < 1.0, "{brightest}");
 }
 
-/// The whole disc, seen from the Sun and from so far that half of the sphere is seen: mean radiance over it, and the brightest pixel.
+/// The full disc, seen from the Sun's direction and from so far away that half of the sphere is visible: its mean radiance, and its brightest pixel.
 fn full_disc(effects: &str) -> (f64, f64) {
     let request = ViewRequest {
         width: 100,
@@ -68,21 +68,23 @@ fn full_disc(effects: &str) -> (f64, f64) {
     (sum(&drawn) / disc_px, brightest)
 }
 
-/// Clouds are as bright as measured: they make up the difference between the Earth's albedo with and without them, and their thickest decks are near white.
+/// Clouds are as bright as measured: they account for the difference between the Earth's albedo with and without them, and the thickest decks are nearly
+/// white.
 ///
-/// CERES: 0.29 all-sky less 0.15 clear-sky, as the catalog's sources say; a Lambert sphere's Bond albedo is 3/2 of its mean radiance at full phase.
+/// CERES: 0.29 all-sky minus 0.15 clear-sky, from the sources in the catalog; the Bond albedo of a Lambert sphere is 3/2 of its mean radiance at full
+/// phase.
 #[test]
 fn clouds_make_the_difference_between_clear_and_all_sky_albedo() {
     let ((clear, _), (clouded, brightest)) = (full_disc("-clouds,-cloud-shadow"), full_disc("+clouds,+cloud-shadow"));
     let effect = 1.5 * (clouded - clear);
     println!("clouds add {effect:.3} to the albedo; brightest {brightest:.3}");
     assert!((effect - 0.14).abs() < 0.03, "clouds add {effect} to the albedo");
-    // Thick decks reflect 0.7 to 0.85 of the light that falls straight on them; a pixel of 130 km holds thinner places too.
+    // Thick decks reflect 0.7 to 0.85 of light at normal incidence; a pixel of 130 km also contains thinner clouds.
     assert!((0.62..0.9).contains(&brightest), "{brightest}");
 }
 
 #[test]
-fn a_camera_under_the_clouds_says_that_it_sees_none() {
+fn below_the_clouds_the_decision_states_that_none_are_visible() {
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 20.0, longitude_deg: 60.0, height_km: 0.002 };
     let mut request = earth("+clouds");
     request.position = ground;

@@ -1,4 +1,5 @@
-//! Radiance across the limbs of bodies with air: no dip inside of the limb and no line along it, at any size and phase, by any way of summing the air.
+//! Radiance across the limbs of bodies with air: no dip inside the limb and no bright line along it, at any size and phase and for any quadrature of the
+//! air.
 
 use crate::support::session::SESSION;
 use orrery::catalog::{Body, NaifId};
@@ -10,7 +11,8 @@ use orrery::time::Instant;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 const TIERS: [&str; 5] = ["vertex", "pixel-8", "pixel-16", "pixel-32", "table"];
 
-/// Radiance along the line from the middle of the disc to its limb under the Sun and on into space, one value a pixel; and the limb's place there.
+/// Radiance from the centre of the disc across the limb nearest to the sub-solar point and on into space, one value per pixel; and the position of that
+/// limb.
 struct Profile {
     light: Vec<[f64; 3]>,
     limb_px: f64,
@@ -20,19 +22,19 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
     let time = Instant::parse("2021-06-01T00:00:00Z").expect("a time");
     let body: &Body = SESSION.catalog().body(NaifId(id)).expect("a body");
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, body.id, time, None).expect("placed").state.pos_km.normalize();
-    // About the pole, so that the limb under the Sun is near the equator.
+    // Seen from above the pole, so that the sunward limb is near the equator.
     let pole = SESSION.ephemeris().body_from_icrf(body.id, time).expect("turned").row(2);
     let sideways = pole.cross(to_sun).normalize();
     let (sin, cos) = phase_deg.to_radians().sin_cos();
     let radii: f64 = 40.0;
     let offset_km = (to_sun * cos + sideways * sin) * (radii * body.radii_km.x);
-    // The limb under the Sun is to the right.
+    // The sunward limb is to the right.
     let right = to_sun - offset_km.normalize() * to_sun.dot(offset_km.normalize());
     let right = if right.length() < 1e-6 { -sideways } else { right.normalize() };
     let up = right.cross(-offset_km.normalize());
     let width = (f64::from(diameter_px) * 0.62) as u32;
     let pixel = 2.0 / (radii * radii - 1.0).sqrt() / f64::from(diameter_px);
-    // The middle of the disc stands at the frame's left: the view's axis is half a frame to the right of it.
+    // The centre of the disc is at the left edge of the frame: the view axis is half a frame to the right of it.
     let look = -offset_km.normalize() + right * (pixel * 0.5 * f64::from(width));
     let height = 9;
     let request = ViewRequest {
@@ -55,8 +57,9 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
     Profile { light, limb_px: 0.5 * f64::from(diameter_px) }
 }
 
-/// How much deeper the profile dips between two brighter places than the bare disc's does, and how much brighter it is at its brightest from a few
-/// pixels inside the limb on than the disc is there; in parts of the brightest of the row, the worst channel.
+/// Two faults, relative to the brightest pixel of the row, for the worst channel. First: how much deeper the profile dips between two brighter pixels than
+/// the airless disc's profile does. Second: how much brighter the profile's maximum is than the airless disc's, from a few pixels inside the limb
+/// outwards.
 fn faults(p: &Profile, bare: &Profile) -> (f64, f64) {
     let start = (0.9 * p.limb_px) as usize;
     let ends = bare.light.iter().rposition(|v| v[1] > 0.0).expect("a disc");
@@ -73,35 +76,35 @@ fn faults(p: &Profile, bare: &Profile) -> (f64, f64) {
     let mut worst = (f64::MIN, f64::MIN);
     for c in 0..3 {
         let [row, disc]: [Vec<f64>; 2] = [p, bare].map(|p| p.light.iter().map(|v| v[c]).collect());
-        let most = row.iter().copied().fold(1e-9, f64::max);
-        worst.0 = worst.0.max((dip(&row[start..]) - dip(&disc[start..])) / most);
+        let maximum = row.iter().copied().fold(1e-9, f64::max);
+        worst.0 = worst.0.max((dip(&row[start..]) - dip(&disc[start..])) / maximum);
         let brightest = |row: &[f64]| row[edge..].iter().copied().fold(0.0, f64::max);
-        worst.1 = worst.1.max((brightest(&row) - brightest(&disc)) / most);
+        worst.1 = worst.1.max((brightest(&row) - brightest(&disc)) / maximum);
     }
     worst
 }
 
-/// The same of a body in a picture of a diameter, with its map or without.
+/// The [`faults`] of a body at a given phase angle and diameter, with the given effects.
 fn faults_of(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> (f64, f64) {
     let bare = profile(id, phase_deg, diameter_px, &format!("{effects},-atmosphere"));
     faults(&profile(id, phase_deg, diameter_px, effects), &bare)
 }
 
-/// Without a map, and with it but for what throws shadows; no procedural relief.
-const EVEN: &str = "-albedo,-normal,-detail,-clouds,-cloud-shadow,-specular,-night,-rings,-eclipse";
-const MAPPED: &str = "-detail,-clouds,-cloud-shadow,-rings,-eclipse";
+/// Without a map, and with the map but without shadows; neither has procedural relief.
+const WITHOUT_MAP: &str = "-albedo,-normal,-detail,-clouds,-cloud-shadow,-specular,-night,-rings,-eclipse";
+const WITH_MAP: &str = "-detail,-clouds,-cloud-shadow,-rings,-eclipse";
 
-/// Venus, Jupiter, Saturn, Uranus and Neptune fade out at their limbs: no dip before a brighter rim, and no rim brighter than the limb. Before, dips
-/// of 0.11 to 0.40 of the disc's brightest at 1600 pixels.
+/// Venus, Jupiter, Saturn, Uranus and Neptune fade out at their limbs: no dip in front of a brighter rim, and no rim brighter than the limb. A former
+/// fault caused dips of 0.11 to 0.40 of the disc's brightest value at 1600 pixels.
 #[test]
-fn no_line_shines_along_the_limb_of_a_giant() {
+fn no_bright_line_along_the_limb_of_a_giant() {
     for id in [299, 599, 699, 799, 899] {
-        for (effects, at_most) in [(EVEN, 0.01), (MAPPED, 0.05)] {
+        for (effects, at_most) in [(WITHOUT_MAP, 0.01), (WITH_MAP, 0.05)] {
             for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 160.0] {
                 for size in [100, 500, 3000] {
                     let (dip, line) = faults_of(id, phase, size, effects);
                     assert!(dip < at_most, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
-                    // Past half phase a disc grows brighter up to its limb, which the bare one's last pixel cuts.
+                    // Beyond half phase a disc grows brighter up to its limb; the last pixel of the airless disc cuts this off.
                     assert!(line < 0.05 || phase > 60.0, "{id} at {phase} degrees, {size} px, {effects}: a line of {line}");
                 }
             }
@@ -109,27 +112,27 @@ fn no_line_shines_along_the_limb_of_a_giant() {
     }
 }
 
-/// However the air is summed.
+/// The same for every quadrature of the air.
 #[test]
 fn no_quadrature_tier_draws_a_line() {
     for id in [599, 699, 799, 899] {
         for tier in TIERS {
             for phase in [0.0, 30.0] {
-                let (dip, line) = faults_of(id, phase, 1000, &format!("{EVEN},+atmosphere={tier}"));
+                let (dip, line) = faults_of(id, phase, 1000, &format!("{WITHOUT_MAP},+atmosphere={tier}"));
                 assert!(dip < 0.01 && line < 0.05, "{id}, {tier}, {phase} degrees: {dip} {line}");
             }
         }
     }
 }
 
-/// Bodies whose haze or clear air shines beside the ground: how far their profiles may dip. The Earth's blue rim stands beside a darker bare ground; Mars'
-/// limb is blue from its gas over dust; Pluto's and Triton's air is too thin to be seen beside their ground.
+/// Bodies with haze or clear air that shines outside the disc: how far their profiles may dip. The Earth's blue rim lies next to darker bare ground; the
+/// limb of Mars is blue from gas above the dust; the air of Pluto and Triton is too thin to be visible next to their ground.
 #[test]
-fn hazes_beside_the_ground_dip_no_more_than_is_known() {
+fn dips_next_to_hazy_limbs_stay_within_known_bounds() {
     for (id, at_most) in [(399, 0.03), (499, 0.03), (999, 0.01), (801, 0.01)] {
         for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 150.0] {
             for size in [100, 400, 1600] {
-                let (dip, _) = faults_of(id, phase, size, EVEN);
+                let (dip, _) = faults_of(id, phase, size, WITHOUT_MAP);
                 println!("{id} {phase} {size}: {dip:.4}");
                 assert!(dip < at_most, "{id} at {phase} degrees, {size} px: dips by {dip}");
             }
@@ -137,20 +140,21 @@ fn hazes_beside_the_ground_dip_no_more_than_is_known() {
     }
 }
 
-/// Titan's haze hides its ground and goes on past the limb: a ray that ends on the ground and one that passes it see the same light. Before, dips of up to
-/// 0.044 at the limb.
+/// Titan's haze hides its ground and extends past the limb: a ray that ends on the ground and one that just misses it see the same light. A former fault
+/// caused dips of up to 0.044 at the limb.
 #[test]
 fn titans_haze_is_even_across_the_limb() {
     for phase in [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0, 90.0, 95.0, 100.0, 105.0, 110.0, 120.0, 135.0, 150.0] {
         for size in [200, 800, 1600] {
-            let bare = profile(606, phase, size, &format!("{EVEN},-atmosphere"));
-            let mut hazy = profile(606, phase, size, EVEN);
+            let bare = profile(606, phase, size, &format!("{WITHOUT_MAP},-atmosphere"));
+            let mut hazy = profile(606, phase, size, WITHOUT_MAP);
             let (dip, _) = faults(&hazy, &bare);
             assert!(dip < 0.01, "{phase} degrees, {size} px: dips by {dip}");
-            // A pixel at the limb that lacks a fiftieth of the brightest is seen, where the disc is that bright on both sides.
+            // The comparison must be able to fail: a limb pixel that is darker by a fiftieth of the brightest value is detected, where the disc is that
+            // bright on both sides.
             if phase == 90.0 {
-                let most = hazy.light.iter().map(|v| v[0]).fold(0.0, f64::max);
-                hazy.light[hazy.limb_px as usize][0] -= 0.02 * most;
+                let maximum = hazy.light.iter().map(|v| v[0]).fold(0.0, f64::max);
+                hazy.light[hazy.limb_px as usize][0] -= 0.02 * maximum;
                 let (dip, _) = faults(&hazy, &bare);
                 assert!(dip > 0.01, "{size} px: a notch of 0.02 measures as {dip}");
             }

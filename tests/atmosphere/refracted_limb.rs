@@ -1,4 +1,4 @@
-//! The refracted Sun in the limb of a body: as much light as the eclipse says that arrives, at every place, size and field of view.
+//! The refracted image of the Sun in the limb of a body: its light equals the light that the eclipse model lets through, at every position, size and field of view.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -40,7 +40,7 @@ fn light(scene: &Scene, renderer: &SoftwareRenderer) -> Vec<[f64; 3]> {
     hdr.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
 }
 
-/// The irradiance that a picture brings to a plane facing each of its pixels, in that of the Sun at 1 au.
+/// The irradiance on a plane facing each pixel's direction, summed over the picture, relative to the Sun's at 1 au.
 fn irradiance(scene: &Scene, light: &[[f64; 3]]) -> [f64; 3] {
     let camera = &scene.camera;
     let mut sum = [0.0; 3];
@@ -56,8 +56,8 @@ fn irradiance(scene: &Scene, light: &[[f64; 3]]) -> [f64; 3] {
     sum
 }
 
-/// What a picture of the refracted limb alone brings: with it, less without.
-fn of_the_limb(request: &ViewRequest, renderer: &SoftwareRenderer) -> [f64; 3] {
+/// The irradiance from the refracted limb alone: the picture with the effect minus the picture without.
+fn limb_irradiance(request: &ViewRequest, renderer: &SoftwareRenderer) -> [f64; 3] {
     let without = EffectOverrides::parse(&format!("{},-refracted-limb", request.effects.to_text())).expect("effects");
     let [with, without] = [request.effects.clone(), without].map(|effects| {
         let scene = SESSION.scene(&ViewRequest { effects, ..request.clone() }).expect("a scene");
@@ -70,8 +70,8 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
     SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")
 }
 
-/// Light past the Earth at places of the Moon's ground, by the eclipse, over that of the Sun at 1 au.
-fn on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]) -> Vec<[f64; 3]> {
+/// Sunlight refracted past the Earth at points of the Moon's ground, from the eclipse model, relative to the Sun's at 1 au.
+fn light_on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]) -> Vec<[f64; 3]> {
     let prober = Prober { session: &SESSION, renderer };
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, time).expect("placed");
@@ -86,13 +86,13 @@ fn on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]
     left.iter().zip(&points).map(|(left, p)| left.map(|part| part * full(p))).collect()
 }
 
-/// Light past a round Earth to a point `depth_km` behind it, `apart` solar radii between the two centres: the integral over the limb's layers and all
-/// round it, from the catalog's numbers. It shares no code with the program and no layers: heights as fine as the light asks for.
-fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
+/// Light refracted past a round Earth to a point `depth_km` behind it, with `apart` solar radii between the two centres: the integral over heights and position angles of
+/// the limb, from the catalog's numbers. It shares no code with the program and uses no refracting layers; its steps in height are as fine as the light requires.
+fn light_past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
     let catalog = SESSION.catalog();
     let (earth, sun) = (catalog.body(NaifId::EARTH).expect("the Earth"), catalog.body(NaifId::SUN).expect("the Sun"));
     let air = earth.atmosphere.as_ref().expect("air");
-    let Photometry::Emissive { u1, u2 } = sun.photometry else { panic!("the Sun glows") };
+    let Photometry::Emissive { u1, u2 } = sun.photometry else { panic!("the Sun must be emissive") };
     let radius = (earth.radii_km.x * earth.radii_km.z).sqrt();
     let (rayleigh_scale_height, refractivity) = (air.species[0].scale_height_km, air.refractivity.expect("bends"));
     let passes = |height: f64| {
@@ -112,10 +112,12 @@ fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
                 }
             }
         }
-        // Haze and clouds of src/scene/eclipse/air.rs, whose sources stand there.
-        let way = |top: f64| 2.0 * ((radius + top).powi(2) - (radius + height).powi(2)).max(0.0).sqrt();
-        let clear: f64 =
-            [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)].map(|(top, cover): (f64, f64)| (1.0 - cover).powf(way(top) / 300.0)).iter().product();
+        // Haze and clouds as in src/scene/eclipse/air.rs, which gives their sources.
+        let path_km = |top: f64| 2.0 * ((radius + top).powi(2) - (radius + height).powi(2)).max(0.0).sqrt();
+        let clear: f64 = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)]
+            .map(|(top, cover): (f64, f64)| (1.0 - cover).powf(path_km(top) / 300.0))
+            .iter()
+            .product();
         let haze_km = (2.0 * PI * (radius + height) * 5.0).sqrt() * (-height / 5.0).exp();
         let haze = [3.5e-3, 4.0e-3, 5.0e-3];
         std::array::from_fn::<f64, 3, _>(|c| (-depth[c] - haze[c] * haze_km).exp() * clear)
@@ -127,14 +129,14 @@ fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
     for k in 0..HEIGHTS {
         let at = |edge: f64| air.top_km * (edge / HEIGHTS as f64).powi(2);
         let (height, thickness) = (at(k as f64 + 0.5), at(k as f64 + 1.0) - at(k as f64));
-        let there = refractivity * (-height / rayleigh_scale_height).exp();
-        let grazes = (radius + height) * (1.0 + there);
-        let bending = there * (2.0 * PI * (radius + height) / rayleigh_scale_height).sqrt() * (1.0 - depth_km / sun_km);
-        let shown = (grazes - bending * depth_km) * per_km;
-        // Refraction draws the layers apart as seen from outside.
-        let area = grazes
+        let refractivity_here = refractivity * (-height / rayleigh_scale_height).exp();
+        let impact_km = (radius + height) * (1.0 + refractivity_here);
+        let bending = refractivity_here * (2.0 * PI * (radius + height) / rayleigh_scale_height).sqrt() * (1.0 - depth_km / sun_km);
+        let shown = (impact_km - bending * depth_km) * per_km;
+        // Refraction changes the apparent spacing of the layers as seen from outside.
+        let area = impact_km
             * thickness
-            * (1.0 + there - there * (radius + height) / rayleigh_scale_height)
+            * (1.0 + refractivity_here - refractivity_here * (radius + height) / rayleigh_scale_height)
             * (2.0 * PI / ROUND as f64)
             * per_km
             * per_km;
@@ -159,8 +161,8 @@ fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
     light
 }
 
-/// From the edge of the penumbra to the middle of the umbra and over the Moon's face, in small and large pictures: the Sun beside the Earth and the
-/// ring together bring what the eclipse says, and in the umbra what the integral over the limb says.
+/// From the edge of the penumbra to the middle of the umbra and across the Moon's face, in small and large pictures: the direct Sun and the ring together have the light
+/// of the eclipse model, and in the umbra also that of the integral over the limb.
 #[test]
 fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
     let single = renderer(Precision::F32);
@@ -169,9 +171,9 @@ fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
         let time = instant("2022-11-08T10:59:00Z").plus_seconds(60.0 * minutes);
         let places = [(0.0, 0.0), (50.0, -40.0), (-35.0, 60.0)];
         let place = k % places.len();
-        let expected = on_the_moon(&single, time, &places[place..=place])[0];
+        let expected = light_on_the_moon(&single, time, &places[place..=place])[0];
         let (latitude_deg, longitude_deg) = places[place];
-        // Of the direct Sun a part shows; its own soft edge needs pixels.
+        // In the penumbra part of the direct Sun is visible; its soft edge needs pixels of its own.
         let penumbra = expected[0] > 2e-3;
         let (side, fov) = if penumbra { (320, 4.4) } else { (sizes[k % sizes.len()], 2.6) };
         let request = ViewRequest {
@@ -181,11 +183,11 @@ fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
         let scene = SESSION.scene(&request).expect("a scene");
         let seen = irradiance(&scene, &light(&scene, &single));
         let [earth, sun] = [NaifId::EARTH, NaifId::SUN].map(|id| scene.body(id).expect("placed").placement.centre_km);
-        let apart = orrery::ephemeris::angle_rad(earth, sun) * sun.length() / 695_700.0;
+        let separation = orrery::ephemeris::angle_rad(earth, sun) * sun.length() / 695_700.0;
         let full = (KM_PER_AU / sun.length()).powi(2);
-        let integral = past_the_limb(earth.length(), sun.length(), apart).map(|part| part * full);
-        // The sums over layers are coarse where nearly all of the light is gone. The last crescent of the direct Sun, a tenth of a pixel thin, is drawn with
-        // a fifth too much or too little of its light.
+        let integral = light_past_the_limb(earth.length(), sun.length(), separation).map(|part| part * full);
+        // The sums over layers are coarse where almost no light is left. The last crescent of the direct Sun, a tenth of a pixel thin, is drawn with an error of up to a
+        // fifth of its light.
         let of_eclipse = if penumbra {
             [if expected[0] > 0.1 { 0.01 } else { 0.05 }; 3]
         } else {
@@ -207,8 +209,8 @@ fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
     }
 }
 
-/// The camera on the far side from the Sun, `aside` radii off the axis.
-fn behind(body: NaifId, radii: f64, aside: f64, side: u32, fov_deg: f64, effects: &str) -> ViewRequest {
+/// A camera on the side opposite the Sun, `aside` radii off the axis.
+fn view_from_behind(body: NaifId, radii: f64, aside: f64, side: u32, fov_deg: f64, effects: &str) -> ViewRequest {
     let time = instant("2022-11-08T10:59:00Z");
     let of = SESSION.catalog().body(body).expect("a body");
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, body, time, None).expect("placed").state.pos_km.normalize();
@@ -217,21 +219,21 @@ fn behind(body: NaifId, radii: f64, aside: f64, side: u32, fov_deg: f64, effects
     ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..at(body, time, fov_deg, side, effects) }
 }
 
-/// Its light does not depend on how large a picture shows it: the whole ring from the Moon and from afar, a part of it from 20 radii. Nearer it is not: from 8 radii an arc
-/// around a disc of 25 pixels has 21 % less light than around one of 300.
+/// The light does not depend on the size in the picture: tested for the entire ring from the Moon and from far away, and for a part of it from 20 radii. From closer this
+/// fails: from 8 radii an arc around a disc of 25 pixels has 21 % less light than around a disc of 300.
 #[test]
 fn the_light_is_the_same_at_every_size() {
     let single = renderer(Precision::F32);
     for (radii, aside) in [(60.3_f64, 0.12), (157.0, 0.12), (20.0, 0.8)] {
         let fov = 2.6 * (1.0 / radii).asin().to_degrees();
-        let sums =
-            [20, 33, 64, 129, 400].map(|side| of_the_limb(&behind(NaifId::EARTH, radii, aside, side, fov, "-clouds,-night"), &single));
+        let sums = [20, 33, 64, 129, 400]
+            .map(|side| limb_irradiance(&view_from_behind(NaifId::EARTH, radii, aside, side, fov, "-clouds,-night"), &single));
         let last = sums[sums.len() - 1];
         assert!(last[0] > 1e-9 && last[0] > last[2], "{radii}: {last:?}");
         for (k, sum) in sums.iter().enumerate() {
             for c in 0..3 {
                 println!("{radii} {k} {c}: {:.4}", sum[c] / last[c]);
-                // Measured 1.1 % for whole rings, 4.7 % for an arc around a disc of 15 pixels.
+                // Measured: 1.1 % for entire rings, 4.7 % for an arc around a disc of 15 pixels.
                 assert!(
                     (sum[c] / last[c] - 1.0).abs() < if radii > 50.0 { 0.02 } else { [0.08, 0.05, 0.03, 0.03, 0.03][k] },
                     "{radii} radii, size {k}, channel {c}: {sum:?} for {last:?}"
@@ -241,7 +243,7 @@ fn the_light_is_the_same_at_every_size() {
     }
 }
 
-/// The Sun sets behind the Earth as seen from an orbit: its light goes over from all to the last of the ring, without a step.
+/// The Sun sets behind the Earth as seen from an orbit: its light falls from the full Sun to the last of the refracted image without a step.
 #[test]
 fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     let single = renderer(Precision::F32);
@@ -250,11 +252,11 @@ fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     let mut before: Option<f64> = None;
     let mut reddest: f64 = 0.0;
     for step in 0..57 {
-        // The Sun's centre from the limb, solar radii, outward.
+        // Height of the Sun's centre above the limb, in solar radii.
         let height = 2.0 - 0.125 * f64::from(step);
         let angle = limb + height * 0.00466;
         let (sin, cos) = angle.sin_cos();
-        let mut request = behind(NaifId::EARTH, radii * cos, radii * sin, 160, 2.2, "sun:-albedo,-glow,-night,-clouds");
+        let mut request = view_from_behind(NaifId::EARTH, radii * cos, radii * sin, 160, 2.2, "sun:-albedo,-glow,-night,-clouds");
         let to_sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::EARTH, request.time, None).expect("placed").state.pos_km;
         let Position::Offset { offset_km, .. } = request.position else { panic!("an offset") };
         request.look = Look::Along { direction: to_sun - offset_km, axes: Axes::Icrf };
@@ -274,11 +276,11 @@ fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     assert!(reddest > 5.0, "the last light is red: {reddest}");
 }
 
-/// Single precision draws what double precision does, near the Earth, from the Moon and from afar, whole or magnified at the limb.
+/// Single precision gives the same picture as double precision, near the Earth, from the Moon and from far away, for the entire disc and for a magnified limb.
 #[test]
-fn single_precision_holds_at_every_distance() {
+fn single_precision_suffices_at_every_distance() {
     let [single, double] = [Precision::F32, Precision::F64].map(renderer);
-    // The limb's place nearest the Sun.
+    // The limb's point nearest to the Sun.
     let at_limb = |request: &ViewRequest| {
         let sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::EARTH, request.time, None).expect("placed").state.pos_km;
         let Position::Offset { offset_km, .. } = request.position else { panic!("an offset") };
@@ -287,7 +289,7 @@ fn single_precision_holds_at_every_distance() {
         let limb = (6378.0 / offset_km.length()).asin() * 1.002;
         Look::Along { direction: down * limb.cos() + aside * limb.sin(), axes: Axes::Icrf }
     };
-    // The Sun at the limb, from 400 km to 1.2 million km; and the whole ring.
+    // The Sun at the limb, from 400 km to 1.2 million km; and the entire ring.
     let limb = |radii: f64| (radii * (1.0 / radii).asin().cos(), 1.0);
     for (along, aside, fov, magnified) in [
         (limb(1.06).0, limb(1.06).1, 3.0, true),
@@ -298,7 +300,7 @@ fn single_precision_holds_at_every_distance() {
         (60.3, 0.3, 2.5, false),
         (190.0, 0.3, 0.8, false),
     ] {
-        let mut request = behind(NaifId::EARTH, along, aside, 72, fov, "-clouds,-night,-glow");
+        let mut request = view_from_behind(NaifId::EARTH, along, aside, 72, fov, "-clouds,-night,-glow");
         if magnified {
             request.look = at_limb(&request);
         }
@@ -312,26 +314,26 @@ fn single_precision_holds_at_every_distance() {
     }
 }
 
-/// It is noted with a reason, and goes with the air, the effect and the place.
+/// The decision states a reason, and the effect is absent without air, when switched off, or from other positions.
 #[test]
-fn the_limb_is_explained() {
-    let on = |request: &ViewRequest| {
+fn the_refracted_limb_is_explained() {
+    let decision_of = |request: &ViewRequest| {
         let scene = SESSION.scene(request).expect("a scene");
         let body = scene.body(request.target.expect("a target")).expect("there").clone();
         let found = body.decisions.iter().find(|d| d.feature == "refracted-limb").cloned();
         assert_eq!(found.as_ref().is_some_and(|d| d.on), !scene.limbs.is_empty());
         found.map(|d| (d.on, d.reason))
     };
-    let says = |request: &ViewRequest, on_: bool, words: &str| {
-        let (is_on, reason) = on(request).expect("a decision");
+    let assert_reason = |request: &ViewRequest, on_: bool, words: &str| {
+        let (is_on, reason) = decision_of(request).expect("a decision");
         assert!(is_on == on_ && reason.contains(words), "{is_on}: {reason}");
     };
-    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white against");
-    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
-    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
-    says(&behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");
-    says(&behind(NaifId(499), 40.0, 0.1, 64, 3.0, ""), false, "no layer");
-    says(&behind(NaifId::EARTH, 60.0, 0.1, 4, 3.0, ""), false, "px across");
-    says(&behind(NaifId::EARTH, 6.0, 6.0, 64, 25.0, ""), false, "no layer");
-    assert_eq!(on(&behind(NaifId(599), 60.0, 0.1, 64, 3.0, "")), None, "nobody knows how Jupiter's air bends light");
+    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white against");
+    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
+    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
+    assert_reason(&view_from_behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");
+    assert_reason(&view_from_behind(NaifId(499), 40.0, 0.1, 64, 3.0, ""), false, "no layer");
+    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 4, 3.0, ""), false, "px across");
+    assert_reason(&view_from_behind(NaifId::EARTH, 6.0, 6.0, 64, 25.0, ""), false, "no layer");
+    assert_eq!(decision_of(&view_from_behind(NaifId(599), 60.0, 0.1, 64, 3.0, "")), None, "nobody knows how Jupiter's air bends light");
 }

@@ -1,5 +1,5 @@
-//! The air against single-scattering integrals computed elsewhere (tests/data/rayleigh_reference_public.json, adaptive quadrature), in
-//! shadows, and with nothing in it.
+//! The air against single-scattering integrals computed outside this program (tests/data/rayleigh_reference_public.json, adaptive quadrature), in
+//! shadows, and at zero density.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -20,7 +20,8 @@ fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()
 }
 
-/// Largest relative error of each ray's radiance, channels fainter than 1e-4 of the air's brightest ray left out; largest error of a transmittance.
+/// Largest relative error of each ray's radiance, without channels fainter than 1e-4 of the air's brightest ray; and the largest error of a
+/// transmittance.
 fn errors(tier: &str) -> (Vec<f64>, f64) {
     let all: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
@@ -47,48 +48,51 @@ fn errors(tier: &str) -> (Vec<f64>, f64) {
     (radiance, transmittance)
 }
 
-/// What `explain` says of a tier.
+/// The tier that `explain` states for a model.
 fn stated(tier: AtmosphereModel) -> Tier {
     tiers::of_atmosphere(tier).expect("a tier")
 }
 
-fn holds(tier: AtmosphereModel) {
+fn assert_within_stated_bounds(tier: AtmosphereModel) {
     let Tier { name: tier, mostly, at_most, .. } = stated(tier);
-    let (for_95_percent, through) = (mostly.expect("told"), 0.001);
+    let (for_95_percent, transmittance_bound) = (mostly.expect("told"), 0.001);
     let (radiance, transmittance) = errors(tier);
     assert!(radiance.len() > 100, "{} rays", radiance.len());
-    let most = radiance[radiance.len() * 95 / 100];
+    let percentile_95 = radiance[radiance.len() * 95 / 100];
     let worst = radiance[radiance.len() - 1];
-    assert!(most < for_95_percent && worst < at_most && transmittance < through, "{tier}: {most:.4} {worst:.4} {transmittance:.4}");
+    assert!(
+        percentile_95 < for_95_percent && worst < at_most && transmittance < transmittance_bound,
+        "{tier}: {percentile_95:.4} {worst:.4} {transmittance:.4}"
+    );
 }
 
-/// The original engine's five samples: half of the rays within 1 %, and no promise for twilight and limbs.
+/// The original engine's five samples: half of the rays are within 1 %; nothing is promised for twilight and limbs.
 #[test]
 fn five_samples_are_within_a_quarter() {
     let (radiance, transmittance) = errors("vertex");
-    let part = |percent: usize| radiance[radiance.len() * percent / 100];
-    assert!(part(50) < 0.01 && part(100 - 1) > 0.1, "{} {}", part(50), part(95));
+    let percentile = |percent: usize| radiance[radiance.len() * percent / 100];
+    assert!(percentile(50) < 0.01 && percentile(100 - 1) > 0.1, "{} {}", percentile(50), percentile(95));
     assert!(transmittance < 0.001, "{transmittance}");
-    holds(AtmosphereModel::Vertex);
+    assert_within_stated_bounds(AtmosphereModel::Vertex);
 }
 
 #[test]
 fn sixteen_samples_are_within_three_percent() {
-    holds(AtmosphereModel::Pixel16);
+    assert_within_stated_bounds(AtmosphereModel::Pixel16);
 }
 
 #[test]
 fn thirty_two_samples_are_within_one_percent() {
-    holds(AtmosphereModel::Pixel32);
+    assert_within_stated_bounds(AtmosphereModel::Pixel32);
 }
 
 #[test]
 fn eight_samples_are_within_a_tenth() {
-    holds(AtmosphereModel::Pixel8);
+    assert_within_stated_bounds(AtmosphereModel::Pixel8);
 }
 
-/// Light of the sky at a height of elevation, two metres above an Earth whose Sun is some degrees below the horizon; `away`: opposite the Sun.
-fn dusk(sun_below_deg: f64, elevation_deg: f64, away: bool) -> Vec<f64> {
+/// Skylight at a given elevation, seen from two metres above an Earth with the Sun some degrees below the horizon; `away`: opposite the Sun.
+fn dusk_sky(sun_below_deg: f64, elevation_deg: f64, away: bool) -> Vec<f64> {
     let all: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
@@ -101,13 +105,13 @@ fn dusk(sun_below_deg: f64, elevation_deg: f64, away: bool) -> Vec<f64> {
 
 #[test]
 fn the_planets_shadow_rises_opposite_the_sun_that_has_set() {
-    // The air ends at 100 km, so a ray that leaves it within the shadow's cylinder brings nothing at all.
-    assert_eq!(dusk(4.0, 2.0, true), [0.0; 3]);
-    assert!(dusk(4.0, 20.0, true)[0] > 1e-5, "above the shadow the air is lit");
-    assert!(dusk(0.5, 2.0, true)[0] > 1e-5, "a Sun just down leaves the low sky lit");
-    let glow = dusk(4.0, 2.0, false);
-    assert!(glow[0] > 10.0 * glow[2] && glow[0] > 1e-3, "the low sky over the Sun is red: {glow:?}");
-    let night = dusk(30.0, 20.0, false);
+    // The air ends at 100 km, so a ray that leaves it inside the shadow's cylinder receives no light.
+    assert_eq!(dusk_sky(4.0, 2.0, true), [0.0; 3]);
+    assert!(dusk_sky(4.0, 20.0, true)[0] > 1e-5, "above the shadow the air is lit");
+    assert!(dusk_sky(0.5, 2.0, true)[0] > 1e-5, "a Sun just down leaves the low sky lit");
+    let glow = dusk_sky(4.0, 2.0, false);
+    assert!(glow[0] > 10.0 * glow[2] && glow[0] > 1e-3, "the low sky above the Sun is red: {glow:?}");
+    let night = dusk_sky(30.0, 20.0, false);
     assert!(night.iter().all(|v| *v == 0.0), "{night:?}");
 }
 
@@ -127,7 +131,7 @@ fn sum(session: &Session, request: &ViewRequest) -> f64 {
     session.draw(request, SAMPLING, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
 }
 
-/// An atmosphere of zero density draws, bit by bit, what the key without air draws.
+/// An atmosphere of zero density gives the same picture, bit for bit, as the key without air.
 #[test]
 fn an_empty_atmosphere_changes_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -139,21 +143,22 @@ fn an_empty_atmosphere_changes_nothing() {
     std::fs::write(folder.path().join("empty.toml"), text).expect("written");
     let sources = Sources { catalogs: Some(folder.path().to_owned()), cache: Some(folder.path().join("cache")), ..Sources::default() };
     let empty = Session::open(&sources, |_| {}).expect("opens");
-    // Large enough for the rim to be drawn.
+    // Large enough that the rim is drawn.
     let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
     let (with, without) = (large("+atmosphere"), large("-atmosphere"));
     let airy = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.tier != AtmosphereModel::None).count();
     assert!(airy >= 3, "ground, clouds and sky carry the empty air: {airy}");
     let plain = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
     assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, plain);
-    // The real air does change it.
+    // The real air must change the picture.
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
 }
 
-/// In the umbra of 2024 the air overhead is dark but for light from the lit air around, and near the horizon the light of the air beyond the umbra shows.
+/// In the umbra of 2024 the air overhead receives only light from the sunlit air around it, and near the horizon the light of the air beyond the umbra is
+/// visible.
 #[test]
-fn the_moons_shadow_lies_in_the_air() {
-    let part = |elevation_deg: f64| {
+fn the_moons_shadow_darkens_the_air() {
+    let light_ratio = |elevation_deg: f64| {
         let sky = |effects: &str| {
             let e = elevation_deg.to_radians();
             let (lat, lon) = (25.29f64.to_radians(), (-104.14f64).to_radians());
@@ -173,12 +178,13 @@ fn the_moons_shadow_lies_in_the_air() {
         };
         sky("+eclipse,-night") / sky("-eclipse,-night")
     };
-    let (zenith, horizon) = (part(85.0), part(2.0));
+    let (zenith, horizon) = (light_ratio(85.0), light_ratio(2.0));
     assert!(zenith < 2e-3, "{zenith}");
     assert!(horizon > 5.0 * zenith && horizon < 0.5, "{horizon} against {zenith}");
 }
 
-/// Part of the light on a plane layer that comes down diffuse, by following photons: conservative, Rayleigh's phase function, black ground.
+/// Fraction of the light on a plane layer that emerges downwards as diffuse light, by following photons: conservative scattering, Rayleigh's phase
+/// function, black ground.
 fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut random = move || {
@@ -187,13 +193,13 @@ fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
         state ^= state << 17;
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
-    let mut down = 0;
+    let mut transmitted = 0;
     for _ in 0..photons {
         let (mut along, mut at, mut scattered) = (DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), 0.0, false);
         loop {
             at += along.z * -(1.0 - random()).ln();
             if at < 0.0 || at > depth {
-                down += u32::from(at > depth && scattered);
+                transmitted += u32::from(at > depth && scattered);
                 break;
             }
             scattered = true;
@@ -208,12 +214,12 @@ fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
             along = (along * turn + (x * cos + y * sin) * (1.0 - turn * turn).sqrt()).normalize();
         }
     }
-    f64::from(down) / f64::from(photons)
+    f64::from(transmitted) / f64::from(photons)
 }
 
-/// The table of an Earth with a black ground and nothing but gas, against photons: the sky's light on level ground.
+/// The multiple-scattering table of an Earth with black ground and gas only, against photons: skylight on level ground.
 #[test]
-fn the_table_lights_the_ground_as_photons_do() {
+fn skylight_from_the_table_agrees_with_photons() {
     let catalog = Catalog::embedded();
     let mut earth = catalog.body(NaifId::EARTH).expect("the Earth").clone();
     earth.clear_sky_albedo = Some(0.0);
@@ -233,13 +239,13 @@ fn the_table_lights_the_ground_as_photons_do() {
     }
 }
 
-/// Thin air scatters once: a hundredth of the air gives the table tier what it gives the tier without, and more where it is thick.
+/// Thin air scatters only once: at a hundredth of the density the table tier equals the tier without the table, and at full density it adds light.
 #[test]
-fn the_table_adds_light_and_less_to_thin_air() {
+fn the_table_adds_more_light_to_thick_air_than_to_thin() {
     let catalog = Catalog::embedded();
     for (name, most) in [("Earth", 1.0), ("Titan", 1.0), ("Pluto", 0.01)] {
         let mut body = catalog.bodies().iter().find(|b| b.name == name).expect(name).clone();
-        // Of a black ground: what it reflects lights thin air too.
+        // Black ground: light reflected by the ground would illuminate thin air too.
         (body.geometric_albedo, body.clear_sky_albedo) = (0.0, None);
         let table = air_table::table(&body).expect("a table");
         assert_eq!(table.len(), air_table::NODES);

@@ -1,5 +1,5 @@
-//! The bounds of the air's tiers on rays that nobody chose: new ones in each run, through every air of the catalog and of the reference table, against the
-//! adaptive quadrature of tests/support/air_reference.rs. A failure names the ray; ORRERY_SEED draws the same rays again.
+//! Error bounds of the air's tiers on random rays: new rays in each run, through every air of the catalog and of the reference table, against the adaptive
+//! quadrature of tests/support/air_reference.rs. A failure message names the ray; ORRERY_SEED repeats the same rays.
 
 use crate::support::air_reference::{Air, Phase, Profile, Ray, Seen, Species};
 use crate::support::session::SESSION;
@@ -15,13 +15,13 @@ use std::sync::LazyLock;
 
 const TABLE: &str = include_str!("../data/rayleigh_reference_public.json");
 
-/// An air as a question of the probe has it.
-struct Known {
+/// An air, also in the form of a probe question.
+struct AirCase {
     name: String,
     question: Value,
     air: Air,
     radius_km: f64,
-    /// Brightest channel of the zenith under a Sun at 45 degrees.
+    /// Radiance of the zenith in its brightest channel, with the Sun 45 degrees up.
     zenith: f64,
 }
 
@@ -30,7 +30,7 @@ fn vector(v: &Value) -> DVec3 {
     DVec3::new(at(0), at(1), at(2))
 }
 
-/// The reference's own reading of the question.
+/// The air of a probe question, parsed for the reference.
 fn air_of(question: &Value) -> (f64, Air) {
     let number = |v: &Value| v.as_f64().expect("a number");
     let radius_km = number(&question["planet_radius_km"]);
@@ -49,19 +49,19 @@ fn air_of(question: &Value) -> (f64, Air) {
     (radius_km, Air { top: number(&question["top_km"]) / radius_km, species })
 }
 
-fn known(name: String, question: Value) -> Known {
+fn air_case(name: String, question: Value) -> AirCase {
     let (radius_km, air) = air_of(&question);
     let up = DVec3::Z;
     let sun = DVec3::new(FRAC_PI_4.sin(), 0.0, FRAC_PI_4.cos());
     let zenith = air.seen(&Ray { camera: up * (1.0 + 1e-3 / radius_km), along: up, sun }).radiance.max_element();
     assert!(zenith > 0.0, "{name}");
-    Known { name, question, air, radius_km, zenith }
+    AirCase { name, question, air, radius_km, zenith }
 }
 
-/// Six airs of the table, and every one of the catalog.
-fn all() -> Vec<Known> {
+/// Six airs of the table and all airs of the catalog.
+fn all() -> Vec<AirCase> {
     let table: Value = serde_json::from_str(TABLE).expect("JSON");
-    let listed = table["atmospheres"].as_object().expect("a map").iter().map(|(name, a)| known(name.clone(), a.clone()));
+    let listed = table["atmospheres"].as_object().expect("a map").iter().map(|(name, a)| air_case(name.clone(), a.clone()));
     let of_body = |body: &orrery::catalog::Body| {
         let air = body.atmosphere.as_ref()?;
         let species: Vec<Value> = air
@@ -80,7 +80,7 @@ fn all() -> Vec<Known> {
             })
             .collect();
         let question = json!({ "planet_radius_km": body.radii_km.x, "top_km": air.top_km, "species": species });
-        Some(known(body.name.clone(), question))
+        Some(air_case(body.name.clone(), question))
     };
     listed.chain(SESSION.catalog().bodies().iter().filter_map(of_body)).collect()
 }
@@ -88,15 +88,15 @@ fn all() -> Vec<Known> {
 struct Random(u64);
 
 impl Random {
-    /// From 0 to 1.
-    fn part(&mut self) -> f64 {
+    /// Uniform in 0 to 1.
+    fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
     fn between(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.part()
+        from + (to - from) * self.uniform()
     }
     fn direction(&mut self) -> DVec3 {
         let (z, turn) = (self.between(-1.0, 1.0), self.between(0.0, TAU));
@@ -105,7 +105,7 @@ impl Random {
     }
 }
 
-/// Kinds of rays that are hard each in its own way.
+/// Families of rays, each difficult in a different way.
 const FAMILIES: [&str; 9] = [
     "the disc from space",
     "the limb from space",
@@ -118,19 +118,19 @@ const FAMILIES: [&str; 9] = [
     "tangent",
 ];
 
-/// Degrees under the horizon of the deepest night.
+/// Lowest elevation of the Sun, in degrees.
 const NIGHT_DEG: f64 = -18.0;
 
-fn ray(random: &mut Random, family: usize, known: &Known) -> Ray {
+fn ray(random: &mut Random, family: usize, air_case: &AirCase) -> Ray {
     let (up, side) = random.direction().any_orthonormal_pair();
-    let (turn, top) = (random.between(0.0, TAU), known.air.top);
+    let (turn, top) = (random.between(0.0, TAU), air_case.air.top);
     let sun_side = side * turn.cos() + up.cross(side) * turn.sin();
-    let raised = |along: DVec3, deg: f64| up * deg.to_radians().sin() + along * deg.to_radians().cos();
-    // From a metre to the top.
-    let lowest = 1e-3 / known.radius_km;
-    let height = lowest * (top / lowest).powf(random.part());
+    let at_elevation = |along: DVec3, deg: f64| up * deg.to_radians().sin() + along * deg.to_radians().cos();
+    // Heights from a metre to the top of the air.
+    let lowest = 1e-3 / air_case.radius_km;
+    let height = lowest * (top / lowest).powf(random.uniform());
     let inside = up * (1.0 + height);
-    let knots: Vec<f64> = known
+    let knots: Vec<f64> = air_case
         .air
         .species
         .iter()
@@ -139,48 +139,60 @@ fn ray(random: &mut Random, family: usize, known: &Known) -> Ray {
         .collect();
     match family {
         0 | 1 => {
-            let aside = if family == 0 { random.part().sqrt() } else { 1.0 + top * random.part() };
-            let away = 1.0 + top + 10f64.powf(random.between(-3.0, 1.0));
-            Ray { camera: up * aside - side * (away * away - aside * aside).sqrt(), along: side, sun: random.direction() }
+            let impact_radius = if family == 0 { random.uniform().sqrt() } else { 1.0 + top * random.uniform() };
+            let camera_distance = 1.0 + top + 10f64.powf(random.between(-3.0, 1.0));
+            Ray {
+                camera: up * impact_radius - side * (camera_distance * camera_distance - impact_radius * impact_radius).sqrt(),
+                along: side,
+                sun: random.direction(),
+            }
         }
         2 => Ray { camera: inside, along: random.direction(), sun: random.direction() },
         3 => {
             let dip_deg = (1.0 / (1.0 + height)).acos().to_degrees();
-            let off_deg = 3.0 * random.between(-1.0, 1.0) * random.part();
-            Ray { camera: inside, along: raised(side, off_deg - dip_deg), sun: raised(sun_side, random.between(NIGHT_DEG, 90.0)) }
-        }
-        4 => {
-            let along = if random.part() < 0.7 { up } else { -up };
-            Ray { camera: inside, along, sun: raised(sun_side, random.between(NIGHT_DEG, 90.0)) }
-        }
-        5 => {
-            let deg = 100.0 * random.part() * random.part() - 10.0;
-            Ray { camera: inside, along: raised(side, deg), sun: raised(sun_side, random.between(-12.0, 2.0)) }
-        }
-        6 => {
-            let knot = if knots.is_empty() { top * random.part() } else { knots[(random.part() * knots.len() as f64) as usize] };
-            let low = 1.0 + knot + 0.02 * top * random.between(-1.0, 1.0) * random.part();
+            let offset_deg = 3.0 * random.between(-1.0, 1.0) * random.uniform();
             Ray {
-                camera: up * low.max(1.0 + lowest) + side * random.between(-0.3, 0.3),
-                along: side,
-                sun: raised(sun_side, random.between(-12.0, 18.0)),
+                camera: inside,
+                along: at_elevation(side, offset_deg - dip_deg),
+                sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)),
             }
         }
-        7 => Ray { camera: inside, along: random.direction(), sun: raised(sun_side, random.between(NIGHT_DEG, -6.0)) },
+        4 => {
+            let along = if random.uniform() < 0.7 { up } else { -up };
+            Ray { camera: inside, along, sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)) }
+        }
+        5 => {
+            let deg = 100.0 * random.uniform() * random.uniform() - 10.0;
+            Ray { camera: inside, along: at_elevation(side, deg), sun: at_elevation(sun_side, random.between(-12.0, 2.0)) }
+        }
+        6 => {
+            let knot = if knots.is_empty() { top * random.uniform() } else { knots[(random.uniform() * knots.len() as f64) as usize] };
+            let perigee_radius = 1.0 + knot + 0.02 * top * random.between(-1.0, 1.0) * random.uniform();
+            Ray {
+                camera: up * perigee_radius.max(1.0 + lowest) + side * random.between(-0.3, 0.3),
+                along: side,
+                sun: at_elevation(sun_side, random.between(-12.0, 18.0)),
+            }
+        }
+        7 => Ray { camera: inside, along: random.direction(), sun: at_elevation(sun_side, random.between(NIGHT_DEG, -6.0)) },
         _ => {
-            // Just over or under the ground, from near and far.
-            let low = 1.0 + 1e-3 * top * random.between(-1.0, 1.0) * random.part();
-            let back = (2.0 * top).sqrt() * 10f64.powf(random.between(-1.0, 1.0));
-            Ray { camera: up * low - side * back, along: side, sun: raised(sun_side, random.between(NIGHT_DEG, 90.0)) }
+            // Just above or below the ground, from nearby and from far away.
+            let perigee_radius = 1.0 + 1e-3 * top * random.between(-1.0, 1.0) * random.uniform();
+            let start_distance = (2.0 * top).sqrt() * 10f64.powf(random.between(-1.0, 1.0));
+            Ray {
+                camera: up * perigee_radius - side * start_distance,
+                along: side,
+                sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)),
+            }
         }
     }
 }
 
-/// Rays of each family through each air, with what they see.
+/// Number of rays per family and air.
 const RAYS: usize = 5;
 
-struct Asked {
-    known: usize,
+struct RayCase {
+    air_case: usize,
     family: usize,
     ray: Ray,
     seen: Seen,
@@ -188,8 +200,8 @@ struct Asked {
 
 struct Sweep {
     seed: u64,
-    airs: Vec<Known>,
-    rays: Vec<Asked>,
+    airs: Vec<AirCase>,
+    rays: Vec<RayCase>,
 }
 
 static SWEEP: LazyLock<Sweep> = LazyLock::new(|| {
@@ -201,14 +213,14 @@ static SWEEP: LazyLock<Sweep> = LazyLock::new(|| {
     let airs = all();
     assert!(airs.len() >= 16, "{}", airs.len());
     let mut rays = Vec::new();
-    for (k, known) in airs.iter().enumerate() {
+    for (k, air_case) in airs.iter().enumerate() {
         for family in 0..FAMILIES.len() {
             for _ in 0..RAYS {
-                let ray = ray(&mut random, family, known);
-                // A camera under the ground sees no air.
+                let ray = ray(&mut random, family, air_case);
+                // A camera below the ground sees no air.
                 if ray.camera.length() > 1.0 {
-                    let seen = known.air.seen(&ray);
-                    rays.extend(seen.in_air.then_some(Asked { known: k, family, ray, seen }));
+                    let seen = air_case.air.seen(&ray);
+                    rays.extend(seen.in_air.then_some(RayCase { air_case: k, family, ray, seen }));
                 }
             }
         }
@@ -216,39 +228,40 @@ static SWEEP: LazyLock<Sweep> = LazyLock::new(|| {
     Sweep { seed, airs, rays }
 });
 
-/// Error of the radiance of each ray, sorted, and the largest of a transmittance, with the rays that have them.
+/// Sorted radiance errors of all rays, the largest transmittance error, and a text that names the worst rays.
 fn errors(tier: &str, precision: Precision) -> (Vec<f64>, f64, String) {
     let sweep = &*SWEEP;
     let renderer = SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    let (mut all, mut through, mut worst) = (Vec::new(), 0.0f64, 0.0f64);
-    let mut told = [String::new(), String::new()];
-    for asked in &sweep.rays {
-        let (known, ray, seen) = (&sweep.airs[asked.known], &asked.ray, &asked.seen);
-        let question = json!({ "q": "scatter", "atmosphere": known.question, "cam": ray.camera.to_array(), "dir": ray.along.to_array(),
+    let (mut all, mut worst_transmittance, mut worst) = (Vec::new(), 0.0f64, 0.0f64);
+    let mut worst_rays = [String::new(), String::new()];
+    for ray_case in &sweep.rays {
+        let (air_case, ray, seen) = (&sweep.airs[ray_case.air_case], &ray_case.ray, &ray_case.seen);
+        let question = json!({ "q": "scatter", "atmosphere": air_case.question, "cam": ray.camera.to_array(), "dir": ray.along.to_array(),
             "sun": ray.sun.to_array(), "tier": tier });
         let answer = prober.answer(&question.to_string()).expect("an answer");
         let (radiance, transmittance) = (vector(&answer["radiance"]), vector(&answer["transmittance"]));
         assert!(radiance.is_finite() && radiance.min_element() >= 0.0 && transmittance.is_finite(), "{ray:?}: {answer}");
-        let error = ((radiance - seen.radiance).abs() / seen.radiance.max(DVec3::splat(tiers::MIN_OF_ZENITH * known.zenith))).max_element();
-        let off = (transmittance - seen.transmittance).abs().max_element();
-        let tell = || format!("{}, {}, {ray:?}: {radiance} for {}", known.name, FAMILIES[asked.family], seen.radiance);
+        let error =
+            ((radiance - seen.radiance).abs() / seen.radiance.max(DVec3::splat(tiers::MIN_OF_ZENITH * air_case.zenith))).max_element();
+        let transmittance_error = (transmittance - seen.transmittance).abs().max_element();
+        let describe = || format!("{}, {}, {ray:?}: {radiance} for {}", air_case.name, FAMILIES[ray_case.family], seen.radiance);
         if error > worst {
-            (worst, told[0]) = (error, tell());
+            (worst, worst_rays[0]) = (error, describe());
         }
-        if off > through {
-            (through, told[1]) = (off, tell());
+        if transmittance_error > worst_transmittance {
+            (worst_transmittance, worst_rays[1]) = (transmittance_error, describe());
         }
         all.push(error);
     }
     all.sort_by(f64::total_cmp);
-    (all, through, format!("seed {}: {told:?}", sweep.seed))
+    (all, worst_transmittance, format!("seed {}: {worst_rays:?}", sweep.seed))
 }
 
-/// Of the finest tier without rounding. In f32 the planet's shadow on a steep ray of a kilometre has an edge that is a per cent of the ray off.
+/// Bound of the finest tier in f64. In f32 the edge of the planet's shadow on a steep ray of one kilometre is off by a per cent of the ray.
 const FINEST_IN_F64: f64 = 0.01;
 
-fn holds(tier: AtmosphereModel) {
+fn assert_within_bounds_on_new_rays(tier: AtmosphereModel) {
     let stated = tiers::of_atmosphere(tier).expect("a tier");
     for precision in [Precision::F32, Precision::F64] {
         let at_most = if tier == AtmosphereModel::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.at_most };
@@ -262,35 +275,36 @@ fn holds(tier: AtmosphereModel) {
 }
 
 #[test]
-fn vertex_holds_its_bounds_on_new_rays() {
-    holds(AtmosphereModel::Vertex);
+fn vertex_keeps_its_bounds_on_new_rays() {
+    assert_within_bounds_on_new_rays(AtmosphereModel::Vertex);
 }
 
 #[test]
-fn pixel_8_holds_its_bounds_on_new_rays() {
-    holds(AtmosphereModel::Pixel8);
+fn pixel_8_keeps_its_bounds_on_new_rays() {
+    assert_within_bounds_on_new_rays(AtmosphereModel::Pixel8);
 }
 
 #[test]
-fn pixel_16_holds_its_bounds_on_new_rays() {
-    holds(AtmosphereModel::Pixel16);
+fn pixel_16_keeps_its_bounds_on_new_rays() {
+    assert_within_bounds_on_new_rays(AtmosphereModel::Pixel16);
 }
 
 #[test]
-fn pixel_32_holds_its_bounds_on_new_rays() {
-    holds(AtmosphereModel::Pixel32);
+fn pixel_32_keeps_its_bounds_on_new_rays() {
+    assert_within_bounds_on_new_rays(AtmosphereModel::Pixel32);
 }
 
 #[test]
-fn the_table_scatters_once_within_its_bounds_on_new_rays() {
-    holds(AtmosphereModel::Table);
+fn the_table_tier_keeps_its_single_scattering_bounds_on_new_rays() {
+    assert_within_bounds_on_new_rays(AtmosphereModel::Table);
 }
 
-/// The quadrature that all is held against, against the table that was computed elsewhere to 1e-8; a tent that is a hundredth wider is seen.
+/// Checks the reference quadrature itself against the table that was computed outside this program to 1e-8; an error of a hundredth in the width of a
+/// triangular layer must be detected.
 #[test]
-fn the_reference_is_the_tables() {
+fn the_reference_agrees_with_the_table() {
     let table: Value = serde_json::from_str(TABLE).expect("JSON");
-    let airs: Vec<Known> = table["atmospheres"].as_object().expect("a map").iter().map(|(n, a)| known(n.clone(), a.clone())).collect();
+    let airs: Vec<AirCase> = table["atmospheres"].as_object().expect("a map").iter().map(|(n, a)| air_case(n.clone(), a.clone())).collect();
     let mut wider = table["atmospheres"]["earth_full"].clone();
     wider["species"][2]["half_width_km"] = json!(15.15);
     let wider = air_of(&wider).1;
@@ -298,10 +312,10 @@ fn the_reference_is_the_tables() {
     for row in table["rays"].as_array().expect("rays") {
         let ray = Ray { camera: vector(&row["cam"]), along: vector(&row["dir"]), sun: vector(&row["sun"]) };
         let (name, expected) = (row["atm"].as_str().expect("a name"), vector(&row["radiance"]));
-        let off = |seen: &Seen| ((seen.radiance - expected).abs() / expected.max(DVec3::splat(1e-12))).max_element();
-        let known = airs.iter().find(|k| k.name == name).expect("listed");
-        let seen = known.air.seen(&ray);
-        assert!(off(&seen) < 1e-8, "{row}: {seen:?}");
+        let relative_error = |seen: &Seen| ((seen.radiance - expected).abs() / expected.max(DVec3::splat(1e-12))).max_element();
+        let air_case = airs.iter().find(|k| k.name == name).expect("listed");
+        let seen = air_case.air.seen(&ray);
+        assert!(relative_error(&seen) < 1e-8, "{row}: {seen:?}");
         assert_eq!(seen.in_air, !row["segment"].is_null());
         assert_eq!(seen.hits_ground, row["hits_ground"] == true);
         if seen.in_air {
@@ -310,7 +324,7 @@ fn the_reference_is_the_tables() {
             rays += 1;
         }
         if name == "earth_full" {
-            apart = apart.max(off(&wider.seen(&ray)));
+            apart = apart.max(relative_error(&wider.seen(&ray)));
         }
     }
     assert!(rays > 150 && apart > 1e-4, "{rays} {apart}");

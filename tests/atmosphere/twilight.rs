@@ -1,12 +1,11 @@
-//! The light of the twilight sky on level ground: the table of multiple scattering against photons that are followed backwards through the same spherical
-//! air, one by one.
+//! Twilight skylight on level ground: the table of multiple scattering against photons that are followed backwards through the same spherical air.
 
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::scene::air_table;
 use std::f64::consts::{PI, TAU};
 
-/// An air of gas alone over a ground that reflects a part, for one channel. Lengths in km.
+/// An atmosphere of gas only above a ground of given albedo, for one channel. Lengths in km.
 struct Gas {
     radius: f64,
     top: f64,
@@ -18,22 +17,22 @@ struct Gas {
 struct Random(u64);
 
 impl Random {
-    /// Over 0, up to 1.
-    fn part(&mut self) -> f64 {
+    /// Greater than 0, at most 1.
+    fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    fn turned(&mut self, from: DVec3, cosine: f64) -> DVec3 {
-        let (sin, cos) = (TAU * self.part()).sin_cos();
+    fn deflected(&mut self, from: DVec3, cosine: f64) -> DVec3 {
+        let (sin, cos) = (TAU * self.uniform()).sin_cos();
         let (x, y) = from.any_orthonormal_pair();
         (from * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()).normalize()
     }
 }
 
-/// Irradiance per that of the Sun: of light scattered once, and of all orders.
+/// Irradiance relative to the Sun's: from light scattered once, and from all orders.
 struct Sky {
     once: f64,
     all: f64,
@@ -44,51 +43,51 @@ impl Gas {
         (-(p.length() - self.radius) / self.scale_height).exp()
     }
 
-    /// Distance to a sphere, the nearer way in and the farther way out.
-    fn reach(p: DVec3, along: DVec3, radius: f64, inward: bool) -> Option<f64> {
+    /// Distance along a ray to a sphere: to the entry point if `inward`, otherwise to the exit point.
+    fn distance_to_sphere(p: DVec3, along: DVec3, radius: f64, inward: bool) -> Option<f64> {
         let b = p.dot(along);
         let under = b * b - p.length_squared() + radius * radius;
-        let way = if inward { -b - under.max(0.0).sqrt() } else { -b + under.max(0.0).sqrt() };
-        (under > 0.0 && way > 0.0).then_some(way)
+        let distance = if inward { -b - under.max(0.0).sqrt() } else { -b + under.max(0.0).sqrt() };
+        (under > 0.0 && distance > 0.0).then_some(distance)
     }
 
-    /// Transmittance towards the Sun; none through the planet.
+    /// Transmittance towards the Sun; 0 if the planet blocks the ray.
     fn sunlight(&self, p: DVec3, sun: DVec3) -> f64 {
         const STEPS: u32 = 96;
-        if Self::reach(p, sun, self.radius, true).is_some() {
+        if Self::distance_to_sphere(p, sun, self.radius, true).is_some() {
             return 0.0;
         }
-        let step = Self::reach(p, sun, self.radius + self.top, false).unwrap_or(0.0) / f64::from(STEPS);
+        let step = Self::distance_to_sphere(p, sun, self.radius + self.top, false).unwrap_or(0.0) / f64::from(STEPS);
         let column: f64 = (0..STEPS).map(|k| self.density(p + sun * (step * (f64::from(k) + 0.5)))).sum();
         (-column * step * self.scattering).exp()
     }
 
-    /// Delta tracking, with the scattered light of the Sun added at each scattering.
+    /// Delta tracking; each scattering adds the sunlight scattered there.
     fn sky(&self, sun_cosine: f64, paths: u32) -> Sky {
         let sun = DVec3::new((1.0 - sun_cosine * sun_cosine).sqrt(), 0.0, sun_cosine);
         let mut random = Random(0x2545_f491_4f6c_dd1d);
         let mut sky = Sky { once: 0.0, all: 0.0 };
         for _ in 0..paths {
-            // More of them near the horizon and towards the Sun, from where the light comes: the cosine is a square, and seven of ten azimuths are
-            // within 0.8 rad of the Sun's.
-            let root = random.part();
+            // Importance sampling of the horizon and the Sun's direction, from which most light comes: the cosine is a squared random number, and seven
+            // of ten azimuths are within 0.8 rad of the Sun's.
+            let root = random.uniform();
             let cosine = root * root;
-            let azimuth = if random.part() < 0.7 { 0.8 } else { PI } * (2.0 * random.part() - 1.0);
+            let azimuth = if random.uniform() < 0.7 { 0.8 } else { PI } * (2.0 * random.uniform() - 1.0);
             let of_azimuth = 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
             let across = (1.0 - cosine * cosine).sqrt();
             let mut along = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), cosine);
             let mut weight = cosine * 2.0 * root / of_azimuth;
             let mut at = DVec3::Z * (self.radius + 0.002);
             for order in 0..60 {
-                let ground = Self::reach(at, along, self.radius, true);
-                let end = ground.or_else(|| Self::reach(at, along, self.radius + self.top, false)).unwrap_or(0.0);
+                let ground = Self::distance_to_sphere(at, along, self.radius, true);
+                let end = ground.or_else(|| Self::distance_to_sphere(at, along, self.radius + self.top, false)).unwrap_or(0.0);
                 let mut way = 0.0;
                 let scatters = loop {
-                    way -= random.part().ln() / self.scattering;
+                    way -= random.uniform().ln() / self.scattering;
                     if way >= end {
                         break false;
                     }
-                    if random.part() < self.density(at + along * way) {
+                    if random.uniform() < self.density(at + along * way) {
                         break true;
                     }
                 };
@@ -99,19 +98,19 @@ impl Gas {
                     sky.all += light;
                     sky.once += if order == 0 { light } else { 0.0 };
                     let turn = loop {
-                        let mu = 2.0 * random.part() - 1.0;
-                        if random.part() * 2.0 < 1.0 + mu * mu {
+                        let mu = 2.0 * random.uniform() - 1.0;
+                        if random.uniform() * 2.0 < 1.0 + mu * mu {
                             break mu;
                         }
                     };
-                    along = random.turned(along, turn);
+                    along = random.deflected(along, turn);
                 } else if let Some(ground) = ground {
                     let up = (at + along * ground).normalize();
                     at = up * (self.radius + 0.001);
                     weight *= self.albedo;
                     sky.all += weight * self.sunlight(at, sun) * up.dot(sun).max(0.0) / PI;
-                    let cosine = random.part().sqrt();
-                    along = random.turned(up, cosine);
+                    let cosine = random.uniform().sqrt();
+                    along = random.deflected(up, cosine);
                 } else {
                     break;
                 }
@@ -121,10 +120,10 @@ impl Gas {
     }
 }
 
-/// With the Sun from the horizon to 6 degrees below it, although the table's further orders take the air around for even. Light scattered once alone
-/// would not do.
+/// With the Sun from the horizon to 6 degrees below it, although the table assumes for its higher orders that the surrounding air is uniform. Single
+/// scattering alone would fail.
 #[test]
-fn the_tables_twilight_is_that_of_photons() {
+fn twilight_from_the_table_agrees_with_photons() {
     let mut earth = Catalog::embedded().body(NaifId::EARTH).expect("the Earth").clone();
     let air = earth.atmosphere.as_mut().expect("air");
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());

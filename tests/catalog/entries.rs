@@ -1,4 +1,4 @@
-//! The catalog as a whole: what ships is sound, and broken files give exactly the expected lines.
+//! The entire catalog: the shipped entries are valid, and invalid files give exactly the expected error lines.
 
 use orrery::catalog::{BodyKind, Catalog, MapLatitude, Motion, NaifId, Photometry};
 
@@ -10,7 +10,7 @@ fn complaints(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn what_ships_is_whole() {
+fn the_shipped_catalog_is_valid() {
     let catalog = Catalog::embedded();
     let count = |k| catalog.bodies().iter().filter(|b| b.kind == k).count();
     assert_eq!((count(BodyKind::Star), count(BodyKind::Planet), count(BodyKind::DwarfPlanet), count(BodyKind::Asteroid)), (1, 8, 2, 1));
@@ -23,7 +23,7 @@ fn what_ships_is_whole() {
         if let Motion::MeanElements(e) = &b.motion {
             assert!(e.semi_major_axis_km > b.radii_km.x, "{}", b.name);
             let gm = b.parent.and_then(|p| catalog.body(p)).and_then(|p| p.gm_km3_s2).unwrap() + b.gm_km3_s2.unwrap_or(0.0);
-            // Kepler's third law; the primary's oblateness moves the small inner moons by up to 2 percent.
+            // Kepler's third law; the primary's oblateness changes the mean motion of the small inner moons by up to 2 percent.
             let n = (gm / e.semi_major_axis_km.powi(3)).sqrt().to_degrees() * 86_400.0;
             assert!((n / e.mean_motion_deg_day - 1.0).abs() < 0.02, "{}: {n} against {}", b.name, e.mean_motion_deg_day);
         }
@@ -85,7 +85,7 @@ fn every_wrong_field_is_named() {
 }
 
 #[test]
-fn a_new_body_must_be_whole() {
+fn a_new_body_needs_all_fields() {
     let found = complaints("# mine\n[[body]]\nid = 2000433\nname = \"Eros\"\nparent = \"Sunn\"\n");
     assert_eq!(
         found,
@@ -135,7 +135,7 @@ fn the_users_file_overrides_fields_only() {
     assert_eq!(a.bodies().len(), b.bodies().len());
 }
 
-/// A value was read where its source says so, or is marked as an estimate with its error; none is both.
+/// Each value either has a source in which it was read, or is marked as an estimate with its error; none is both.
 #[test]
 fn unsourced_values_are_estimates() {
     let catalog = Catalog::embedded();
@@ -143,7 +143,7 @@ fn unsourced_values_are_estimates() {
     for b in catalog.bodies().iter().filter(|b| b.kind != BodyKind::Star) {
         for (topic, percent) in [("albedo", b.estimates.albedo_percent), ("colour", b.estimates.colour_percent)] {
             let source = b.sources.get(topic).unwrap_or_else(|| panic!("{} names no source of its {topic}", b.name));
-            // The Earth's albedo was read, and is disputed.
+            // The Earth's albedo was read in a source, but is also marked with an error because it is disputed.
             let was_read = source.contains("read in a public copy") && percent.is_none_or(|_| (b.id, topic) == (NaifId::EARTH, "albedo"));
             assert!(was_read || percent.is_some(), "{}, {topic}: {source}", b.name);
             read += usize::from(percent.is_none());
@@ -157,9 +157,9 @@ fn unsourced_values_are_estimates() {
     assert!(read > 30 && estimate_notes > 30, "{read} {estimate_notes}");
 }
 
-/// Half of the light is 0.75 magnitudes, by Pogson's law; an own value has no estimate of another's.
+/// Half of the light is 0.75 magnitudes, by Pogson's law; a user's own value does not inherit the catalog's estimate.
 #[test]
-fn an_estimate_tells_its_error_and_belongs_to_its_value() {
+fn an_estimate_states_its_error_and_belongs_to_its_value() {
     let of = |text: &str| {
         let catalog = Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]).expect("a catalog");
         catalog.body(NaifId(801)).expect("Triton").clone()
@@ -168,7 +168,7 @@ fn an_estimate_tells_its_error_and_belongs_to_its_value() {
     assert_eq!(triton.estimate_notes()[0], "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
     let measured = of("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
     assert_eq!(measured.estimates.albedo_percent, None);
-    assert!(measured.estimates.colour_percent.is_some(), "its colour is the catalog's still");
+    assert!(measured.estimates.colour_percent.is_some(), "its colour is still the catalog's");
     assert!(of("[[body]]\nid = 801\n").estimates.albedo_percent.is_some());
     let found = complaints("[[body]]\nid = 801\n[body.estimates]\nalbedo_percent = 120\nalbedo = 3\n");
     assert_eq!(
@@ -180,8 +180,8 @@ fn an_estimate_tells_its_error_and_belongs_to_its_value() {
     );
 }
 
-/// Rayleigh's law in the linear sRGB channels: what a thin layer takes of red and blue against green is the same for every gas, but for the slow change of
-/// refractivity and depolarisation with the wavelength.
+/// Rayleigh's law in the linear sRGB channels: the ratios of scattering in red and blue to green are the same for every gas, except for the slow change of
+/// refractivity and depolarisation with wavelength.
 #[test]
 fn gases_scatter_by_the_fourth_power() {
     let catalog = Catalog::embedded();
@@ -198,9 +198,9 @@ fn gases_scatter_by_the_fourth_power() {
     assert_eq!(checked, 8);
 }
 
-/// Every radius that names the text kernel as its source is that kernel's, to the digit.
+/// Every radius that names the text kernel as its source equals the kernel's value, to the digit.
 #[test]
-fn radii_are_those_of_the_text_kernel() {
+fn radii_equal_those_of_the_text_kernel() {
     let kernel = orrery_catalogs::PLANETARY_CONSTANTS;
     let data: String = kernel.split("\\begindata").skip(1).filter_map(|part| part.split("\\begintext").next()).collect();
     let radii_of = |id: i32| -> Option<Vec<f64>> {
@@ -216,10 +216,10 @@ fn radii_are_those_of_the_text_kernel() {
         checked += 1;
     }
     assert!(checked > 30, "{checked} bodies name the kernel");
-    assert_ne!(radii_of(399), radii_of(499), "the reader tells bodies apart");
+    assert_ne!(radii_of(399), radii_of(499), "the reader must distinguish bodies");
 }
 
-/// CIE 1931 colour-matching functions by sums of lobes: C. Wyman, P.-P. Sloan & P. Shirley, JCGT 2 (2), 2013.
+/// CIE 1931 colour-matching functions as sums of lobes: C. Wyman, P.-P. Sloan & P. Shirley, JCGT 2 (2), 2013.
 fn matching(nm: f64) -> [f64; 3] {
     let lobe = |height: f64, peak: f64, below: f64, above: f64| {
         let x = (nm - peak) / if nm < peak { below } else { above };
@@ -232,7 +232,7 @@ fn matching(nm: f64) -> [f64; 3] {
     ]
 }
 
-/// Linear sRGB of luminance 1 of reflectances at 440, 550 and 640 nm under sunlight, which is white.
+/// Linear sRGB with luminance 1 of reflectances at 440, 550 and 640 nm under sunlight, which counts as white.
 fn seen_colour(reflectance: [f64; 3]) -> [f64; 3] {
     let at = |nm: f64| {
         if nm < 550.0 {
@@ -246,7 +246,7 @@ fn seen_colour(reflectance: [f64; 3]) -> [f64; 3] {
     let (mut body, mut white) = ([0.0; 3], [0.0; 3]);
     for k in 380..=780 {
         let nm = f64::from(k);
-        // The Sun as a black body of 5778 K.
+        // The Sun as a blackbody of 5778 K.
         let sun = nm.powi(-5) / ((1.4388e7 / (nm * 5778.0)).exp() - 1.0);
         for (c, m) in matching(nm).into_iter().enumerate() {
             body[c] += sun * m * at(nm);
@@ -265,10 +265,10 @@ fn number_after(text: &str, word: &str) -> Option<f64> {
     text.split_once(word)?.1.split([' ', ',', ';', ')']).find(|w| !w.is_empty())?.parse().ok()
 }
 
-/// Colours are what an eye sees of the albedos or colour indices that the source names. Reading the spectrum at three wavelengths gives
-/// too little: a red of 1.27 for Mars. Bands of methane and the Earth's air ask for the exceptions that catalogs/README.md names.
+/// Colours are the perceived colours of the albedos or colour indices that the source names. Sampling the spectrum at only three wavelengths would give
+/// too little saturation: a red of 1.27 for Mars. Methane bands and the Earth's air require the exceptions that catalogs/README.md lists.
 #[test]
-fn colours_follow_from_the_albedos_they_name() {
+fn colours_follow_from_the_albedos_in_their_sources() {
     let catalog = Catalog::embedded();
     let mut checked = 0;
     for b in catalog.bodies().iter().filter(|b| ![399, 606, 799, 899].contains(&b.id.0)) {
@@ -277,7 +277,7 @@ fn colours_follow_from_the_albedos_they_name() {
             let list: Vec<f64> = list.split(", ").filter_map(|w| w.parse().ok()).collect();
             [list[0], list[1], list[2]]
         } else if let Some(b_v) = number_after(text, "B-V ") {
-            // Less the Sun's own index (Ramirez et al. 2012).
+            // Minus the Sun's own index (Ramirez et al. 2012).
             [10_f64.powf(-0.4 * (b_v - 0.653)), 1.0, number_after(text, "p(640)/p(550) ").unwrap_or(1.0)]
         } else {
             continue;
@@ -290,10 +290,10 @@ fn colours_follow_from_the_albedos_they_name() {
     }
     assert!(checked > 30, "{checked} colours could be recomputed");
     assert!(seen_colour([0.5; 3]).iter().all(|v| (v - 1.0).abs() < 0.002), "grey is grey");
-    assert!((seen_colour([0.088, 0.17, 0.25])[0] - 1.27).abs() > 0.1, "three wavelengths would not do");
+    assert!((seen_colour([0.088, 0.17, 0.25])[0] - 1.27).abs() > 0.1, "three wavelengths would not suffice");
 }
 
-/// What only the whole shows is said at the line of the user's file that made it so, whichever body comes first.
+/// Errors that only the combination of files shows are reported at the line of the user's file that causes them, whatever the order of bodies.
 #[test]
 fn cycles_and_duplicate_names_are_found_in_the_users_file() {
     let moon = |id: i32, name: &str, parent: &str| {
@@ -309,7 +309,7 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
              [body.motion]\ntheory = \"mean-elements\"\nsemi_major_axis_km = 1e5\nmean_motion_deg_day = 1.0\n{orbit}"
         )
     };
-    assert_eq!(complaints(&moon(50_001, "A", "Mars")), Vec::<String>::new(), "a sound moon");
+    assert_eq!(complaints(&moon(50_001, "A", "Mars")), Vec::<String>::new(), "a valid moon");
     let lines = moon(50_001, "A", "Mars").lines().count();
     for (text, expected) in [
         ("[[body]]\nid = 401\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Phobos.parent is the body itself")]),

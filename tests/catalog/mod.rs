@@ -1,4 +1,4 @@
-//! Catalog files: what ships is sound, what is wrong in a file is said with its line.
+//! Catalog files: the shipped files are valid, and errors in a file name its line.
 
 mod entries;
 mod moments;

@@ -1,4 +1,5 @@
-//! The well-known moments of the catalog show what they say, by the ephemeris. Photographs are looked at, not tested.
+//! The catalog's well-known moments show the described events, according to the ephemeris. Photographs are not
+//! tested.
 
 use glam::DVec3;
 use orrery::catalog::moments::{KINDS, Moment};
@@ -17,7 +18,7 @@ impl World {
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         Self { catalog, ephemeris }
     }
-    /// From one centre to another where its light is seen, km.
+    /// From one centre to another with light time, km.
     fn seen_km(&self, from: NaifId, to: NaifId, t: Instant) -> DVec3 {
         let viewer = self.ephemeris.state(from, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("a place").state.pos_km;
         self.ephemeris.light_time_position(to, viewer, t).expect("a place").0 - viewer
@@ -25,7 +26,8 @@ impl World {
     fn radius_km(&self, id: NaifId) -> f64 {
         self.catalog.body(id).expect("a body").radii_km.x
     }
-    /// How far the axis of a body's shadow passes from the centre of the one that it falls on, in that one's radii.
+    /// Distance between the axis of a body's shadow and the centre of the body that it falls on, in radii of the
+    /// latter.
     fn axis_miss_radii(&self, occluder: NaifId, onto: NaifId, t: Instant) -> f64 {
         let to_sun = self.seen_km(onto, NaifId::SUN, t);
         let to_caster = self.seen_km(onto, occluder, t);
@@ -48,7 +50,7 @@ fn every_kind_has_moments_in_order_of_time() {
     }
 }
 
-/// The Moon's axis passes the Earth's centre within its radius; half a day later it does not.
+/// The Moon's shadow axis passes the Earth's centre within the Earth's radius; half a day later it does not.
 #[test]
 fn solar_eclipses_are_central() {
     let world = World::new();
@@ -56,14 +58,14 @@ fn solar_eclipses_are_central() {
         let miss = world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time);
         assert!(miss < 1.0, "{}: {miss} radii", m.name);
         assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(43_200.0)) > 2.0);
-        // The greatest: ten minutes away the axis is farther off.
+        // Greatest eclipse: ten minutes earlier or later the axis is farther away.
         for aside in [-600.0, 600.0] {
             assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(aside)) > miss, "{}", m.name);
         }
     }
 }
 
-/// The whole Moon is within the Earth's umbra.
+/// The entire Moon is inside the Earth's umbra.
 #[test]
 fn lunar_eclipses_are_total() {
     let world = World::new();
@@ -71,26 +73,30 @@ fn lunar_eclipses_are_total() {
         let (earth, moon, sun) = (world.radius_km(NaifId::EARTH), world.radius_km(NaifId::MOON), world.radius_km(NaifId::SUN));
         let to_sun = world.seen_km(NaifId::EARTH, NaifId::SUN, m.time);
         let to_moon = world.seen_km(NaifId::EARTH, NaifId::MOON, m.time);
-        let behind = -to_moon.dot(to_sun.normalize());
-        let umbra_km = earth - behind * (sun - earth) / to_sun.length();
-        let aside = to_moon.cross(to_sun.normalize()).length();
-        assert!(behind > 0.0 && aside + moon < umbra_km, "{}: {aside} km from the axis of an umbra of {umbra_km} km", m.name);
+        let depth_km = -to_moon.dot(to_sun.normalize());
+        let umbra_km = earth - depth_km * (sun - earth) / to_sun.length();
+        let axis_distance_km = to_moon.cross(to_sun.normalize()).length();
+        assert!(
+            depth_km > 0.0 && axis_distance_km + moon < umbra_km,
+            "{}: {axis_distance_km} km from the axis of an umbra of {umbra_km} km",
+            m.name
+        );
     }
 }
 
 #[test]
-fn transits_are_before_the_sun() {
+fn transits_are_in_front_of_the_sun() {
     let world = World::new();
     for m in of_kind(&world, "transit") {
         let sun = world.seen_km(NaifId::EARTH, NaifId::SUN, m.time);
         let sun_rad = world.radius_km(NaifId::SUN) / sun.length();
-        let apart = |id: i32| angle_rad(world.seen_km(NaifId::EARTH, NaifId(id), m.time), sun);
+        let separation_rad = |id: i32| angle_rad(world.seen_km(NaifId::EARTH, NaifId(id), m.time), sun);
         let planet = if m.name.contains("Venus") { 299 } else { 199 };
-        assert!(apart(planet) < sun_rad && apart(if planet == 299 { 199 } else { 299 }) > sun_rad, "{}", m.name);
+        assert!(separation_rad(planet) < sun_rad && separation_rad(if planet == 299 { 199 } else { 299 }) > sun_rad, "{}", m.name);
     }
 }
 
-/// Three shadow axes meet Jupiter when the light left it that is seen.
+/// Three shadow axes meet Jupiter at the time at which the observed light left it.
 #[test]
 fn the_triple_shadow_has_three_shadows() {
     let world = World::new();
@@ -101,7 +107,7 @@ fn the_triple_shadow_has_three_shadows() {
     assert_eq!(on, [true, true, false, true]);
 }
 
-/// Elevation of a viewer (or the Sun) over Saturn's ring plane, degrees.
+/// Elevation of a viewer (or the Sun) above Saturn's ring plane, degrees.
 fn ring_elevation_deg(world: &World, of: NaifId, t: Instant) -> f64 {
     let pole = world.ephemeris.body_from_icrf(NaifId(699), t).expect("an orientation").row(2);
     let to = -world.seen_km(of, NaifId(699), t);
@@ -109,7 +115,7 @@ fn ring_elevation_deg(world: &World, of: NaifId, t: Instant) -> f64 {
 }
 
 #[test]
-fn rings_are_edge_on_dark_or_open_as_said() {
+fn rings_are_edge_on_unlit_or_open_as_described() {
     let world = World::new();
     let all: Vec<&Moment> = of_kind(&world, "rings").collect();
     let named = |part: &str| all.iter().find(|m| m.name.contains(part)).unwrap_or_else(|| panic!("{part}")).time;
@@ -125,12 +131,12 @@ fn rings_are_edge_on_dark_or_open_as_said() {
 fn the_great_conjunction_is_six_arcminutes() {
     let world = World::new();
     let m = of_kind(&world, "conjunction").next().expect("a moment");
-    let apart = angle_rad(world.seen_km(NaifId::EARTH, NaifId(599), m.time), world.seen_km(NaifId::EARTH, NaifId(699), m.time));
-    assert!((apart.to_degrees() * 60.0 - 6.1).abs() < 0.1, "{} arcmin", apart.to_degrees() * 60.0);
+    let separation_rad = angle_rad(world.seen_km(NaifId::EARTH, NaifId(599), m.time), world.seen_km(NaifId::EARTH, NaifId(699), m.time));
+    assert!((separation_rad.to_degrees() * 60.0 - 6.1).abs() < 0.1, "{} arcmin", separation_rad.to_degrees() * 60.0);
 }
 
 #[test]
-fn a_wrong_moment_is_named_with_its_line() {
+fn an_invalid_moment_is_reported_with_its_line() {
     let text =
         "[[moment]]\nname = \"x\"\nkind = \"party\"\ntime = \"soon\"\ntarget = \"Erth\"\nabout = \"a\"\nsource = \"b\"\nfrom = \"Moon\"\n";
     let error = Catalog::with_files(&[("mine.toml".into(), text.into())]).expect_err("it is wrong").to_string();

@@ -40,7 +40,7 @@ fn the_report_is_one_json_value_whose_stages_fit_into_the_frame() {
 }
 
 #[test]
-fn wrong_words_are_refused_in_one_line_that_helps() {
+fn invalid_arguments_are_refused_in_one_helpful_line() {
     for (words, status, told) in
         [(["--scene", "pluto"], 1, "whole-system"), (["--size", "9"], 1, "--size"), (["--frames", "0"], 2, "--frames")]
     {

@@ -56,7 +56,7 @@ fn rows_are_single_answers() {
 
 /// Sun and twilights: the horizontal table has the Sun at those altitudes at those instants, in middle latitudes, in the tropics and beyond the polar circles.
 #[test]
-fn the_sun_is_where_rise_set_and_twilight_say() {
+fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
     let altitude = |place: &str, time: &str| number(&json(&["--body", "sun", "--at", place, "--time", time])[0]["altitude_deg"]);
     for (place, day) in [("51.48,0", "2026-03-20"), ("0,-78.5", "2026-06-21"), ("-33.9,18.4", "2025-12-21"), ("69.65,18.96", "2026-10-15")]
     {
@@ -94,7 +94,7 @@ fn the_sun_is_where_rise_set_and_twilight_say() {
 }
 
 #[test]
-fn wrong_spans_and_places_say_what_to_do() {
+fn errors_about_spans_and_places_name_a_remedy() {
     let span = |from: &'static str, to: &'static str, step: &'static str| {
         vec!["--body", "mars", "--apparent", "--from", from, "--to", to, "--step", step]
     };
@@ -111,7 +111,10 @@ fn wrong_spans_and_places_say_what_to_do() {
         (vec!["--body", "nibiru", "--at", "51,0", "--time", "now"], "nibiru"),
     ] {
         let out = orrery(&words);
-        let said = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(matches!(out.status.code(), Some(1 | 2)) && said.contains(about) && out.stdout.is_empty(), "{words:?}: {said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(
+            matches!(out.status.code(), Some(1 | 2)) && stderr_text.contains(about) && out.stdout.is_empty(),
+            "{words:?}: {stderr_text}"
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! `render --error` and `compare --error`: the bound of each pixel holds against the reference quality, and a smaller one does not.
+//! `render --error` and `compare --error`: each pixel's bound holds against the reference quality, and a smaller bound fails.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -13,7 +13,7 @@ fn orrery(folder: &Path, words: &[&str]) -> Output {
         .expect("the program starts")
 }
 
-fn done(folder: &Path, words: &[&str]) -> Output {
+fn run_successfully(folder: &Path, words: &[&str]) -> Output {
     let out = orrery(folder, words);
     assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
     out
@@ -28,7 +28,7 @@ const VIEWS: [(&str, &[&str]); 5] = [
     ("mars", &["--target", "mars", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "1.2"]),
 ];
 
-/// Mean bounds that still distinguish a good picture from a poor one, 255ths.
+/// Mean bounds that still distinguish a good picture from a poor one, in levels of 255.
 const MEAN_OF_STANDARD: f64 = 16.0;
 const MEAN_OF_DRAFT: f64 = 40.0;
 
@@ -41,17 +41,17 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
     for (name, view) in VIEWS {
         let all = [&["render", "--size", "160x160"][..], view].concat();
         let stops = {
-            let out = done(path, &[&["explain", "--size", "160x160", "--json"][..], view].concat());
+            let out = run_successfully(path, &[&["explain", "--size", "160x160", "--json"][..], view].concat());
             let explained: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
             explained["exposure"]["stops"].as_f64().expect("stops").to_string()
         };
         let all = [&all[..], &["--exposure", &stops]].concat();
         let reference = format!("{name}-reference.png");
-        done(path, &[&all[..], &["--quality", "reference", "-o", &reference]].concat());
+        run_successfully(path, &[&all[..], &["--quality", "reference", "-o", &reference]].concat());
         for quality in ["draft", "standard"] {
             let (picture, bound) = (format!("{name}-{quality}.png"), format!("{name}-{quality}-bound.png"));
-            done(path, &[&all[..], &["--quality", quality, "-o", &picture, "--error", &bound]].concat());
-            let out = done(path, &["compare", &picture, &reference, "--error", &bound, "--json"]);
+            run_successfully(path, &[&all[..], &["--quality", quality, "-o", &picture, "--error", &bound]].concat());
+            let out = run_successfully(path, &["compare", &picture, &reference, "--error", &bound, "--json"]);
             let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
             let held = compared["bound_held"].as_f64().expect("a part");
             let mean_bound = {
@@ -68,21 +68,22 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
     }
     assert!(broken <= 1e-4 * pixels, "the bound is broken in {broken} of {pixels} pixels");
     // Negative control: the draft's picture against the standard quality's bound.
-    let out = done(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
+    let out =
+        run_successfully(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
     let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
     assert!(compared["bound_held"].as_f64().expect("a part") < 0.99, "{compared}");
 }
 
 #[test]
-fn the_linear_bound_is_written_beside_and_other_files_are_refused() {
+fn the_linear_bound_is_written_and_other_files_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
     let words = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "moon.png"];
-    done(path, &[&words[..], &["--error", "bound.exr", "--error", "bound.png"]].concat());
+    run_successfully(path, &[&words[..], &["--error", "bound.exr", "--error", "bound.png"]].concat());
     let linear = image::open(path.join("bound.exr")).expect("a bound").to_rgb32f();
     assert!(linear.pixels().all(|p| p.0.iter().all(|v| v.is_finite() && *v >= 0.0)) && linear.pixels().any(|p| p.0[1] > 0.0));
     // Repeated, it is the same; another view's file is not replaced.
-    done(path, &[&words[..], &["--error", "bound.png"]].concat());
+    run_successfully(path, &[&words[..], &["--error", "bound.png"]].concat());
     let other =
         ["render", "--target", "mars", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "mars.png", "--error", "bound.png"];
     let out = orrery(path, &other);
@@ -90,7 +91,7 @@ fn the_linear_bound_is_written_beside_and_other_files_are_refused() {
     for (more, about) in [(&["--error", "bound.gif"][..], ".png or .exr"), (&["--error", "b.png", "--frames", "2"], "one frame")] {
         let words = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "-o", "run-%d.png"];
         let out = orrery(path, &[&words[..], more].concat());
-        let said = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.code() == Some(1) && said.contains(about), "{said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(1) && stderr_text.contains(about), "{stderr_text}");
     }
 }

@@ -12,11 +12,11 @@ fn render(words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_orrery")).args(base).args(words).output().expect("the program starts")
 }
 
-fn said(out: &Output) -> String {
+fn stderr_text(out: &Output) -> String {
     String::from_utf8_lossy(&out.stderr).into_owned()
 }
 
-fn text(path: &Path) -> &str {
+fn path_text(path: &Path) -> &str {
     path.to_str().expect("a plain name")
 }
 
@@ -49,15 +49,16 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     std::fs::create_dir_all(shaders.join("entry")).expect("made");
     std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", of("entry/blur.wesl"))).expect("written");
     let path = folder.path().join("p.png");
-    let first = render(&[&BASE[..], &["-o", text(&path)]].concat());
-    assert!(first.status.success() && first.stderr.is_empty(), "{}", said(&first));
+    let first = render(&[&BASE[..], &["-o", path_text(&path)]].concat());
+    assert!(first.status.success() && first.stderr.is_empty(), "{}", stderr_text(&first));
     let bytes = std::fs::read(&path).expect("written");
 
     // The same request in other words, and options that change no picture.
-    for same in [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
+    for same in
+        [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", path_text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
     {
-        let out = render(&[&BASE[..], same, &["-o", text(&path)]].concat());
-        assert!(out.status.success() && std::fs::read(&path).expect("there") == bytes, "{same:?}: {}", said(&out));
+        let out = render(&[&BASE[..], same, &["-o", path_text(&path)]].concat());
+        assert!(out.status.success() && std::fs::read(&path).expect("there") == bytes, "{same:?}: {}", stderr_text(&out));
     }
     let changed: &[(&[&str], &str)] = &[
         (&["--target", "deimos"], "Phobos, not Deimos"),
@@ -75,8 +76,8 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--layers", "+labels"], "+labels"),
         (&["--pixels", "depth"], "depth"),
         (&["--quality", "draft"], "draft"),
-        (&["--catalogs", text(&catalogs)], "catalogs"),
-        (&["--shaders", text(&shaders)], "shaders"),
+        (&["--catalogs", path_text(&catalogs)], "catalogs"),
+        (&["--shaders", path_text(&shaders)], "shaders"),
         (&["--renderer", "auto"], "auto"),
     ];
     for (words, about) in changed {
@@ -85,11 +86,11 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         let out = match *words {
             ["--renderer", _] => {
                 let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
-                command.args(["render", "--cache", text(&CACHE)]).args(&base).args(["-o", text(&path)]).output().expect("starts")
+                command.args(["render", "--cache", path_text(&CACHE)]).args(&base).args(["-o", path_text(&path)]).output().expect("starts")
             }
-            _ => render(&[&base[..], words, &["-o", text(&path)]].concat()),
+            _ => render(&[&base[..], words, &["-o", path_text(&path)]].concat()),
         };
-        let line = said(&out);
+        let line = stderr_text(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");
         assert!(line.contains("p.png") && line.contains("--overwrite") && line.contains(about), "{words:?}: {line}");
         assert!(line.chars().count() < 600 && !line.contains(".tmp"), "{line}");
@@ -99,8 +100,8 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     let fresh = folder.path().join("fresh.png");
     for words in [&["--overwrite"][..], &[]] {
         let at = if words.is_empty() { &fresh } else { &path };
-        let out = render(&[&["--target", "deimos", "--time", TIME, "--size", "12x10"][..], words, &["-o", text(at)]].concat());
-        assert!(out.status.success(), "{}", said(&out));
+        let out = render(&[&["--target", "deimos", "--time", TIME, "--size", "12x10"][..], words, &["-o", path_text(at)]].concat());
+        assert!(out.status.success(), "{}", stderr_text(&out));
     }
     assert_eq!(std::fs::read(&path).expect("there"), std::fs::read(&fresh).expect("there"));
     assert_eq!(files(folder.path()).len(), 2, "no other file is left");
@@ -113,29 +114,33 @@ fn a_sequence_resumes_with_its_own_frames_only() {
         let at = |name: &str| folder.path().join(name);
         let pattern = at(&format!("m-%03d.{kind}"));
         let run = |target: &str, more: &[&str]| {
-            let words = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", text(&pattern)];
+            let words = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", path_text(&pattern)];
             render(&[&words[..], more].concat())
         };
         // Two machines share the sequence; a third finds it done.
         for shard in ["0/2", "1/2"] {
             let out = run("mars", &["--shard", shard]);
-            assert!(out.status.success() && out.stderr.is_empty(), "{}", said(&out));
+            assert!(out.status.success() && out.stderr.is_empty(), "{}", stderr_text(&out));
         }
         let whole = files(folder.path());
         assert_eq!(whole.len(), 4);
         let again = run("mars", &[]);
-        assert!(again.status.success() && said(&again).contains("kept 4 of 4"), "{}", said(&again));
+        assert!(again.status.success() && stderr_text(&again).contains("kept 4 of 4"), "{}", stderr_text(&again));
         // Another request is refused before it draws anything.
         let other = run("venus", &[]);
         assert_eq!(other.status.code(), Some(1));
-        assert!(said(&other).contains("target Mars, not Venus") && said(&other).trim().lines().count() == 1, "{}", said(&other));
+        assert!(
+            stderr_text(&other).contains("target Mars, not Venus") && stderr_text(&other).trim().lines().count() == 1,
+            "{}",
+            stderr_text(&other)
+        );
         let other = run("venus", &["--shard", "1/2"]);
-        assert!(other.status.code() == Some(1) && said(&other).contains("m-001"), "{}", said(&other));
+        assert!(other.status.code() == Some(1) && stderr_text(&other).contains("m-001"), "{}", stderr_text(&other));
         assert_eq!(files(folder.path()), whole, "a refused run changes no file");
         // Missing, truncated or altered files are drawn again, or refused if they have no provenance.
         std::fs::remove_file(at(&format!("m-002.{kind}"))).expect("removed");
         let out = run("mars", &[]);
-        assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{}", said(&out));
+        assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{}", stderr_text(&out));
         assert_eq!(files(folder.path()), whole);
         let victim = at(&format!("m-001.{kind}"));
         let good = std::fs::read(&victim).expect("there");
@@ -144,21 +149,25 @@ fn a_sequence_resumes_with_its_own_frames_only() {
         for (what, bytes) in [("cut", &good[..good.len() - 9]), ("turned", &turned), ("empty", &[]), ("foreign", b"a letter to a friend")] {
             std::fs::write(&victim, bytes).expect("written");
             let out = run("mars", &[]);
-            let line = said(&out);
+            let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.contains("m-001") && line.contains("--overwrite"), "{kind}, {what}: {line}");
             assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("unknown")), "{kind}, {what}: {line}");
             let out = run("mars", &["--overwrite"]);
-            assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", said(&out));
+            assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", stderr_text(&out));
             assert_eq!(files(folder.path()), whole, "{kind}, {what}");
         }
         // A longer sequence of the same request begins with the frames of the shorter one.
-        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", text(&pattern)];
+        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", path_text(&pattern)];
         let out = render(&words);
-        assert!(out.status.success() && said(&out).contains("kept 4 of 5"), "{}", said(&out));
+        assert!(out.status.success() && stderr_text(&out).contains("kept 4 of 5"), "{}", stderr_text(&out));
         // Another step: only the first frame is the same picture.
-        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", text(&pattern)];
+        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", path_text(&pattern)];
         let out = render(&words);
-        assert!(out.status.code() == Some(1) && said(&out).contains("m-001") && said(&out).contains("time"), "{}", said(&out));
+        assert!(
+            out.status.code() == Some(1) && stderr_text(&out).contains("m-001") && stderr_text(&out).contains("time"),
+            "{}",
+            stderr_text(&out)
+        );
     }
 }
 
@@ -177,8 +186,8 @@ fn write_errors_do_not_name_the_temporary_file() {
     ];
     for (path, about) in cases {
         for overwrite in [&[][..], &["--overwrite"]] {
-            let out = render(&[&BASE[..], overwrite, &["-o", text(&path)]].concat());
-            let line = said(&out);
+            let out = render(&[&BASE[..], overwrite, &["-o", path_text(&path)]].concat());
+            let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(about), "{path:?}: {line}");
             assert!(!line.contains(".tmp") && !line.contains("os error 2)") || line.contains("folder"), "{path:?}: {line}");
         }
@@ -194,9 +203,9 @@ fn a_tour_is_drawn_frame_by_frame() {
     let (tour, pattern) = (folder.path().join("tour.json"), folder.path().join("out-%02d.png"));
     let stop = |target: &str| format!(r#"{{"view":"orrery://view?target={target}&time={TIME}","text":"Here","hold_s":1,"travel_s":1}}"#);
     std::fs::write(&tour, format!(r#"{{"title":"Two","stops":[{},{}]}}"#, stop("Phobos"), stop("Deimos"))).expect("a file");
-    let words = ["--tour", text(&tour), "--size", "12x10", "--rate", "2", "-o", text(&pattern)];
+    let words = ["--tour", path_text(&tour), "--size", "12x10", "--rate", "2", "-o", path_text(&pattern)];
     let out = render(&words);
-    assert!(out.status.success(), "{}", said(&out));
+    assert!(out.status.success(), "{}", stderr_text(&out));
     let written = files(folder.path());
     let names: Vec<&str> = written.iter().map(|(name, _)| name.as_str()).filter(|n| n.ends_with(".png")).collect();
     assert_eq!(names, ["out-00.png", "out-01.png", "out-02.png", "out-03.png", "out-04.png", "out-05.png"]);
@@ -204,13 +213,13 @@ fn a_tour_is_drawn_frame_by_frame() {
     let pixels = |k: usize| image::open(folder.path().join(names[k])).expect("a picture").to_rgb8().into_raw();
     assert!(pixels(0) == pixels(1) && pixels(4) == pixels(5) && pixels(1) != pixels(3) && pixels(3) != pixels(4));
     let again = render(&words);
-    assert!(again.status.success() && said(&again).contains("kept 6 of 6"), "{}", said(&again));
+    assert!(again.status.success() && stderr_text(&again).contains("kept 6 of 6"), "{}", stderr_text(&again));
     assert_eq!(files(folder.path()), written);
     let beside = render(&[&words[..], &["--target", "moon"]].concat());
-    assert!(beside.status.code() == Some(2) && said(&beside).contains("--target"), "{}", said(&beside));
+    assert!(beside.status.code() == Some(2) && stderr_text(&beside).contains("--target"), "{}", stderr_text(&beside));
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
     let wrong = render(&words);
-    assert!(wrong.status.code() == Some(1) && said(&wrong).contains("tour.json: stop 1, view: target: "), "{}", said(&wrong));
+    assert!(wrong.status.code() == Some(1) && stderr_text(&wrong).contains("tour.json: stop 1, view: target: "), "{}", stderr_text(&wrong));
 }
 
 /// The frames of an animation are those of a sequence; an existing file is kept, and unsupported settings are reported before anything is drawn.
@@ -220,7 +229,7 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let words = |out: &Path| {
-        [&BASE[..], &["--frames", "3", "--step", "20m", "--rate", "10", "-o", text(out)]]
+        [&BASE[..], &["--frames", "3", "--step", "20m", "--rate", "10", "-o", path_text(out)]]
             .concat()
             .into_iter()
             .map(str::to_owned)
@@ -232,7 +241,7 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
     };
     for name in ["out-%d.png", "out.apng", "out.gif"] {
         let out = draw(&at(name), &[]);
-        assert!(out.status.success(), "{name}: {}", said(&out));
+        assert!(out.status.success(), "{name}: {}", stderr_text(&out));
     }
     let single = |k: usize| image::open(at(&format!("out-{k}.png"))).expect("a picture").to_rgb8();
     let file = std::io::BufReader::new(std::fs::File::open(at("out.apng")).expect("a file"));
@@ -247,7 +256,7 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
     let before = files(folder.path());
     for name in ["out.apng", "out.gif"] {
         let again = draw(&at(name), &[]);
-        assert!(again.status.code() == Some(1) && said(&again).contains("--overwrite"), "{}", said(&again));
+        assert!(again.status.code() == Some(1) && stderr_text(&again).contains("--overwrite"), "{}", stderr_text(&again));
         assert!(draw(&at(name), &["--overwrite"]).status.success());
     }
     // They would be the same bytes.
@@ -258,6 +267,6 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
             words.retain(|w| w != "--rate" && w != "10");
         }
         let out = render(&[&words.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat());
-        assert!(out.status.code() == Some(1) && said(&out).contains(about) && !at("other.gif").exists(), "{}", said(&out));
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains(about) && !at("other.gif").exists(), "{}", stderr_text(&out));
     }
 }

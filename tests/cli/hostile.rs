@@ -11,11 +11,11 @@ const PATIENCE: Duration = Duration::from_secs(20);
 fn orrery(cache: &Path, words: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
-    command.args(["--renderer", "software", "--cache", text(cache)]).args(words);
-    ended(command)
+    command.args(["--renderer", "software", "--cache", path_text(cache)]).args(words);
+    run_with_timeout(command)
 }
 
-fn ended(mut command: Command) -> Output {
+fn run_with_timeout(mut command: Command) -> Output {
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
     let (mut out, mut err) = (child.stdout.take().expect("a pipe"), child.stderr.take().expect("a pipe"));
     let read = |from: &mut dyn std::io::Read| {
@@ -43,17 +43,17 @@ fn ended(mut command: Command) -> Output {
     })
 }
 
-fn text(path: &Path) -> &str {
+fn path_text(path: &Path) -> &str {
     path.to_str().expect("a plain name")
 }
 
-fn said(out: &Output) -> String {
+fn stderr_text(out: &Output) -> String {
     String::from_utf8_lossy(&out.stderr).into_owned()
 }
 
 /// The single line of a failed command.
-fn refusal(out: &Output, case: &str) -> String {
-    let line = said(out);
+fn error_line(out: &Output, case: &str) -> String {
+    let line = stderr_text(out);
     assert!(matches!(out.status.code(), Some(1 | 2)), "{case}: {:?}: {line}", out.status);
     assert!(line.trim().lines().count() == 1 && out.stdout.is_empty(), "{case}: {line}");
     assert!(!line.contains("panicked"), "{case}: {line}");
@@ -77,13 +77,13 @@ fn a_link_of_any_depth_and_length_is_answered() {
     for (link, word) in [(&dotted, "nested one level deep"), (&brackets, "eye"), (&long, "too long for a view")] {
         let out = orrery(folder.path(), &["view", link]);
         // The second line says that there is no display.
-        let line = said(&out);
+        let line = stderr_text(&out);
         assert!(out.status.code() == Some(1) && line.contains(word) && line.lines().count() <= 2, "{word}: {line}");
         assert!(line.lines().all(|l| l.chars().count() < 600), "{line}");
     }
     let nested = folder.path().join("view.json");
     std::fs::write(&nested, format!("{{\"eye\":{}", "[".repeat(30_000))).expect("a file");
-    assert!(said(&orrery(folder.path(), &["view", text(&nested)])).contains("recursion limit exceeded"));
+    assert!(stderr_text(&orrery(folder.path(), &["view", path_text(&nested)])).contains("recursion limit exceeded"));
 }
 
 /// Every option that names a file: a pipe without a writer, and an endless device.
@@ -105,20 +105,24 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
             std::fs::create_dir_all(place.parent().expect("a folder")).expect("a folder");
             std::os::unix::fs::symlink(odd, place).expect("a link");
         }
-        let o = text(odd);
-        for words in [["--kernel", o], ["--catalogs", text(&catalogs)], ["--shaders", text(&shaders)]] {
-            refusal(&orrery(&at("cache"), &[&view[..], &words].concat()), &format!("{kind} {words:?}"));
+        let o = path_text(odd);
+        for words in [["--kernel", o], ["--catalogs", path_text(&catalogs)], ["--shaders", path_text(&shaders)]] {
+            error_line(&orrery(&at("cache"), &[&view[..], &words].concat()), &format!("{kind} {words:?}"));
         }
         for words in [["explain", "--camera-json", o], ["compare", o, o]] {
-            assert!(refusal(&orrery(&at("cache"), &words), kind).contains("not a regular file"), "{kind} {words:?}");
+            assert!(error_line(&orrery(&at("cache"), &words), kind).contains("not a regular file"), "{kind} {words:?}");
         }
         // A build without the window reads neither.
         for words in [&["view", o][..], &["view", "--settings", o]].into_iter().filter(|_| cfg!(feature = "view")) {
             let out = orrery(&at("cache"), words);
-            assert!(out.status.code() == Some(1) && said(&out).contains("not a regular file"), "{kind} {words:?}: {}", said(&out));
+            assert!(
+                out.status.code() == Some(1) && stderr_text(&out).contains("not a regular file"),
+                "{kind} {words:?}: {}",
+                stderr_text(&out)
+            );
         }
-        let out = orrery(&at("cache"), &[&view[..], &["--textures", text(&textures)]].concat());
-        assert!(out.status.success(), "{kind}: {}", said(&out));
+        let out = orrery(&at("cache"), &[&view[..], &["--textures", path_text(&textures)]].concat());
+        assert!(out.status.success(), "{kind}: {}", stderr_text(&out));
     }
 }
 
@@ -129,10 +133,10 @@ fn unusual_file_types_in_the_cache_are_tolerated() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
     let render = || {
-        let words = ["render", "--target", "pluto", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", text(&picture)];
+        let words = ["render", "--target", "pluto", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", path_text(&picture)];
         let out = orrery(&cache, &words);
-        assert!(out.status.success(), "{}", said(&out));
-        (std::fs::read(&picture).expect("a picture"), said(&out))
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        (std::fs::read(&picture).expect("a picture"), stderr_text(&out))
     };
     let (first, _) = render();
     let entries = |below: &Path| -> Vec<PathBuf> {
@@ -168,9 +172,9 @@ fn a_cache_folder_writable_by_others_is_not_used() {
         std::fs::set_permissions(&shared, std::fs::Permissions::from_mode(0o777)).expect("permissions");
         let out = orrery(
             &cache,
-            &["render", "--target", "pluto", "--time", "2024-01-01", "--size", "8x8", "-o", text(&folder.path().join("a.png"))],
+            &["render", "--target", "pluto", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&folder.path().join("a.png"))],
         );
-        let line = said(&out);
+        let line = stderr_text(&out);
         assert!(out.status.success() && line.lines().count() == 1, "{part}: {line}");
         assert!(line.contains("is not used: others may write into it (mode 777)") && line.contains("--cache"), "{part}: {line}");
         assert_eq!(std::fs::read_dir(&shared).expect("a folder").count(), 0, "{part}: something was written");
@@ -179,9 +183,20 @@ fn a_cache_folder_writable_by_others_is_not_used() {
     // Only the user can read the files of the cache.
     let status = orrery(
         &cache,
-        &["render", "--target", "pluto", "--time", "2024-01-01", "--size", "8x8", "--overwrite", "-o", text(&folder.path().join("a.png"))],
+        &[
+            "render",
+            "--target",
+            "pluto",
+            "--time",
+            "2024-01-01",
+            "--size",
+            "8x8",
+            "--overwrite",
+            "-o",
+            path_text(&folder.path().join("a.png")),
+        ],
     );
-    assert!(status.status.success() && status.stderr.is_empty(), "{}", said(&status));
+    assert!(status.status.success() && status.stderr.is_empty(), "{}", stderr_text(&status));
     let mode = cache.join("orrery/air").metadata().expect("made").permissions().mode();
     assert_eq!(mode & 0o777, 0o700);
 }
@@ -194,7 +209,7 @@ fn oversized_counts_in_files_are_refused_with_their_limit() {
     let (maps, picture) = (at("maps"), at("a.png"));
     for threads in ["257", "100000", "-1", "many"] {
         let out = orrery(&at("cache"), &["doctor", &format!("--threads={threads}")]);
-        assert!(out.status.code() == Some(2) && said(&out).contains("threads from 1 to 256"), "{threads}: {}", said(&out));
+        assert!(out.status.code() == Some(2) && stderr_text(&out).contains("threads from 1 to 256"), "{threads}: {}", stderr_text(&out));
     }
     assert!(orrery(&at("cache"), &["doctor", "--threads", "256"]).status.success());
 
@@ -204,21 +219,26 @@ fn oversized_counts_in_files_are_refused_with_their_limit() {
     let mut head = png::Encoder::new(file, 20_000, 20_000).write_header().expect("a head");
     head.write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).expect("no pixels");
     drop(head);
-    let line = refusal(&orrery(&at("cache"), &["compare", text(&huge), text(&huge)]), "compare");
+    let line = error_line(&orrery(&at("cache"), &["compare", path_text(&huge), path_text(&huge)]), "compare");
     assert!(line.contains("20000 x 20000 pixels are 400 megapixels, more than 64; --max-megapixels 400 allows them"), "{line}");
     // With a higher limit the file's own damage is reported.
-    let line = refusal(&orrery(&at("cache"), &["compare", text(&huge), text(&huge), "--max-megapixels", "400"]), "raised");
+    let line = error_line(&orrery(&at("cache"), &["compare", path_text(&huge), path_text(&huge), "--max-megapixels", "400"]), "raised");
     assert!(line.contains("not a picture that can be read"), "{line}");
-    let words = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "--textures", text(&maps), "-o", text(&picture)];
+    let words =
+        ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "--textures", path_text(&maps), "-o", path_text(&picture)];
     let out = orrery(&at("cache"), &words);
-    assert!(out.status.success() && said(&out).contains("400 megapixels") && said(&out).lines().count() == 1, "{}", said(&out));
+    assert!(
+        out.status.success() && stderr_text(&out).contains("400 megapixels") && stderr_text(&out).lines().count() == 1,
+        "{}",
+        stderr_text(&out)
+    );
 
     std::fs::create_dir(at("catalogs")).expect("a folder");
     let fields: String = (0..20_000).map(|k| format!("x{k} = 1\n")).collect();
     std::fs::write(at("catalogs/a.toml"), format!("[[body]]\nid = 401\n{fields}")).expect("a file");
     for verb in [&["explain", "--target", "moon", "--time", "2024-01-01"][..], &["doctor"]] {
-        let out = orrery(&at("cache"), &[verb, &["--catalogs", text(&at("catalogs"))]].concat());
-        let both = format!("{}{}", said(&out), String::from_utf8_lossy(&out.stdout));
+        let out = orrery(&at("cache"), &[verb, &["--catalogs", path_text(&at("catalogs"))]].concat());
+        let both = format!("{}{}", stderr_text(&out), String::from_utf8_lossy(&out.stdout));
         assert!(both.matches("is not a field here").count() == 20 && both.contains("and 19980 more"), "{verb:?}: {}", both.len());
     }
 }
@@ -245,8 +265,8 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
         let catalog = at(&format!("catalogs-{k}"));
         std::fs::create_dir(&catalog).expect("a folder");
         std::fs::write(catalog.join("a.toml"), text_of_file).expect("a file");
-        let out = orrery(&at("cache"), &["explain", "--target", "moon", "--time", "2024-01-01", "--catalogs", text(&catalog)]);
-        let lines = said(&out);
+        let out = orrery(&at("cache"), &["explain", "--target", "moon", "--time", "2024-01-01", "--catalogs", path_text(&catalog)]);
+        let lines = stderr_text(&out);
         assert!(out.status.code() == Some(1) && !steers(&lines), "{text_of_file}: {lines:?}");
         assert!(lines.lines().all(|l| l.contains("a.toml:")), "{text_of_file}: a line of its own: {lines}");
     }
@@ -256,19 +276,35 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
         format!("{{\"q\":\"disc-overlap\",\"k\":1,\"d\":1,\"model\":\"{evil}\"}}"),
         format!("{{\"q\":\"sunlight\",\"body\":\"{evil}\",\"time\":\"2024-04-08\",\"lat\":0,\"lon\":0}}"),
     ] {
-        assert!(!steers(&refusal(&orrery(&at("cache"), &["probe", &question]), &question)), "{question}");
+        assert!(!steers(&error_line(&orrery(&at("cache"), &["probe", &question]), &question)), "{question}");
     }
     let camera = at("camera.json");
     std::fs::write(&camera, format!("{{\"{evil}\":1}}")).expect("a file");
-    assert!(!steers(&refusal(&orrery(&at("cache"), &["explain", "--camera-json", text(&camera)]), "camera")));
+    assert!(!steers(&error_line(&orrery(&at("cache"), &["explain", "--camera-json", path_text(&camera)]), "camera")));
     // A line of a shape model, with raw bytes.
     let (mesh, picture) = (at("mesh"), at("a.png"));
     std::fs::create_dir(&mesh).expect("a folder");
     std::fs::write(mesh.join("a.toml"), "[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n").expect("a file");
     std::fs::write(mesh.join("a.obj"), "v 1 2 \u{1b}[2J\u{7}\r\n").expect("a file");
-    let words = ["render", "--target", "phobos", "--time", "2024-01-01", "--size", "8x8", "-o", text(&picture), "--catalogs", text(&mesh)];
+    let words = [
+        "render",
+        "--target",
+        "phobos",
+        "--time",
+        "2024-01-01",
+        "--size",
+        "8x8",
+        "-o",
+        path_text(&picture),
+        "--catalogs",
+        path_text(&mesh),
+    ];
     let out = orrery(&at("cache"), &words);
-    assert!(said(&out).lines().count() == 1 && said(&out).contains("a.obj:1") && !steers(&said(&out)), "{:?}", said(&out));
+    assert!(
+        stderr_text(&out).lines().count() == 1 && stderr_text(&out).contains("a.obj:1") && !steers(&stderr_text(&out)),
+        "{:?}",
+        stderr_text(&out)
+    );
 }
 
 /// Values that were once accepted and gave a wrong answer or none.
@@ -285,13 +321,18 @@ fn meaningless_values_are_refused_by_option_name() {
         (&["--from", "earth", "--at", "91,0"], "--at 91,0"),
         (&["--rate", "0"], "--rate"),
         (&["--frames", "0"], "--frames"),
-        (&["--textures", text(&none)], "there is no such folder; --textures"),
+        (&["--textures", path_text(&none)], "there is no such folder; --textures"),
         (&["--textures", "/dev/null"], "there is no such folder; --textures"),
     ];
     for (words, named) in cases {
-        let view = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", text(&picture)];
+        let view = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
         let out = orrery(&cache, &[&view[..], words].concat());
-        assert!(matches!(out.status.code(), Some(1 | 2)) && said(&out).contains(named), "{words:?}: {:?} {}", out.status, said(&out));
+        assert!(
+            matches!(out.status.code(), Some(1 | 2)) && stderr_text(&out).contains(named),
+            "{words:?}: {:?} {}",
+            out.status,
+            stderr_text(&out)
+        );
         assert!(!picture.exists(), "{words:?}: a picture");
     }
     let air = |fields: &str| {
@@ -302,18 +343,18 @@ fn meaningless_values_are_refused_by_option_name() {
         format!("{{\"q\":\"scatter\",\"atmosphere\":{{\"planet_radius_km\":6371,\"top_km\":60,\"species\":[{species}]}},{ray}}}")
     };
     for height in ["0", "-1", "-1e-300"] {
-        let line = refusal(&orrery(&cache, &["probe", &air(&format!("\"scale_height_km\":{height}"))]), height);
+        let line = error_line(&orrery(&cache, &["probe", &air(&format!("\"scale_height_km\":{height}"))]), height);
         assert!(line.contains("scale_height_km must be greater than 0"), "{height}: {line}");
     }
     let out = orrery(&cache, &["probe", &air("\"scale_height_km\":8")]);
-    assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", said(&out));
+    assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", stderr_text(&out));
     // An existing but unreadable cache is not an empty one.
     std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
     let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
     std::fs::write(cache.join("orrery/shaders"), "a file").expect("a file");
     for words in [["library", "status"], ["library", "verify"]] {
         let out = orrery(&cache, &words);
-        assert!(out.status.code() == Some(1) && said(&out).contains("shaders cannot be read"), "{words:?}: {}", said(&out));
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("shaders cannot be read"), "{words:?}: {}", stderr_text(&out));
     }
 }
 
@@ -333,7 +374,7 @@ fn no_partial_or_stale_file_is_left_behind() {
     let old = litter(folder.path(), ".orrery-writing-aaaaaa", 100_000);
     let young = litter(folder.path(), ".orrery-writing-bbbbbb", 100);
     let other = litter(folder.path(), ".tmpcccccc", 100_000);
-    let words = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", text(&picture)];
+    let words = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
     assert!(orrery(&cache, &words).status.success());
     assert!(!old.exists() && young.exists() && other.exists());
     let program = env!("CARGO_BIN_EXE_orrery");
@@ -343,12 +384,12 @@ fn no_partial_or_stale_file_is_left_behind() {
         "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"",
         program,
         "compare",
-        text(&picture),
-        text(&picture),
+        path_text(&picture),
+        path_text(&picture),
         "-o",
-        text(&difference),
+        path_text(&difference),
     ]);
-    let line = said(&ended(full));
+    let line = stderr_text(&run_with_timeout(full));
     assert!(line.lines().count() == 1 && line.contains("d.png"), "{line}");
     let left: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").map(|e| e.expect("an entry").file_name()).collect();
     assert!(left.len() == 4 && !difference.exists(), "{left:?}");

@@ -79,8 +79,11 @@ fn invalid_height_maps_are_refused_in_one_line() {
         (none.to_str().expect("a plain name"), "No such file"),
     ] {
         let out = find(folder.path(), heights, false);
-        let said = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert_eq!(out.status.code(), Some(1), "{heights}: {said}");
-        assert!(said.contains(named) && said.contains("--lunar-heights") && said.trim_end().lines().count() == 1, "{heights}: {said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(1), "{heights}: {stderr_text}");
+        assert!(
+            stderr_text.contains(named) && stderr_text.contains("--lunar-heights") && stderr_text.trim_end().lines().count() == 1,
+            "{heights}: {stderr_text}"
+        );
     }
 }

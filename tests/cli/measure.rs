@@ -1,4 +1,5 @@
-//! `measure` and `stability` for a user: fields, exit statuses, plots; and the defaults of the qualities by their rule.
+//! `measure` and `stability` for a user: fields, exit statuses, plots; and the default options of the qualities, which follow
+//! from a rule.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -35,7 +36,7 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     for choice in ["ephemeris", "eclipse", "air", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
         assert!(table.lines().any(|l| l.starts_with(choice)), "{choice}: {table}");
     }
-    // The kernel is more accurate and faster than the series, and the table says so.
+    // The kernel is more accurate and faster than the series, and the table shows this.
     let series = table.lines().find(|l| l.trim_start().starts_with("series")).expect("the series");
     assert!(series.contains("dominated"), "{series}");
     let plot = image::open(&png).expect("a picture").to_rgb8();
@@ -81,8 +82,11 @@ fn one_view_gets_its_sufficient_quality() {
         (&["stability", "--sweep", "nothing"], "--sweep nothing"),
     ] {
         let out = orrery(words);
-        let said = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.code() == Some(1) && said.contains(about) && said.lines().count() == 1, "{words:?}: {said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(
+            out.status.code() == Some(1) && stderr_text.contains(about) && stderr_text.lines().count() == 1,
+            "{words:?}: {stderr_text}"
+        );
     }
 }
 

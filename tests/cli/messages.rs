@@ -14,11 +14,11 @@ fn orrery(words: &[&str]) -> Output {
     command.args(["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")]).args(words).output().expect("starts")
 }
 
-fn said(out: &Output) -> String {
+fn stderr_text(out: &Output) -> String {
     String::from_utf8_lossy(&out.stderr).into_owned()
 }
 
-fn text(path: &Path) -> &str {
+fn path_text(path: &Path) -> &str {
     path.to_str().expect("a plain name")
 }
 
@@ -94,7 +94,7 @@ fn errors_are_short_and_have_no_control_characters() {
     for words in cases {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let (out, short) = (orrery(&words), words.iter().map(|w| w.chars().take(20).collect::<String>()).collect::<Vec<_>>());
-        let line = said(&out);
+        let line = stderr_text(&out);
         let code = out.status.code();
         assert!(code == Some(1) || code == Some(2), "{short:?}: {code:?}, {line}");
         // The error of the link, and then that there is no display.
@@ -124,7 +124,7 @@ fn invalid_json_lines_get_short_errors_in_order() {
     ];
     for (verb, good) in [("probe", true), ("ephemeris", false)] {
         let mut child = Command::new(env!("CARGO_BIN_EXE_orrery"))
-            .args([verb, "--stdin", "--cache", text(&CACHE)])
+            .args([verb, "--stdin", "--cache", path_text(&CACHE)])
             .stdin(std::process::Stdio::piped())
             .stdout(std::process::Stdio::piped())
             .spawn()
@@ -143,7 +143,7 @@ fn invalid_json_lines_get_short_errors_in_order() {
 }
 
 #[test]
-fn near_names_are_suggested_everywhere() {
+fn similar_names_are_suggested_everywhere() {
     for (words, meant) in [
         (&["explain", "--target", "marz"][..], "`Mars`"),
         (&["explain", "--target", "mars", "--from", "erth"], "`Earth`"),
@@ -175,7 +175,7 @@ fn near_names_are_suggested_everywhere() {
             continue;
         }
         let out = orrery(words);
-        assert!(!out.status.success() && said(&out).contains(meant), "{words:?}: {}", said(&out));
+        assert!(!out.status.success() && stderr_text(&out).contains(meant), "{words:?}: {}", stderr_text(&out));
     }
 }
 
@@ -202,7 +202,7 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
         let mut spans = BTreeSet::new();
         for time in ["-9000-01-01", "9000-01-01T12:00:00Z"] {
             let out = at(body, time, source);
-            let line = said(&out);
+            let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.contains(time.split('T').next().expect("a day")), "{body} {source:?}: {line}");
             assert!(!line.contains("jd_tdb"), "{line}");
             let words: Vec<&str> = line.split([' ', ',']).collect();
@@ -215,7 +215,7 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
         for (day, outward) in [(&first, -1.0), (&last, 1.0)] {
             let jd = |days: f64| format!("jd_tdb:{}", julian_day(day) + days);
             let (inside, outside) = (at(body, &jd(-3.0 * outward), source), at(body, &jd(3.0 * outward), source));
-            assert!(inside.status.success(), "{body} {source:?} 3 days within {day}: {}", said(&inside));
+            assert!(inside.status.success(), "{body} {source:?} 3 days within {day}: {}", stderr_text(&inside));
             assert!(!outside.status.success(), "{body} {source:?} 3 days beyond {day} works");
         }
     }
@@ -227,7 +227,7 @@ fn a_distance_beyond_all_sources_names_its_limit() {
         for target in ["phobos", "sun"] {
             let distance = format!("1e{power}");
             let out = orrery(&["explain", "--target", target, "--distance-radii", &distance, "--time", "2024-04-08"]);
-            let line = said(&out);
+            let line = stderr_text(&out);
             // A thousand light years are 9.46e15 km; radii are 13 and 695 700 km.
             let radius_km = if target == "phobos" { 13.0 } else { 695_700.0 };
             let km = radius_km * 10_f64.powi(power);
@@ -259,8 +259,8 @@ fn camera_file_errors_have_a_line_and_plain_words() {
         ("", 1, "EOF"),
     ] {
         std::fs::write(&file, camera).expect("written");
-        let out = orrery(&["explain", "--camera-json", text(&file)]);
-        let line = said(&out);
+        let out = orrery(&["explain", "--camera-json", path_text(&file)]);
+        let line = stderr_text(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{camera:?}: {line}");
         assert!(line.contains(&format!("camera.json:{line_of}:")) && line.contains(about), "{camera:?}: {line}");
         assert!(!line.contains("struct ") && !line.contains("sequence") && !line.contains("f64"), "{camera:?}: {line}");
@@ -281,7 +281,12 @@ fn arguments_without_a_verb_belong_to_view() {
         (&["--target", "mars", "render"], 2, "--target"),
     ] {
         let out = orrery(words);
-        assert!(out.status.code() == Some(code) && said(&out).contains(about), "{words:?}: {:?} {}", out.status.code(), said(&out));
+        assert!(
+            out.status.code() == Some(code) && stderr_text(&out).contains(about),
+            "{words:?}: {:?} {}",
+            out.status.code(),
+            stderr_text(&out)
+        );
     }
     let help = orrery(&["--help"]);
     assert!(String::from_utf8_lossy(&help.stdout).contains("orrery --target saturn"));
@@ -317,26 +322,26 @@ fn exported_fragments_override_the_built_in_ones() {
     let at = |name: &str| shaders.join(name);
     let key = "lambert.sun1.sphere";
     let built_in = orrery(&["shader", "emit", key]).stdout;
-    let out = orrery(&["shader", "export", text(&shaders)]);
-    assert!(out.status.success(), "{}", said(&out));
+    let out = orrery(&["shader", "export", path_text(&shaders)]);
+    assert!(out.status.success(), "{}", stderr_text(&out));
     for (name, source) in orrery::shader::fragments::FRAGMENTS.iter() {
         assert_eq!(std::fs::read_to_string(at(name)).expect("written"), **source, "{name}");
     }
-    let emit = |more: &[&str]| orrery(&[&["shader", "emit", key, "--shaders", text(&shaders)], more].concat());
+    let emit = |more: &[&str]| orrery(&[&["shader", "emit", key, "--shaders", path_text(&shaders)], more].concat());
     assert_eq!(emit(&[]).stdout, built_in, "what is unchanged changes nothing");
     let edited = std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there") + "\n// a line of my own\n";
     std::fs::write(at("lib/photometry/lambert.wesl"), &edited).expect("written");
     assert!(String::from_utf8_lossy(&emit(&[]).stdout).contains("a line of my own"));
     // Another export does not overwrite an edited file.
-    let out = orrery(&["shader", "export", text(&shaders)]);
-    assert!(out.status.code() == Some(1) && said(&out).contains("lambert.wesl"), "{}", said(&out));
+    let out = orrery(&["shader", "export", path_text(&shaders)]);
+    assert!(out.status.code() == Some(1) && stderr_text(&out).contains("lambert.wesl"), "{}", stderr_text(&out));
     assert_eq!(std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there"), edited);
     // A new file is used if a fragment imports it, and reported otherwise, by every verb.
     std::fs::write(at("lib/mine.wesl"), "const MINE = 1.0;\n").expect("written");
     let strange = emit(&[]);
-    assert!(strange.status.code() == Some(1) && said(&strange).contains("lib/mine.wesl"), "{}", said(&strange));
+    assert!(strange.status.code() == Some(1) && stderr_text(&strange).contains("lib/mine.wesl"), "{}", stderr_text(&strange));
     std::fs::write(at("lib/photometry/lambert.wesl"), format!("import package::lib::mine::MINE;\n{edited}")).expect("written");
-    assert!(emit(&[]).status.success(), "{}", said(&emit(&[])));
+    assert!(emit(&[]).status.success(), "{}", stderr_text(&emit(&[])));
     std::fs::rename(at("lib/mine.wesl"), at("lib/photometry/lambrt.wesl")).expect("renamed");
     std::fs::write(at("lib/photometry/lambert.wesl"), &edited).expect("written");
     for words in [
@@ -354,16 +359,16 @@ fn exported_fragments_override_the_built_in_ones() {
         if (words == ["view"] || words == ["--target", "moon"]) && !cfg!(feature = "view") {
             continue;
         }
-        let out = orrery(&[words, &["--shaders", text(&shaders)]].concat());
-        let line = said(&out);
+        let out = orrery(&[words, &["--shaders", path_text(&shaders)]].concat());
+        let line = stderr_text(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");
         assert!(line.contains("lambrt.wesl") && line.contains("`lib/photometry/lambert.wesl`"), "{words:?}: {line}");
     }
     let empty = folder.path().join("empty");
     std::fs::create_dir(&empty).expect("made");
     for (folder, about) in [(empty, "no *.wesl"), (folder.path().join("none"), "none")] {
-        let out = orrery(&["shader", "emit", key, "--shaders", text(&folder)]);
-        assert!(out.status.code() == Some(1) && said(&out).contains(about), "{}", said(&out));
+        let out = orrery(&["shader", "emit", key, "--shaders", path_text(&folder)]);
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains(about), "{}", stderr_text(&out));
     }
 }
 
@@ -372,25 +377,26 @@ fn exported_fragments_override_the_built_in_ones() {
 fn edited_fragments_change_the_picture() {
     let folder = tempfile::tempdir().expect("a folder");
     let shaders = folder.path().join("shaders");
-    assert!(orrery(&["shader", "export", text(&shaders)]).status.success());
+    assert!(orrery(&["shader", "export", path_text(&shaders)]).status.success());
     let display = shaders.join("lib/display.wesl");
     let source = std::fs::read_to_string(&display).expect("there");
     assert!(source.contains("1.055 * exp2("));
     std::fs::write(&display, source.replace("1.055 * exp2(", "0.500 * exp2(")).expect("written");
     let draw = |name: &str, more: &[&str]| {
         let path = folder.path().join(name);
-        let out = orrery(&[&["render", "--target", "venus", "--time", "2024-04-08", "--size", "16x16", "-o", text(&path)], more].concat());
-        assert!(out.status.success(), "{}", said(&out));
+        let out =
+            orrery(&[&["render", "--target", "venus", "--time", "2024-04-08", "--size", "16x16", "-o", path_text(&path)], more].concat());
+        assert!(out.status.success(), "{}", stderr_text(&out));
         image::open(path).expect("a picture").into_rgb8().into_raw()
     };
     let brightest = |picture: Vec<u8>| picture.into_iter().max().unwrap_or(0);
-    let (plain, darker) = (brightest(draw("a.png", &[])), brightest(draw("b.png", &["--shaders", text(&shaders)])));
+    let (plain, darker) = (brightest(draw("a.png", &[])), brightest(draw("b.png", &["--shaders", path_text(&shaders)])));
     assert!(plain > 150 && darker < 140, "{plain} of 255 and {darker}");
 }
 
 /// Bodies that load must have a position: one without any source at any time is reported with file, line and field.
 #[test]
-fn a_body_that_no_source_can_follow_is_refused_at_load() {
+fn a_body_without_a_position_source_is_refused_at_load() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("mine.toml");
     let body = |id: i32, name: &str, parent: &str, motion: &str, rotation: &str| {
@@ -436,8 +442,8 @@ fn a_body_that_no_source_can_follow_is_refused_at_load() {
             &["probe", r#"{"q":"disc-overlap","k":1,"d":1}"#],
         ];
         for verb in verbs {
-            let out = orrery(&[verb, &["--catalogs", text(folder.path())]].concat());
-            let line = said(&out);
+            let out = orrery(&[verb, &["--catalogs", path_text(folder.path())]].concat());
+            let line = stderr_text(&out);
             match wrong {
                 None => assert!(out.status.success(), "{catalog}: {line}"),
                 Some((at, field)) => {
@@ -447,15 +453,15 @@ fn a_body_that_no_source_can_follow_is_refused_at_load() {
             }
         }
         if wrong.is_none() && catalog.contains("Testa") {
-            let out = orrery(&["explain", "--target", "testa", "--time", "2024-04-08", "--catalogs", text(folder.path())]);
-            assert!(out.status.success(), "what loads can be seen: {}", said(&out));
+            let out = orrery(&["explain", "--target", "testa", "--time", "2024-04-08", "--catalogs", path_text(folder.path())]);
+            assert!(out.status.success(), "what loads can be seen: {}", stderr_text(&out));
         }
     }
 }
 
 /// The shipped catalog has no such error.
 #[test]
-fn every_shipped_body_can_be_followed() {
+fn every_shipped_body_has_a_position_source() {
     let catalog = orrery::catalog::Catalog::embedded();
     let ephemeris = orrery::ephemeris::Ephemeris::embedded(&catalog).expect("the shipped kernel");
     assert_eq!(ephemeris.faults(&catalog), Vec::new());
@@ -466,12 +472,16 @@ fn every_shipped_body_can_be_followed() {
 fn no_line_of_a_driver_library_reaches_the_user() {
     for folder in [None, Some(""), Some("relative"), Some("/nonexistent")] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
-        command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").args(["doctor", "--cache", text(&CACHE)]);
+        command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").args([
+            "doctor",
+            "--cache",
+            path_text(&CACHE),
+        ]);
         if let Some(folder) = folder {
             command.env("XDG_RUNTIME_DIR", folder);
         }
         let out = command.output().expect("starts");
-        assert!(out.status.success() && !said(&out).contains("XDG_RUNTIME_DIR"), "{folder:?}: {}", said(&out));
+        assert!(out.status.success() && !stderr_text(&out).contains("XDG_RUNTIME_DIR"), "{folder:?}: {}", stderr_text(&out));
     }
 }
 

@@ -47,9 +47,9 @@ fn invented_maps_are_reported() {
         let line = text.lines().find(|l| l.trim_start().starts_with("+ albedo")).unwrap_or_else(|| panic!("{body}: {text}"));
         assert_eq!(line.contains("the map is invented: "), invented, "{line}");
         let all = json(&[&words[..], &["--json"]].concat());
-        let told =
+        let explained_body =
             all["bodies"].as_array().expect("bodies").iter().find(|b| b["name"].as_str().is_some_and(|n| n.eq_ignore_ascii_case(body)));
-        let list = told.expect("the body")["invented"].as_array().expect("a list").len();
+        let list = explained_body.expect("the body")["invented"].as_array().expect("a list").len();
         assert_eq!(list > 0, invented, "{body}");
         let file = folder.path().join(format!("{body}.png"));
         let out = orrery(&[&["render", "--target", body, "--size", "32x32", "-o", file.to_str().expect("a path")], &near[..]].concat());
@@ -81,9 +81,9 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
         (&["explain", "--target", "earth", "--catalogs", "/nowhere"], "/nowhere"),
     ] {
         let out = orrery(words);
-        let said = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{words:?}: {said}");
-        assert!(said.trim().lines().count() == 1 && said.contains(about), "{words:?}: {said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(1), "{words:?}: {stderr_text}");
+        assert!(stderr_text.trim().lines().count() == 1 && stderr_text.contains(about), "{words:?}: {stderr_text}");
         assert!(out.stdout.is_empty(), "{words:?} printed a result");
     }
 }
@@ -184,13 +184,16 @@ fn compare_reports_differences_and_refuses_other_sizes() {
         (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
     ] {
         let out = status(words);
-        let said = String::from_utf8_lossy(&out.stderr);
-        assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains(about), "{words:?}: {said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr);
+        assert!(
+            out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1 && stderr_text.contains(about),
+            "{words:?}: {stderr_text}"
+        );
     }
 }
 
 #[test]
-fn a_renderer_that_is_not_there_is_refused_with_one_line() {
+fn a_missing_renderer_is_refused_with_one_line() {
     let out_file = tempfile::tempdir().expect("a folder");
     let png = out_file.path().join("x.png");
     let png = png.to_str().expect("a path");
@@ -203,17 +206,17 @@ fn a_renderer_that_is_not_there_is_refused_with_one_line() {
         &["bench", "--scene", "whole-system", "--renderer", "gpu", "--size", "16x16", "--frames", "1"],
     ] {
         let out = bare(words);
-        let said = String::from_utf8_lossy(&out.stderr);
-        assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1, "{words:?}: {said}");
-        assert!(said.contains("--renderer software"), "{words:?}: {said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1, "{words:?}: {stderr_text}");
+        assert!(stderr_text.contains("--renderer software"), "{words:?}: {stderr_text}");
         assert!(!std::path::Path::new(png).exists(), "nothing is written");
     }
     // By default the program draws in software and reports it once.
     let out = bare(&render);
-    let said = String::from_utf8_lossy(&out.stderr);
-    assert!(out.status.success() && std::path::Path::new(png).exists(), "{said}");
+    let stderr_text = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success() && std::path::Path::new(png).exists(), "{stderr_text}");
     let expected = if cfg!(feature = "gpu") { 1 } else { 0 };
-    assert_eq!(said.trim().lines().filter(|l| l.contains("drawing in software")).count(), expected, "{said}");
+    assert_eq!(stderr_text.trim().lines().filter(|l| l.contains("drawing in software")).count(), expected, "{stderr_text}");
     std::fs::remove_file(png).expect("written just now");
     let drawn = orrery(&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "software"]);
     assert!(drawn.status.success() && std::path::Path::new(png).exists());
@@ -236,7 +239,7 @@ fn a_time_report_adds_up() {
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
-/// A comparison writes its picture once, again if the bytes are equal, and over another file only with --overwrite.
+/// A comparison writes its picture, accepts an existing file with equal bytes, and overwrites any other file only with --overwrite.
 #[test]
 fn compare_overwrites_only_with_overwrite() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -249,9 +252,12 @@ fn compare_overwrites_only_with_overwrite() {
     let difference = std::fs::read(path("d.png")).expect("a picture");
     std::fs::write(path("d.png"), "mine").expect("a file");
     let refused = compare(&[]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(refused.status.code() == Some(1) && refused.stdout.is_empty(), "{said}");
-    assert!(said.trim().lines().count() == 1 && said.contains("d.png") && said.contains("--overwrite"), "{said}");
+    let stderr_text = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(1) && refused.stdout.is_empty(), "{stderr_text}");
+    assert!(
+        stderr_text.trim().lines().count() == 1 && stderr_text.contains("d.png") && stderr_text.contains("--overwrite"),
+        "{stderr_text}"
+    );
     assert_eq!(std::fs::read(path("d.png")).expect("a file"), b"mine");
     assert!(compare(&["--overwrite"]).status.success());
     assert_eq!(std::fs::read(path("d.png")).expect("a picture"), difference);
@@ -297,8 +303,8 @@ fn closed_streams_end_every_verb_quietly() {
     };
     for words in good {
         let done = run(words, closed(), Stdio::piped());
-        let said = String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.success() && said.is_empty(), "{words:?}: {:?}, {said}", done.status);
+        let stderr_text = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success() && stderr_text.is_empty(), "{words:?}: {:?}, {stderr_text}", done.status);
         // Closed standard error does not change the result.
         assert!(run(words, Stdio::null(), closed()).status.success(), "{words:?}");
     }
@@ -310,7 +316,10 @@ fn closed_streams_end_every_verb_quietly() {
     for words in [&["man"][..], &["--help"], &["--version"], &["render", "--help"], &["help", "render"]] {
         let Ok(full) = std::fs::File::options().write(true).open("/dev/full") else { continue };
         let done = run(words, full.into(), Stdio::piped());
-        let said = String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains("standard output"), "{words:?}: {said}");
+        let stderr_text = String::from_utf8_lossy(&done.stderr);
+        assert!(
+            done.status.code() == Some(1) && stderr_text.trim().lines().count() == 1 && stderr_text.contains("standard output"),
+            "{words:?}: {stderr_text}"
+        );
     }
 }

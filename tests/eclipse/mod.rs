@@ -1,4 +1,4 @@
-//! Sunlight that bodies block: reference tables, exact ends, overlapping discs, totality.
+//! Sunlight that bodies block: reference tables, exact contacts, overlapping discs, totality.
 
 mod overlapping_limbs;
 mod reference_tables;

@@ -1,5 +1,5 @@
-//! A soft limb before a soft limb: what nearer bodies leave of the Sun's light in a picture is the part that geometry leaves of its disc, for the disc, for the point that it
-//! is when it is small, and for what is between; and nothing where the disc is hidden.
+//! A limb with antialiased edge in front of another: the Sun's light in a picture is the fraction of its disc that nearer bodies leave visible. Tested for a disc, for
+//! the point that replaces a small disc, and for the transition between them; a hidden disc gives no light.
 
 use crate::support::session::{SESSION, session_over};
 use glam::DVec3;
@@ -16,31 +16,31 @@ use std::sync::LazyLock;
 
 static RENDERER: LazyLock<SoftwareRenderer> = LazyLock::new(|| SoftwareRenderer::new(Options::default()).expect("a renderer"));
 
-/// The same sky with those bodies a metre across: nothing stands before the Sun.
-static BARE: LazyLock<Session> = LazyLock::new(|| {
+/// The same sky with the hiding bodies shrunk to a metre, so that nothing is in front of the Sun.
+static UNOBSTRUCTED: LazyLock<Session> = LazyLock::new(|| {
     let folder = std::env::temp_dir().join(format!("orrery-limbs-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
-    let small = |(id, name): &(i32, &str)| format!("[[body]]\nid = {id}\nname = \"{name}\"\nradii_km = [0.001, 0.001, 0.001]\n");
-    std::fs::write(folder.join("small.toml"), HIDERS.iter().map(small).collect::<String>()).expect("written");
+    let shrunk = |(id, name): &(i32, &str)| format!("[[body]]\nid = {id}\nname = \"{name}\"\nradii_km = [0.001, 0.001, 0.001]\n");
+    std::fs::write(folder.join("small.toml"), HIDERS.iter().map(shrunk).collect::<String>()).expect("written");
     session_over(&folder).0
 });
 
 const HIDERS: [(i32, &str); 4] = [(301, "Moon"), (501, "Io"), (499, "Mars"), (299, "Venus")];
 
-/// A camera behind a body that sees its disc `k` times the Sun's, `d` solar radii beside the Sun's middle. The Sun is in the middle of the picture, its radius
-/// `radius_px`.
-fn behind(body: i32, k: f64, d: f64, turn: f64, radius_px: f64, size: u32) -> ViewRequest {
+/// A camera behind a body whose disc appears `k` times as large as the Sun's, with its centre `d` solar radii from the Sun's. The Sun is in the middle of the picture
+/// with radius `radius_px`.
+fn view_from_behind(body: i32, k: f64, d: f64, turn: f64, radius_px: f64, size: u32) -> ViewRequest {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");
     let id = NaifId(body);
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, id, time, None).expect("the Sun").state.pos_km;
     let [radius_km, sun_km] = [id, NaifId::SUN].map(|id| SESSION.catalog().body(id).expect("a body").radii_km.x);
-    let away = to_sun.normalize();
-    // radius / x = k sun / (x + distance), about.
+    let towards_sun = to_sun.normalize();
+    // Approximately: radius / x = k sun / (x + distance).
     let distance_km = radius_km * to_sun.length() / (k * sun_km - radius_km);
     let sun_angle = sun_km / (to_sun.length() + distance_km);
-    let aside = away.any_orthonormal_vector();
-    let aside = aside * turn.cos() + away.cross(aside) * turn.sin();
-    let offset_km = -away * distance_km + aside * (d * sun_angle * distance_km);
+    let sideways = towards_sun.any_orthonormal_vector();
+    let sideways = sideways * turn.cos() + towards_sun.cross(sideways) * turn.sin();
+    let offset_km = -towards_sun * distance_km + sideways * (d * sun_angle * distance_km);
     let tangent = sun_angle.asin().tan() * f64::from(size) / (2.0 * radius_px);
     ViewRequest {
         target: Some(NaifId::SUN),
@@ -55,27 +55,27 @@ fn behind(body: i32, k: f64, d: f64, turn: f64, radius_px: f64, size: u32) -> Vi
     }
 }
 
-/// Sum of the picture per channel, and k and d as they came out.
+/// Sum of the picture per channel, and the picture.
 fn light(session: &Session, request: &ViewRequest, samples: u8) -> ([f64; 3], Vec<[f32; 4]>) {
     let (_, plan) = session.plan(request, SamplingQuality { samples, anisotropy: 1 }).expect("a plan");
     let hdr = RENDERER.render(&plan, session.library(), true).expect("drawn").0.hdr;
     ([0, 1, 2].map(|c| hdr.iter().map(|p| f64::from(p[c])).sum()), hdr)
 }
 
-/// The bodies as they are seen: radius of the nearer one and distance of the middles over the Sun's radius.
-fn seen(request: &ViewRequest, body: i32) -> (f64, f64) {
+/// The apparent geometry: radius of the nearer body and distance of the centres, in solar radii.
+fn apparent_geometry(request: &ViewRequest, body: i32) -> (f64, f64) {
     let scene = SESSION.scene(request).expect("a scene");
     let [sun, near] = [NaifId::SUN, NaifId(body)].map(|id| scene.body(id).expect("a body"));
-    let reach = |b: &orrery::scene::BodyInView| (b.placement.radii_km.x / b.distance_km).asin();
-    let apart = near.placement.centre_km.normalize().cross(sun.placement.centre_km.normalize()).length().asin();
-    (reach(near) / reach(sun), apart / reach(sun))
+    let angular_radius = |b: &orrery::scene::BodyInView| (b.placement.radii_km.x / b.distance_km).asin();
+    let separation = near.placement.centre_km.normalize().cross(sun.placement.centre_km.normalize()).length().asin();
+    (angular_radius(near) / angular_radius(sun), separation / angular_radius(sun))
 }
 
-/// Part of the light left by a disc, by the closed form that eclipses are computed with, per channel of the catalog's Sun.
-fn left(k: f64, d: f64) -> [f64; 3] {
+/// Fraction of the light that a disc leaves, per channel of the catalog's Sun, from the closed form that eclipses use.
+fn fraction_left(k: f64, d: f64) -> [f64; 3] {
     let prober = Prober { session: &SESSION, renderer: &RENDERER };
     let orrery::catalog::Photometry::Emissive { u1, u2 } = SESSION.catalog().body(NaifId::SUN).expect("the Sun").photometry else {
-        panic!("the Sun glows")
+        panic!("the Sun must be emissive")
     };
     [0, 1, 2].map(|c| {
         let q = json!({"q": "disc-overlap", "k": k, "d": d, "u1": u1[c], "u2": u2[c], "model": "limb-darkened"});
@@ -84,43 +84,45 @@ fn left(k: f64, d: f64) -> [f64; 3] {
 }
 
 #[test]
-fn the_suns_light_in_a_picture_is_what_geometry_leaves_of_its_disc() {
-    let (mut dark, mut cut, mut worst_disc, mut worst_point) = (0, 0, 0.0_f64, 0.0_f64);
-    // Total, annular, like discs and a planet's; from before the first contact to the middle.
+fn the_suns_light_in_a_picture_equals_its_visible_fraction() {
+    let (mut dark, mut partial, mut worst_disc, mut worst_point) = (0, 0, 0.0_f64, 0.0_f64);
+    // Total, annular, equal discs, and a planet's disc; from before first contact to the middle.
     for (body, k) in [(301, 1.03), (301, 0.94), (301, 1.6), (301, 1.003), (299, 0.3), (301, 8.0)] {
         for (radius_px, size) in [(0.3, 24), (0.8, 24), (1.4, 24), (2.2, 24), (5.0, 24), (14.0, 48), (40.0, 100)] {
             for (n, d) in [1.02, 0.98, 0.8, 0.5, 0.2, 0.04, 0.0].into_iter().enumerate() {
                 let d = f64::abs(k - 1.0) + d * (1.0 + k - f64::abs(k - 1.0)) - if d == 0.0 { 0.02 * f64::abs(k - 1.0) } else { 0.0 };
-                let request = behind(body, k, d, 0.7 + n as f64, radius_px, size);
-                let (k, d) = seen(&request, body);
-                let expected = left(k, d);
-                let full = light(&BARE, &request, 1).0;
+                let request = view_from_behind(body, k, d, 0.7 + n as f64, radius_px, size);
+                let (k, d) = apparent_geometry(&request, body);
+                let expected = fraction_left(k, d);
+                let full = light(&UNOBSTRUCTED, &request, 1).0;
                 for samples in [1, 4] {
                     let (sum, hdr) = light(&SESSION, &request, samples);
                     let found = [0, 1, 2].map(|c| sum[c] / full[c]);
-                    let said = format!("body {body}, k {k:.4}, d {d:.4}, {radius_px} px, {samples} samples: {found:?}, {expected:?}");
+                    let description =
+                        format!("body {body}, k {k:.4}, d {d:.4}, {radius_px} px, {samples} samples: {found:?}, {expected:?}");
                     if d < k - 1.0 {
-                        assert!(hdr.iter().all(|p| p[..3] == [0.0; 3]), "{said}");
+                        assert!(hdr.iter().all(|p| p[..3] == [0.0; 3]), "{description}");
                         dark += 1;
                         continue;
                     }
                     let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
-                    // A point's light is the closed form's; the bodies are spheres. A disc is sampled once a pixel, its limb is a straight line there, and so is the nearer one's.
+                    // A point's light is the closed form; its bodies are spheres. A disc is sampled once per pixel, where its limb and the nearer limb are approximated
+                    // by straight lines.
                     let point = radius_px <= 1.0;
                     let bound = if point { 5e-3 } else { 0.06 / radius_px + 0.003 };
-                    assert!(error < bound, "{said}: off by {error:.5}");
+                    assert!(error < bound, "{description}: off by {error:.5}");
                     let worst = if point { &mut worst_point } else { &mut worst_disc };
                     *worst = worst.max(error * if point { 1.0 } else { radius_px });
-                    cut += usize::from(expected[1] < 0.99);
+                    partial += usize::from(expected[1] < 0.99);
                 }
             }
         }
     }
-    println!("points off by {worst_point:e}, discs by {worst_disc:.4} / radius in pixels; {dark} dark, {cut} cut");
-    assert!(dark > 20 && cut > 300, "{dark} dark, {cut} cut");
+    println!("points off by {worst_point:e}, discs by {worst_disc:.4} / radius in pixels; {dark} dark, {partial} cut");
+    assert!(dark > 20 && partial > 300, "{dark} dark, {partial} cut");
 }
 
-/// The eclipse of 2024 from Dallas at totality, from a telescope's field to a fisheye's, and half an hour before: nothing, and something.
+/// The eclipse of 2024 from Dallas, from a telescope's field of view to a fisheye's: no sunlight in totality, some half an hour before.
 #[test]
 fn totality_is_dark_at_any_field_of_view() {
     for (time, total) in [("2024-04-08T18:42:38Z", true), ("2024-04-08T18:10:00Z", false)] {
@@ -144,25 +146,25 @@ fn totality_is_dark_at_any_field_of_view() {
     }
 }
 
-/// The Sun at the horizon of a body without air, from its first to its last: half a disc is half a disc.
+/// The Sun sets at the horizon of an airless body, from first to last contact: the light equals the visible fraction of the disc.
 #[test]
 fn the_sun_sets_behind_a_horizon() {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon").radii_km.x;
     let sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::MOON, time, None).expect("the Sun").state.pos_km;
-    let (towards, aside) = (sun.normalize(), sun.normalize().any_orthonormal_vector());
+    let (towards, sideways) = (sun.normalize(), sun.normalize().any_orthonormal_vector());
     let radius = SESSION.catalog().body(NaifId::SUN).expect("the Sun").radii_km.x / sun.length();
     for height_km in [0.05, 20.0, 2000.0] {
         let limb = (moon / (moon + height_km)).asin();
         let mut before = f64::MAX;
         for step in -6..=6 {
-            // Angle of the Sun's middle over the limb.
-            let over = f64::from(step) * 0.25 * radius;
-            let angle = limb + over;
-            let offset_km: DVec3 = (-towards * angle.cos() + aside * angle.sin()) * (moon + height_km);
+            // Angle of the Sun's centre above the limb.
+            let altitude = f64::from(step) * 0.25 * radius;
+            let angle = limb + altitude;
+            let offset_km: DVec3 = (-towards * angle.cos() + sideways * angle.sin()) * (moon + height_km);
             let request = ViewRequest {
                 position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf },
-                ..behind(301, 1.5, 0.0, 0.0, 12.0, 48)
+                ..view_from_behind(301, 1.5, 0.0, 0.0, 12.0, 48)
             };
             let sum = light(&SESSION, &request, 1).0[1];
             if step <= -5 {

@@ -1,4 +1,4 @@
-//! Eclipses as the emitted modules see them, against tables made outside this program (tests/data/README.md) and against geometry.
+//! Eclipses as the emitted modules compute them, against tables made outside this program (tests/data/README.md) and against geometry.
 
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec4};
@@ -52,7 +52,7 @@ fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
     v[name].as_array().unwrap_or_else(|| panic!("{name}"))
 }
 
-/// The answer of a question whose fields are one object.
+/// The number named `answer` in the result of a probe question with an object of fields.
 fn ask(prober: &Prober<'_>, question: &Value, answer: &str) -> f64 {
     number(&prober.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}")), answer)
 }
@@ -64,7 +64,7 @@ fn instant(text: &str) -> Instant {
 #[test]
 fn discs_and_ellipses_block_the_fraction_of_forty_digit_integrals() {
     let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
-    // The worst of circles and ellipses in f32 and f64; measured 3e-7, 1.3e-4, 1.8e-7, 1.3e-4 with the limb darkened.
+    // Bounds for circles and ellipses in f32 and f64; measured 3e-7, 1.3e-4, 1.8e-7, 1.3e-4 with limb darkening.
     let stated = tiers::of_eclipse(EclipseModel::LimbDarkened).expect("a tier").at_most;
     for (prober, circles, ellipses) in [(single(), 1e-5, stated), (double(), 1e-6, stated)] {
         for model in ["limb-darkened", "uniform-disc"] {
@@ -87,7 +87,7 @@ fn discs_and_ellipses_block_the_fraction_of_forty_digit_integrals() {
 }
 
 #[test]
-fn the_ramp_meets_the_contacts_and_is_wrong_between() {
+fn the_ramp_is_exact_only_at_the_contacts() {
     let prober = single();
     let blocked = |k: f64, d: f64, model: &str| ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "model": model}), "blocked");
     for k in [0.3, 1.0, 4.0] {
@@ -100,9 +100,10 @@ fn the_ramp_meets_the_contacts_and_is_wrong_between() {
     assert!((0.02..0.12).contains(&error), "{error}");
 }
 
-/// The simpler models against the darkened limb, in blue, where it is darkest: off by no more than `explain` says, and by nearly as much somewhere.
+/// The simpler models against the limb-darkened disc, in blue, where darkening is strongest: the error is at most the one that `explain` states,
+/// and somewhere nearly as large.
 #[test]
-fn simpler_discs_are_off_by_what_is_stated() {
+fn simpler_disc_models_have_their_stated_errors() {
     let prober = single();
     let blocked = |k: f64, d: f64, model: &str| {
         ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "u1": 0.625, "u2": 0.18, "model": model}), "blocked")
@@ -122,7 +123,7 @@ fn simpler_discs_are_off_by_what_is_stated() {
 }
 
 #[test]
-fn solar_eclipses_on_the_ground_are_those_of_de440() {
+fn solar_eclipses_on_the_ground_agree_with_de440() {
     let table = table(include_str!("../data/eclipses_public.json"));
     let mut partial = 0;
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
@@ -134,7 +135,7 @@ fn solar_eclipses_on_the_ground_are_those_of_de440() {
                         "model": model});
                     let hidden = number(at, hidden);
                     let error = ask(&single(), &q, "fraction") - (1.0 - hidden);
-                    // Measured 2.1e-5. A shadow a second late would be 3e-4 off; so would one without the aberration of the Earth.
+                    // Measured 2.1e-5. A shadow one second late would give an error of 3e-4; so would neglecting the Earth's aberration.
                     assert!(error.abs() < 5e-5, "{q}: off by {error:e}");
                     partial += usize::from((0.01..0.99).contains(&hidden));
                 }
@@ -144,7 +145,7 @@ fn solar_eclipses_on_the_ground_are_those_of_de440() {
     assert!(partial > 100, "{partial} samples in the penumbra");
 }
 
-/// Light at the Earth's centre, the ground out of the way.
+/// Sunlight at the Earth's centre, ignoring the Earth itself.
 fn at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, law: &Photometry) -> f64 {
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
@@ -152,21 +153,21 @@ fn at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, law: &Photome
     sky.sunlight(&sky.occluders, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
 }
 
-const EVEN: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 3] };
+const UNIFORM_DISC: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 3] };
 
 #[test]
-fn the_light_itself_finds_the_greatest_solar_eclipse_within_a_second() {
+fn the_minimum_of_light_is_within_a_second_of_greatest_eclipse() {
     let table = table(include_str!("../data/eclipses_public.json"));
     let mut found = 0;
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
         let greatest = &eclipse["greatest_eclipse"];
-        // The light at the centre is least when the axis is nearest to it; farther than half a radius the penumbra misses it.
+        // The light at the centre is least when the shadow axis passes nearest to it; beyond half a radius the penumbra misses the centre.
         if number(greatest, "gamma").abs() > 0.52 {
             continue;
         }
         let t0 = Instant::from_tdb_seconds_past_j2000(number(greatest, "tdb_s_past_j2000"));
         let step_s = 120.0;
-        let [a, b, c] = [-step_s, 0.0, step_s].map(|s| at_the_centre(&double(), NaifId::EARTH, t0.plus_seconds(s), &EVEN));
+        let [a, b, c] = [-step_s, 0.0, step_s].map(|s| at_the_centre(&double(), NaifId::EARTH, t0.plus_seconds(s), &UNIFORM_DISC));
         assert!(a > b && c > b && b < 0.99, "{a} {b} {c}");
         let least_s = 0.5 * step_s * (a - c) / (a - 2.0 * b + c);
         assert!(least_s.abs() < 1.0, "{}: {least_s} s", eclipse["id"]);
@@ -176,8 +177,8 @@ fn the_light_itself_finds_the_greatest_solar_eclipse_within_a_second() {
 }
 
 #[test]
-fn the_moon_crosses_the_earths_shadow_as_de440_says() {
-    // The table's Earth is a sphere.
+fn the_moon_crosses_the_earths_shadow_as_in_de440() {
+    // The table assumes a spherical Earth.
     let folder = std::env::temp_dir().join(format!("orrery-eclipse-catalog-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     std::fs::write(folder.join("round.toml"), "[[body]]\nid = 399\nname = \"Earth\"\nradii_km = [6378.137, 6378.137, 6378.137]\n")
@@ -187,18 +188,19 @@ fn the_moon_crosses_the_earths_shadow_as_de440_says() {
     let table = table(include_str!("../data/eclipses_public.json"));
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "lunar") {
         for track in list(eclipse, "track") {
-            // The table's times are those of light that reaches the Earth.
+            // The table's times are when the light reaches the Earth.
             let seen = Instant::from_tdb_seconds_past_j2000(number(track, "tdb_s_past_j2000"));
             let state = prober.ephemeris().state(NaifId::MOON, NaifId::EARTH, seen, None).expect("the Moon").state;
             let time = seen.plus_seconds(-state.pos_km.length() / SPEED_OF_LIGHT_KM_S);
-            let error = at_the_centre(&prober, NaifId::MOON, time, &EVEN) - (1.0 - number(track, "sun_blocked_fraction_at_moon_centre"));
-            // A second is 2.5e-4.
+            let error =
+                at_the_centre(&prober, NaifId::MOON, time, &UNIFORM_DISC) - (1.0 - number(track, "sun_blocked_fraction_at_moon_centre"));
+            // An error of one second would be 2.5e-4.
             assert!(error.abs() < 2.5e-4, "{} {}: off by {error:e}", eclipse["id"], track["dt_s_from_greatest"]);
         }
     }
 }
 
-/// Points of the ground over a square of the given half width around a place, and their distance north and east of it, km.
+/// Points of the ground in a square of the given half width around a position, with their distances north and east of it, km.
 fn square(body_radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, half_km: f64, steps: i32) -> Vec<(f64, f64, DVec3)> {
     let km_per_deg = body_radii_km.x.to_radians();
     let mut all = Vec::new();
@@ -215,7 +217,7 @@ fn square(body_radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, half_km: 
 
 #[test]
 fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
-    // F. Espenak, eclipse bulletin: greatest 12:46:28.6 UT at 3 deg 29.4 min N, 11 deg 40.2 min W; path 57.5 km wide.
+    // F. Espenak, eclipse bulletin: greatest eclipse 12:46:28.6 UT at 3 deg 29.4 min N, 11 deg 40.2 min W; path 57.5 km wide.
     let prober = single();
     let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
     let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
@@ -235,9 +237,9 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
 }
 
 #[test]
-fn shadows_move_on_from_one_second_to_the_next() {
-    // (body, time, greatest change a second): the Moon's shadow runs up to 10 km/s near the edge of the Earth over 3400 km of penumbra, the
-    // Moon 1 km/s through the Earth's.
+fn shadows_move_continuously_from_second_to_second() {
+    // (body, time, greatest change per second): the Moon's shadow moves at up to 10 km/s near the edge of the Earth and has a penumbra of 3400 km;
+    // the Moon moves through the Earth's shadow at 1 km/s.
     for (body, time, at_most) in [(NaifId::EARTH, "2006-03-29T12:17:51Z", 3e-3), (NaifId::MOON, "2022-05-16T06:22:36Z", 6e-4)] {
         let prober = single();
         let body = SESSION.catalog().body(body).expect("a body");
@@ -259,12 +261,12 @@ fn shadows_move_on_from_one_second_to_the_next() {
     }
 }
 
-/// Mean light over the Moon's face as the Earth sees it, per channel over that of the full Moon.
+/// Mean light over the Moon's face as seen from the Earth, per channel, relative to the full Moon's.
 fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant(time)).expect("placed");
     let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Best).expect("a sky");
-    // The Moon's surface is nearly as bright at the limb as in the middle: points even over the disc, which faces +x.
+    // The full Moon is nearly as bright at the limb as in the middle, so the points are uniform over the disc, which faces +x.
     let points: Vec<_> = (0..400)
         .map(|k| {
             let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * 2.399_963).sin_cos());
@@ -277,8 +279,8 @@ fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
 
 #[test]
 fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
-    // (greatest eclipse, umbral magnitude U). H. de Carvalho Vital's fit to eclipses without volcanic ash, r2 = 0.998: the Moon's visual
-    // magnitude at mid-eclipse is -(U (2.08 U - 10.34) + 11.7); the full Moon's is -12.7. Clouds of the day move it by half a magnitude.
+    // (greatest eclipse, umbral magnitude U). H. de Carvalho Vital's fit to eclipses without volcanic ash, r2 = 0.998: the Moon's visual magnitude
+    // at mid-eclipse is -(U (2.08 U - 10.34) + 11.7); the full Moon's is -12.7. The clouds of a given day change it by half a magnitude.
     for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
         let rgb = light_on_the_face(&single(), time);
         let luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
@@ -288,7 +290,7 @@ fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
         assert!((magnitude - observed).abs() < 1.0, "{time}: magnitude {magnitude}, observers give {observed}");
         assert!(umbral_magnitude < 1.0 || rgb[0] > 2.0 * rgb[1] && rgb[1] > rgb[2], "{time}: {rgb:?}");
     }
-    // Without the air nothing is left in the middle of the umbra.
+    // Without the air no light reaches the middle of the umbra.
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
     let prober = single();
@@ -296,7 +298,7 @@ fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
     assert!(sky.sunlight(&sky.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 
-/// A Sun of the given angular radius far away on +z and round occluders given by (x, y, z, radius), the receiver's radii.
+/// Uniforms for a Sun of the given angular radius far away on +z and round occluders given by (x, y, z, radius), in the receiver's radii.
 fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: EclipseModel) -> (Eclipse, EclipseUniforms) {
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
     let (u1, u2) = if model == EclipseModel::UniformDisc { (0.0, 0.0) } else { (0.4, 0.26) };
@@ -313,7 +315,7 @@ fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: Ecli
     (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
 }
 
-/// Part of the light left by discs (x, y, radius in solar radii), by a fine grid over the Sun's disc.
+/// Fraction of the light left by discs (x, y, radius in solar radii), from a fine grid over the Sun's disc.
 fn grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
     let n = 1200;
     let (mut all, mut left) = (0.0, 0.0);
@@ -334,7 +336,7 @@ fn grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
 
 #[test]
 fn overlapping_occluders_block_the_union_of_their_discs() {
-    // Occluders at one distance of 100 radii before a Sun whose angular radius there is one radius: lengths are solar radii.
+    // Occluders at a common distance of 100 radii in front of a Sun whose angular radius there is one radius, so lengths are in solar radii.
     let sky = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
     let cases: [&[[f64; 3]]; 6] = [
         &[[0.3, 0.0, 0.5], [0.3, 0.0, 0.5]],
@@ -354,7 +356,7 @@ fn overlapping_occluders_block_the_union_of_their_discs() {
         let left = sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((left - exact).abs() < 1e-3, "{discs:?}: {left}, the grid says {exact}");
         assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass, too");
-        // The ramp is a rough model, but it is no product either: two like discs hide no more than one.
+        // The ramp is a rough model, but it does not multiply either: two equal discs hide no more than one.
         let (eclipse, a) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::Linear);
         let ramp = sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((ramp - exact).abs() < 0.15, "{discs:?}: ramp {ramp}, the grid says {exact}");
@@ -362,21 +364,21 @@ fn overlapping_occluders_block_the_union_of_their_discs() {
 }
 
 #[test]
-fn nothing_behind_the_lit_point_darkens_it() {
+fn bodies_behind_the_lit_point_do_not_darken_it() {
     for model in [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
         let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
         let ground = [DVec3::Z, DVec3::X, DVec3::ZERO, -DVec3::Z];
         for rgb in sunlight_from_uniforms(&single(), eclipse, a, &ground).expect("answers") {
             assert_eq!(rgb, [1.0; 3], "{model:?}");
         }
-        // The same occluder before the point takes all of its light.
+        // The same occluder in front of the point blocks all its light.
         let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
         assert!(sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
     }
 }
 
 #[test]
-fn single_precision_holds_out_to_neptune() {
+fn single_precision_suffices_out_to_neptune() {
     // (Sun's distance and size, occluder's distance and size) in the receiver's radii: Earth and Moon, Io on Jupiter, Jupiter on Io, Titan on
     // Saturn, Saturn on Titan, Neptune on Triton, Neptune on Proteus.
     let cases = [
@@ -392,7 +394,7 @@ fn single_precision_holds_out_to_neptune() {
     for (sun_distance, sun_radius, along, radius) in cases {
         let tan_sun = sun_radius / sun_distance;
         for k in 0..400 {
-            // From the shadow's axis to beyond the penumbra of an occluder that stands two of its radii aside.
+            // From the shadow's axis to beyond the penumbra of an occluder that is displaced by two of its radii.
             let miss = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * along);
             let (eclipse, a) = uniforms(sun_distance, tan_sun, &[[miss, 0.1 * miss, along, radius]], EclipseModel::LimbDarkened);
             let points = [DVec3::new(0.6, -0.3, 0.7), DVec3::new(-0.2, 0.1, 0.97)];
@@ -420,15 +422,15 @@ fn view(target: NaifId, time: &str, effects: &str, quality: Quality) -> ViewRequ
     }
 }
 
-fn needs_of(request: &ViewRequest) -> DrawFeatures {
+fn features_of(request: &ViewRequest) -> DrawFeatures {
     let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), request).expect("a scene");
     let target = request.target.expect("a target");
     scene.draws.iter().find(|d| d.body == target).expect("drawn").features
 }
 
 #[test]
-fn scene_asks_for_an_eclipse_where_one_is() {
-    let eclipse = |target, time, effects: &str, quality| needs_of(&view(target, time, effects, quality)).eclipse;
+fn the_scene_has_an_eclipse_feature_where_an_eclipse_occurs() {
+    let eclipse = |target, time, effects: &str, quality| features_of(&view(target, time, effects, quality)).eclipse;
     let of = |occluders, model| Eclipse { occluders, model };
     let (earth, moon, jupiter) = (NaifId::EARTH, NaifId::MOON, NaifId(599));
     let best = Quality::Standard;
@@ -444,7 +446,7 @@ fn scene_asks_for_an_eclipse_where_one_is() {
     assert_eq!(eclipse(earth, "2024-04-22T18:17:00Z", "", best), Eclipse::default());
     assert_eq!(eclipse(moon, "2022-11-08T10:59:00Z", "", best), of(1, EclipseModel::Refracted));
     assert_eq!(eclipse(moon, "2022-11-01T10:59:00Z", "", best), Eclipse::default());
-    // The rare triple that the Earth saw from 06:27 to 06:52 UT, here by light that needs 36 minutes.
+    // The rare triple transit that the Earth saw from 06:27 to 06:52 UT; here with 36 minutes of light time.
     let request = ViewRequest { position: Position::Centre(earth), ..view(jupiter, "2015-01-24T06:40:00Z", "", best) };
     let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
     let decisions = &scene.body(jupiter).expect("Jupiter").decisions;
@@ -453,7 +455,7 @@ fn scene_asks_for_an_eclipse_where_one_is() {
     assert!(!reason.contains("Ganymede"), "{reason}");
 }
 
-/// Layouts of the session's modules; no maps.
+/// Resources that provide layouts of the session's modules and no maps.
 struct Layouts;
 impl ResourceProvider for Layouts {
     fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError> {
@@ -475,15 +477,15 @@ fn an_occluder_beside_the_sun_changes_no_bit() {
     let draw = |effects: &str| {
         let request = view(NaifId::EARTH, "2024-04-08T18:17:00Z", effects, Quality::Draft);
         let mut plain = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
-        // The Moon stands aside.
+        // Move the Moon to the side.
         for draw in &mut plain.draws {
             draw.uniforms.eclipse.places.iter_mut().for_each(|p| p.x += 50.0);
         }
         let plan = plan(&plain, &Layouts, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
         SINGLE.render(&plan, SESSION.library(), true).expect("a picture").0
     };
-    const BARE: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";
-    let [with, without] = ["+eclipse=limb-darkened", "-eclipse"].map(|e| draw(&format!("{e}{BARE}")));
+    const WITHOUT_SURFACE_EFFECTS: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";
+    let [with, without] = ["+eclipse=limb-darkened", "-eclipse"].map(|e| draw(&format!("{e}{WITHOUT_SURFACE_EFFECTS}")));
     assert!(with.hdr.iter().any(|p| p[0] > 0.0));
     assert_eq!(with.hdr, without.hdr);
 }

@@ -1,4 +1,4 @@
-//! Totality: the corona by its law, the Moon dark before it, the planets beside it.
+//! Totality: the corona follows its law, the Moon is dark in front of it, and the planets appear next to it.
 
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3};
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
-/// Luminance of the unit of radiance, cd/m2: a white plane that faces the Sun at 1 au.
+/// Luminance of one unit of radiance, cd/m2: a white plane that faces the Sun at 1 au.
 pub(super) const UNIT_CD_M2: f64 = 133_000.0 / PI;
 
 /// Dallas, near the middle of totality on 2024-04-08.
@@ -55,7 +55,7 @@ fn reason(scene: &Scene, body: NaifId, feature: &str) -> (bool, String) {
     (d.on, d.reason.clone())
 }
 
-/// Each pixel's distance from the Sun's centre in its radii, angle from its equator, and light.
+/// For each pixel: the distance from the Sun's centre in solar radii, the angle from its equator, and the light.
 fn around_sun(drawn: &DrawnFrame) -> Vec<(f64, f64, f64)> {
     let sun = drawn.scene.body(NaifId::SUN).expect("the Sun");
     let camera = &drawn.scene.camera;
@@ -72,7 +72,7 @@ fn around_sun(drawn: &DrawnFrame) -> Vec<(f64, f64, f64)> {
     drawn.frame.hdr.iter().enumerate().map(pixel).collect()
 }
 
-/// The Sun from the Earth's centre, nothing before it, through clean optics.
+/// The unobstructed Sun from the Earth's centre, through optics without glare.
 fn bare_sun(time: &str, fov_deg: f64, size: u32) -> DrawnFrame {
     let space = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
@@ -81,22 +81,25 @@ fn bare_sun(time: &str, fov_deg: f64, size: u32) -> DrawnFrame {
     drawn(&space)
 }
 
-/// The corona and the glow are drawn in rectangles. At their edges no light ends at a line: what is faint changes from pixel to pixel by less than a third of
-/// the faintest light that shows.
+/// The corona and the glow are drawn in rectangles. The light shows no line at their edges: where faint, it changes from pixel to pixel by less than a third of the
+/// faintest visible light.
 #[test]
-fn faint_light_around_the_sun_ends_at_no_line() {
+fn faint_light_around_the_sun_has_no_sharp_edge() {
     for (fov_deg, stops, effects) in
         [(20.0, 7.0, "+corona,-glow"), (40.0, 8.0, "+corona,-glow"), (20.0, -14.0, "-corona,+glow"), (60.0, -11.0, "-corona,+glow")]
     {
-        let space = ViewRequest {
+        let request_in_space = ViewRequest {
             position: Position::Centre(NaifId::EARTH),
             layers: Layers::parse("-stars").expect("a layer"),
             ..request(NaifId::SUN, at("2022-03-01T00:00:00Z"), fov_deg, 400, stops, &format!("{effects},-points"))
         };
-        let picture = drawn(&space);
+        let picture = drawn(&request_in_space);
         let least = VISIBLE_LIGHT * picture.scene.exposure.white();
         let light: Vec<f64> = picture.frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).collect();
-        assert!(light.iter().any(|l| *l > 10.0 * least) && light.contains(&0.0), "{fov_deg} degrees: it begins and ends in the picture");
+        assert!(
+            light.iter().any(|l| *l > 10.0 * least) && light.contains(&0.0),
+            "{fov_deg} degrees: the light must begin and end inside the picture"
+        );
         let rows = light.windows(2).enumerate().filter(|(k, _)| k % 400 != 399).map(|(_, w)| (w[0], w[1]));
         let columns = (0..light.len() - 400).map(|k| (light[k], light[k + 400]));
         let worst = rows.chain(columns).filter(|(a, b)| a.max(*b) < 3.0 * least).map(|(a, b)| (a - b).abs() / least).fold(0.0, f64::max);
@@ -105,9 +108,9 @@ fn faint_light_around_the_sun_ends_at_no_line() {
     }
 }
 
-/// At fields of view and sizes that resolve it and that hardly do: light in rings against the law's integral, its peak within 3 % and coarse pixels within 6 %.
+/// At fields of view and sizes that resolve the corona well or barely: the light in rings against the integral of the law, within 3 % at best and 6 % for coarse pixels.
 #[test]
-fn the_corona_falls_by_its_law_at_every_scale() {
+fn the_corona_follows_its_law_at_every_scale() {
     for (fov_deg, size, most) in [(1.2, 128, 0.03), (3.0, 160, 0.03), (8.0, 200, 0.03), (12.0, 96, 0.06)] {
         let picture = bare_sun("2022-03-01T00:00:00Z", fov_deg, size);
         let all = around_sun(&picture);
@@ -117,41 +120,43 @@ fn the_corona_falls_by_its_law_at_every_scale() {
             s.placement.radii_km.x / s.distance_km
         };
         let px = pixel / sine;
-        // Rings of whole pixels, off the disc's soft edge.
+        // Rings of entire pixels, away from the disc's soft edge.
         let edges: Vec<f64> = (0..6).map(|k| (1.0 + 1.5 * px) * (1.25_f64).powi(k)).filter(|r| *r < 0.45 * f64::from(size) * px).collect();
         for ring in edges.windows(2) {
-            let within: Vec<&(f64, f64, f64)> = all.iter().filter(|(rho, _, _)| (ring[0]..ring[1]).contains(rho)).collect();
-            if within.len() < 60 {
+            let ring_pixels: Vec<&(f64, f64, f64)> = all.iter().filter(|(rho, _, _)| (ring[0]..ring[1]).contains(rho)).collect();
+            if ring_pixels.len() < 60 {
                 continue;
             }
-            let got = within.iter().map(|p| p.2).sum::<f64>() / within.len() as f64;
-            // The same pixels by the law, 5 x 5 places in each.
+            let got = ring_pixels.iter().map(|p| p.2).sum::<f64>() / ring_pixels.len() as f64;
+            // The law averaged over 5 x 5 points in each pixel.
             let place = |k: i32| (f64::from(k) - 2.0) / 5.0 * px;
-            let of = |&&(rho, angle, _): &&(f64, f64, f64)| {
+            let law_in_pixel = |&&(rho, angle, _): &&(f64, f64, f64)| {
                 (0..25).map(|k| corona::radiance((rho + place(k % 5) * angle.cos().abs()).hypot(place(k / 5)).max(1.0))).sum::<f64>() / 25.0
             };
-            let expected = within.iter().map(of).sum::<f64>() / within.len() as f64;
+            let expected = ring_pixels.iter().map(law_in_pixel).sum::<f64>() / ring_pixels.len() as f64;
             assert!((got / expected - 1.0).abs() < most, "{fov_deg} degrees, {size} px, {ring:?}: {got:e} for {expected:e}");
         }
-        // The disc itself is the Sun's: a million times brighter than the corona in its middle.
+        // The middle of the disc shows the Sun itself: a million times brighter than the corona.
         let middle = all.iter().filter(|p| p.0 < 0.8).map(|p| p.2).fold(f64::MAX, f64::min);
         assert!(middle > 2e4, "{middle}");
     }
 }
 
-/// Of a picture: all the corona's light over the Sun's is a millionth (Allen's Astrophysical Quantities, 4th ed., 14.8: 0.6e-6 at minimum to 1.3e-6 at maximum beyond 1.03 radii).
+/// From a picture: the corona's total light is a millionth of the Sun's (Allen's Astrophysical Quantities, 4th ed., 14.8: 0.6e-6 at minimum to 1.3e-6 at maximum beyond
+/// 1.03 radii).
 #[test]
 fn the_corona_gives_a_millionth_of_the_suns_light() {
     let all = around_sun(&bare_sun("2022-03-01T00:00:00Z", 6.0, 300));
     let disc: f64 = all.iter().filter(|p| p.0 < 0.99).map(|p| p.2).sum();
     let corona: f64 = all.iter().filter(|p| p.0 > 1.03).map(|p| p.2).sum();
-    let part = corona / disc;
-    assert!((0.5e-6..2e-6).contains(&part), "{part:e}");
+    let light_ratio = corona / disc;
+    assert!((0.5e-6..2e-6).contains(&light_ratio), "{light_ratio:e}");
 }
 
-/// Isophotes of a picture as Ludendorff measured them: mean of the diameters along the equator and 22.5 degrees to either side over that about the poles, less 1.
+/// Isophotes of a picture measured by Ludendorff's method: the mean of the diameters along the equator and 22.5 degrees to either side, divided by the mean about the
+/// poles, minus 1.
 #[test]
-fn the_corona_is_as_flat_as_the_cycle_says() {
+fn the_flattening_of_the_corona_follows_the_solar_cycle() {
     let index = |time: &str| {
         let all = around_sun(&bare_sun(time, 4.0, 240));
         let level = corona::radiance(2.0);
@@ -160,7 +165,7 @@ fn the_corona_is_as_flat_as_the_cycle_says() {
                 let off = (angle.to_degrees() - angle_deg).rem_euclid(180.0);
                 off.min(180.0 - off) < 4.0
             };
-            // Where brightness crosses the level, in the logarithms.
+            // The radius at which the brightness crosses the level, interpolated in logarithms.
             let sector: Vec<_> = all.iter().filter(near).filter(|p| (1.5..2.6).contains(&p.0)).collect();
             let (n, x, y, xx, xy) = sector.iter().fold((0.0, 0.0, 0.0, 0.0, 0.0), |(n, sx, sy, sxx, sxy), p| {
                 let (x, y) = (p.2.ln(), p.0.ln());
@@ -176,13 +181,13 @@ fn the_corona_is_as_flat_as_the_cycle_says() {
         [("1976-03-01T00:00:00Z", false), ("2019-12-01T00:00:00Z", false), ("2024-04-08T00:00:00Z", true), ("2001-01-01T00:00:00Z", true)]
     {
         let (got, expected) = (index(time), corona::flattening(at(time)));
-        // Measured: 0.02 off, the isophote's bend over the sectors.
+        // Measured error: 0.02, from the curvature of the isophote within the sectors.
         assert!((got - expected).abs() < 0.05, "{time}: {got:.3} for {expected:.3}");
         assert_eq!(got < 0.12, round, "{time}: {got:.3}");
     }
 }
 
-/// It is part of the scene when it can be seen and drowned by the Sun's own glare while any of the disc shows; nothing around a Sun below a pixel.
+/// The corona is part of the scene when it is visible. The Sun's glare hides it while any of the disc is visible, and it is absent around a Sun smaller than a pixel.
 #[test]
 fn the_corona_is_drawn_when_it_can_be_seen() {
     let from_ground = |time: &str, place, stops| {
@@ -196,7 +201,7 @@ fn the_corona_is_drawn_when_it_can_be_seen() {
             [("2023-10-14T16:37:00Z", (35.08, -106.65)), ("2024-04-08T17:30:00Z", DALLAS), ("2024-06-08T17:30:00Z", DALLAS)]
         {
             let (on, why) = reason(&from_ground(time, place, stops), NaifId::SUN, "corona");
-            // What is left of an annular Sun is little enough for half a percent of corona.
+            // The visible ring of an annular Sun is faint enough for half a percent of corona to be noticeable.
             assert!((!on || time.starts_with("2023")) && why.contains("glare"), "{time} at {stops} stops: {why}");
         }
     }
@@ -207,25 +212,25 @@ fn the_corona_is_drawn_when_it_can_be_seen() {
     }
 }
 
-/// The Moon's disc in totality is dark before the corona, lit by the Earth; and the Earth's disc hides it from space.
+/// In totality the Moon's disc, lit by the Earth, is dark in front of the corona; from space, the Earth's disc hides the corona.
 #[test]
-fn the_moon_is_dark_before_the_corona() {
+fn the_moon_is_dark_in_front_of_the_corona() {
     let view = ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..request(NaifId::SUN, at(TOTALITY), 1.2, 96, 12.0, "") };
     let with = drawn(&view);
     let all = around_sun(&with);
-    // The Moon is a sixteenth larger than the Sun and 0.02 radii beside it here.
+    // Here the Moon is a sixteenth larger than the Sun and 0.02 radii off centre.
     let on_moon: Vec<f64> = all.iter().filter(|p| p.0 < 0.95).map(|p| p.2).collect();
-    let beside: f64 = all.iter().filter(|p| (1.1..1.2).contains(&p.0)).map(|p| p.2).fold(f64::MAX, f64::min);
+    let beside_moon: f64 = all.iter().filter(|p| (1.1..1.2).contains(&p.0)).map(|p| p.2).fold(f64::MAX, f64::min);
     let brightest = on_moon.iter().copied().fold(0.0, f64::max);
-    assert!(beside > 1e-2 && brightest < 0.02 * beside, "the Moon is {brightest:e} before {beside:e}");
-    // Full Earth over the Moon: 10 to 16 lux (an Earth of magnitude -16.9 to -17.5) on an albedo of 0.05 to 0.2.
+    assert!(beside_moon > 1e-2 && brightest < 0.02 * beside_moon, "the Moon is {brightest:e} in front of {beside_moon:e}");
+    // The full Earth above the Moon: 10 to 16 lux (an Earth of magnitude -16.9 to -17.5) on an albedo of 0.05 to 0.2.
     let without = drawn(&ViewRequest { effects: EffectOverrides::parse("-planet-shine").expect("effects"), ..view });
     let dark = around_sun(&without).iter().filter(|p| p.0 < 0.8).map(|p| p.2).sum::<f64>();
     let light = all.iter().filter(|p| p.0 < 0.8).map(|p| p.2).sum::<f64>();
     let count = all.iter().filter(|p| p.0 < 0.8).count() as f64;
     let earthshine = (light - dark) / count * UNIT_CD_M2;
     assert!((0.1..1.5).contains(&earthshine), "{earthshine} cd/m2");
-    // From the far side of the Earth, behind its disc, there is a ring of corona only outside of it.
+    // From behind the Earth's disc, on the side opposite the Sun, the corona is visible only as a ring outside the disc.
     let far = Position::Offset { body: NaifId::EARTH, offset_km: behind_the_earth(), axes: Axes::Icrf };
     let space = drawn(&ViewRequest { position: far, ..request(NaifId::SUN, at(TOTALITY), 4.0, 96, 5.0, "-points,-atmosphere") });
     let (on, why) = reason(&space.scene, NaifId::SUN, "corona");
@@ -235,7 +240,7 @@ fn the_moon_is_dark_before_the_corona() {
     assert!(on && hidden < 1e-5 && ring > 3e-4, "{why}: {hidden:e} behind the Earth, {ring:e} beside it");
 }
 
-/// So far behind the Earth that it is a little larger than the Sun.
+/// A position so far behind the Earth that its disc is slightly larger than the Sun's.
 fn behind_the_earth() -> DVec3 {
     let scene = SESSION
         .scene(&ViewRequest { position: Position::Centre(NaifId::EARTH), ..request(NaifId::SUN, at(TOTALITY), 4.0, 32, 0.0, "") })
@@ -243,9 +248,9 @@ fn behind_the_earth() -> DVec3 {
     scene.body(NaifId::SUN).expect("it").placement.centre_km.normalize() * -1.05e6
 }
 
-/// Venus and Jupiter beside the eclipsed Sun stand out of the dark sky as points, and not out of the day's; air dims them by all it takes.
+/// Venus and Jupiter near the eclipsed Sun are visible as points against the dark sky, and invisible against the day sky; the air dims them by its full extinction.
 #[test]
-fn planets_show_beside_the_eclipsed_sun() {
+fn planets_are_visible_next_to_the_eclipsed_sun() {
     let (venus, jupiter) = (NaifId(299), NaifId(599));
     for planet in [venus, jupiter] {
         let look = |time: &str, effects: &str| {
@@ -263,7 +268,7 @@ fn planets_show_beside_the_eclipsed_sun() {
     }
 }
 
-/// A planet's light over its light without air, against the transmittance straight up to the power of the air mass: from 60 degrees down to 5.
+/// A planet's light relative to its light without air, against the vertical transmittance to the power of the air mass: from 60 degrees of altitude down to 5.
 #[test]
 fn a_planet_near_the_horizon_is_dimmed_by_the_air() {
     let flux = |time: Instant, effects: &str| {
@@ -291,11 +296,11 @@ fn a_planet_near_the_horizon_is_dimmed_by_the_air() {
     }
     assert!(ks.len() > 5, "{ks:?}");
     let (least, most) = ks.iter().fold((f64::MAX, 0.0_f64), |(a, b), k| (a.min(*k), b.max(*k)));
-    // Green: gas 0.09, aerosol and ozone: 0.1 to 0.25 in all.
+    // Green: gas 0.09; with aerosol and ozone 0.1 to 0.25 in total.
     assert!(least > 0.1 && most < 0.25 && most / least < 1.1, "{ks:?}");
 }
 
-/// From where the camera stands, but in an air of none: its flux by the magnitude.
+/// The point's flux at the camera without air, from the magnitude.
 fn flux_without_air(time: Instant) -> f64 {
     let view = ViewRequest { position: Position::Centre(NaifId::EARTH), ..request(NaifId(299), time, 4.0, 32, 8.0, "") };
     let scene = SESSION.scene(&view).expect("a scene");
@@ -303,7 +308,7 @@ fn flux_without_air(time: Instant) -> f64 {
     f64::from(point.flux.y)
 }
 
-/// In f32 and in f64 the same picture, corona, sky and ground, within half a level of 256.
+/// f32 and f64 give the same picture of corona, sky and ground, within half a level of 256.
 #[test]
 fn single_precision_is_enough_for_totality() {
     let double = Session::open(&Sources { double_precision: true, ..Sources::default() }, |_| {}).expect("opens");
@@ -325,7 +330,7 @@ fn single_precision_is_enough_for_totality() {
             .map(|(a, b)| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, f64::max))
             .collect();
         off.sort_by(f64::total_cmp);
-        // The limb's and the horizon's own pixels apart.
+        // Without the pixels of the limb and the horizon.
         let most = off[off.len() * 98 / 100];
         assert!(most < 0.5, "{fov_deg} degrees: {most} levels");
         assert!(single.frame.hdr.iter().any(|p| p[1] > 0.0));

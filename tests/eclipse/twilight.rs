@@ -1,5 +1,5 @@
-//! The sky without the Sun's disc: in totality, where light from beyond the umbra keeps it above nothing, and from day to night, against published
-//! illuminances and followed photons.
+//! The sky without the Sun's disc: in totality, where light from beyond the umbra keeps it above zero, and from day to night, against published illuminances and followed
+//! photons.
 
 use super::totality::{DALLAS, TOTALITY, UNIT_CD_M2, at, drawn, on_ground, request};
 use crate::support::session::SESSION;
@@ -11,7 +11,7 @@ use orrery::scene::request::{Axes, Look, Up, ViewRequest};
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
 
-/// The sky at a height and an azimuth over a place.
+/// The sky's radiance at a given altitude and azimuth above a location.
 fn sky(body: NaifId, (latitude_deg, longitude_deg): (f64, f64), time: Instant, height_deg: f64, azimuth_deg: f64, effects: &str) -> DVec3 {
     let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
     let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
@@ -32,17 +32,17 @@ fn sky(body: NaifId, (latitude_deg, longitude_deg): (f64, f64), time: Instant, h
 
 const CLEAR: &str = "-glow,-corona,-points,-planet-shine,-clouds,-night";
 
-/// From first to last contact at Dallas (17:23 to 20:02 UTC) the sky overhead is never nothing and falls and rises without a jump. In northern Kenya on
-/// 1973-06-30 Shaw (1975, Appl. Opt. 14, 388) measured 10^-4 of the day's: within a factor of 4.
+/// From first to last contact at Dallas (17:23 to 20:02 UTC) the sky overhead is never zero and falls and rises without a jump. In northern Kenya on 1973-06-30 Shaw
+/// (1975, Appl. Opt. 14, 388) measured 10^-4 of the daylight value: agreement within a factor of 4.
 #[test]
-fn the_sky_overhead_goes_dark_by_four_powers_of_ten_and_not_to_nothing() {
+fn the_sky_overhead_darkens_by_four_powers_of_ten_but_not_to_zero() {
     let overhead = |time: Instant, eclipse: bool| {
         let effects = format!("{CLEAR}{}", if eclipse { "" } else { ",-eclipse" });
-        // Off the zenith, away from the Sun.
+        // Off the zenith, on the side away from the Sun.
         sky(NaifId::EARTH, DALLAS, time, 80.0, 0.0, &effects).y
     };
-    let shaws = |effects: &str| sky(NaifId::EARTH, (3.0, 36.6), at("1973-06-30T13:00:00Z"), 80.0, 0.0, &format!("{CLEAR}{effects}")).y;
-    let depth = shaws("") / shaws(",-eclipse");
+    let shaw_1975 = |effects: &str| sky(NaifId::EARTH, (3.0, 36.6), at("1973-06-30T13:00:00Z"), 80.0, 0.0, &format!("{CLEAR}{effects}")).y;
+    let depth = shaw_1975("") / shaw_1975(",-eclipse");
     assert!((0.25e-4..4e-4).contains(&depth), "{depth:e}");
     let middle = at(TOTALITY);
     let depth = overhead(middle, true) / overhead(middle, false);
@@ -54,14 +54,14 @@ fn the_sky_overhead_goes_dark_by_four_powers_of_ten_and_not_to_nothing() {
         assert!(all.iter().all(|v| *v > 0.0), "{all:?}");
         assert!(all.windows(2).all(|w| w[1] > 0.97 * w[0]), "it falls towards the middle: {all:?}");
     }
-    // Within a second of the Sun's last and first light nothing jumps by more than a third.
+    // Around the last and first sunlight, in steps of one second, the light changes by at most a factor of 1.6.
     let all: Vec<f64> = (0..24).map(|k| from_middle(104.0 + f64::from(k))).collect();
     assert!(all.windows(2).all(|w| w[1] / w[0] < 1.6 && w[1] / w[0] > 0.9), "{all:?}");
 }
 
-/// All around, the horizon in totality is brighter than the sky overhead, and redder; by the same light the ground is lit.
+/// In totality the horizon is brighter and redder than the sky overhead in all directions, and the ground is lit by the same light.
 #[test]
-fn twilight_stands_all_around_the_horizon_in_totality() {
+fn twilight_surrounds_the_horizon_in_totality() {
     let time = at(TOTALITY);
     let overhead = sky(NaifId::EARTH, DALLAS, time, 85.0, 0.0, CLEAR);
     assert!(overhead.z > overhead.x, "deep blue: {overhead}");
@@ -70,14 +70,14 @@ fn twilight_stands_all_around_the_horizon_in_totality() {
         assert!(low.y > 2.0 * overhead.y, "{azimuth}: {low} against {overhead}");
         assert!(low.x / low.z > 1.5 * overhead.x / overhead.z, "{azimuth}: {low} against {overhead}");
     }
-    // The ground: a few lux, an estimate (that of a twilight with the Sun some 5 degrees down), on an albedo of 0.05 to 0.3.
+    // The ground: a few lux, an estimate (that of a twilight with the Sun about 5 degrees down), on an albedo of 0.05 to 0.3.
     let ground = sky(NaifId::EARTH, DALLAS, time, -60.0, 0.0, CLEAR).y * UNIT_CD_M2 * PI;
     assert!((0.05..5.0).contains(&ground), "{ground} lm/m2");
 }
 
-/// The table's factors against photons followed backwards, one by one, through the same air with the same shadow: the second and all further orders.
+/// The table's factors against photons followed backwards through the same air with the same shadow: the second and all higher orders.
 #[test]
-fn light_spreads_into_the_umbra_as_photons_do() {
+fn light_in_the_umbra_agrees_with_photons() {
     let catalog = Catalog::embedded();
     let mut earth = catalog.body(NaifId::EARTH).expect("the Earth").clone();
     let air = earth.atmosphere.as_mut().expect("air");
@@ -87,9 +87,9 @@ fn light_spreads_into_the_umbra_as_photons_do() {
     let ground = earth.target_mean_colour();
     let (cot, depth) = (215.0, 59.0);
     for umbra_km in [40.0, 90.0, 130.0] {
-        // A Moon that covers the Sun in the zenith with so much to spare, over an even disc.
-        let km = radius_km * depth / cot;
-        let semi = ((1.0 + umbra_km / km) * depth / cot) as f32;
+        // A Moon in front of the Sun at the zenith, larger than the Sun by the given margin; the Sun's disc is uniform.
+        let solar_radius_km = radius_km * depth / cot;
+        let semi = ((1.0 + umbra_km / solar_radius_km) * depth / cot) as f32;
         let eclipse = EclipseUniforms {
             axis: Vec4::new(0.0, 0.0, 1.0, 1.0 / 23_455.0),
             across: [Vec4::new(1.0, 0.0, 0.0, cot as f32), Vec4::new(0.0, 1.0, 0.0, (cot / 23_455.0) as f32)],
@@ -101,30 +101,40 @@ fn light_spreads_into_the_umbra_as_photons_do() {
         let roots = air_spread::tables(&earth, &eclipse);
         assert_eq!(roots.len(), air_spread::TABLES);
         assert!(roots[..air_spread::NODES].iter().all(|r| r.min_element() >= 0.0 && r.max_element() <= 1.0));
-        // 2 km over the ground, in the middle: the second row's first column.
+        // The middle of the shadow, 2 km above the ground: first column of the second row.
         for channel in [1, 2] {
             let got = f64::from(roots[air_spread::COLUMNS][channel]).powi(2);
-            let left = |x: f64, y: f64| left_of_even_disc(f64::from(semi) * cot / depth, x.hypot(y) / km);
-            let expected = by_photons(per_km[channel], scale_km, top_km, radius_km, ground[channel], 60_000, left);
+            let visible_fraction =
+                |x: f64, y: f64| visible_fraction_of_uniform_disc(f64::from(semi) * cot / depth, x.hypot(y) / solar_radius_km);
+            let expected = shadow_ratio_by_photons(per_km[channel], scale_km, top_km, radius_km, ground[channel], 60_000, visible_fraction);
             assert!((got / expected - 1.0).abs() < 0.4, "{umbra_km} km, channel {channel}: {got:.2e} for {expected:.2e}");
         }
     }
 }
 
-fn left_of_even_disc(occluder: f64, apart: f64) -> f64 {
-    if apart >= occluder + 1.0 {
+fn visible_fraction_of_uniform_disc(occluder: f64, separation: f64) -> f64 {
+    if separation >= occluder + 1.0 {
         return 1.0;
     }
-    if apart <= occluder - 1.0 {
+    if separation <= occluder - 1.0 {
         return 0.0;
     }
-    let angle = |a: f64, b: f64| ((apart * apart + a * a - b * b) / (2.0 * apart * a)).clamp(-1.0, 1.0).acos();
+    let angle = |a: f64, b: f64| ((separation * separation + a * a - b * b) / (2.0 * separation * a)).clamp(-1.0, 1.0).acos();
     let (s, c) = (angle(1.0, occluder), angle(occluder, 1.0));
     1.0 - (s - 0.5 * (2.0 * s).sin() + occluder * occluder * (c - 0.5 * (2.0 * c).sin())) / PI
 }
 
-/// Mean over all directions at 2 km of light that was scattered before it came here, shadowed over unshadowed, the Sun in the zenith. Isotropic, as the table's light is.
-fn by_photons(per_km: f64, scale_km: f64, top_km: f64, radius_km: f64, ground: f64, paths: u32, left: impl Fn(f64, f64) -> f64) -> f64 {
+/// Mean over all directions at 2 km of light that was scattered before it arrives: the ratio of shadowed to unshadowed, with the Sun at the zenith. Scattering is
+/// isotropic, as in the table.
+fn shadow_ratio_by_photons(
+    per_km: f64,
+    scale_km: f64,
+    top_km: f64,
+    radius_km: f64,
+    ground: f64,
+    paths: u32,
+    visible_fraction: impl Fn(f64, f64) -> f64,
+) -> f64 {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut random = move || {
         state ^= state << 13;
@@ -133,7 +143,7 @@ fn by_photons(per_km: f64, scale_km: f64, top_km: f64, radius_km: f64, ground: f
         ((state >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     };
     let sunlight = |height: f64| (-per_km * scale_km * (-height / scale_km).exp()).exp();
-    let (mut shadowed, mut whole) = (0.0, 0.0);
+    let (mut shadowed, mut unshadowed) = (0.0, 0.0);
     for _ in 0..paths {
         let mut at = DVec3::new(0.0, 0.0, radius_km + 2.0);
         let isotropic = |random: &mut dyn FnMut() -> f64| {
@@ -143,20 +153,20 @@ fn by_photons(per_km: f64, scale_km: f64, top_km: f64, radius_km: f64, ground: f
         };
         let mut along = isotropic(&mut random);
         let mut weight = 1.0;
-        // To the next place that scatters, in air as thick as the ground's of which a part counts.
+        // Delta tracking to the next scattering: the air is sampled at the ground's density, and a scattering is accepted with the probability of the local density.
         loop {
             let before = at;
             at += along * (-random().ln() / per_km);
             let height = at.length() - radius_km;
             let b = before.dot(along);
-            let hit = b * b - before.length_squared() + radius_km * radius_km;
-            if b < 0.0 && hit > 0.0 && (-b - hit.sqrt()) < (at - before).length() {
-                at = before + along * (-b - hit.sqrt());
+            let discriminant = b * b - before.length_squared() + radius_km * radius_km;
+            if b < 0.0 && discriminant > 0.0 && (-b - discriminant.sqrt()) < (at - before).length() {
+                at = before + along * (-b - discriminant.sqrt());
                 let up = at.normalize();
                 weight *= ground;
                 let light = weight * up.z.max(0.0) * sunlight(0.0) / PI;
-                shadowed += light * left(at.x, at.y);
-                whole += light;
+                shadowed += light * visible_fraction(at.x, at.y);
+                unshadowed += light;
                 let side = isotropic(&mut random);
                 along = (up + side).normalize();
                 at += up * 1e-6;
@@ -164,8 +174,8 @@ fn by_photons(per_km: f64, scale_km: f64, top_km: f64, radius_km: f64, ground: f
                 break;
             } else if random() < (-height / scale_km).exp() {
                 let light = weight * sunlight(height) / (4.0 * PI);
-                shadowed += light * left(at.x, at.y);
-                whole += light;
+                shadowed += light * visible_fraction(at.x, at.y);
+                unshadowed += light;
                 along = isotropic(&mut random);
             }
             if weight < 1e-4 {
@@ -173,22 +183,22 @@ fn by_photons(per_km: f64, scale_km: f64, top_km: f64, radius_km: f64, ground: f
             }
         }
     }
-    shadowed / whole
+    shadowed / unshadowed
 }
 
-/// Outside of every penumbra the tables change nothing, to the last bit.
+/// Outside every penumbra the tables change nothing, to the last bit.
 #[test]
-fn outside_of_the_penumbra_the_sky_is_the_days() {
+fn outside_the_penumbra_the_sky_is_unchanged() {
     let time = at("2024-04-08T18:42:38Z");
     for place in [(-30.0, -60.0), (45.0, 10.0)] {
         for height in [3.0, 40.0] {
-            let of = |effects: &str| sky(NaifId::EARTH, place, time, height, 120.0, &format!("{CLEAR}{effects}"));
-            assert_eq!(of(",+eclipse"), of(",-eclipse"), "{place:?} {height}");
+            let radiance_with = |effects: &str| sky(NaifId::EARTH, place, time, height, 120.0, &format!("{CLEAR}{effects}"));
+            assert_eq!(radiance_with(",+eclipse"), radiance_with(",-eclipse"), "{place:?} {height}");
         }
     }
 }
 
-/// Illuminance of level ground by the whole sky without the Sun's disc, lux: 6 heights by 8 azimuths.
+/// Illuminance of level ground by the entire sky without the Sun's disc, lux: 6 altitudes by 8 azimuths.
 fn lux(body: NaifId, place: (f64, f64), time: Instant) -> f64 {
     let rows = [4.0, 14.0, 26.0, 40.0, 57.0, 78.0];
     let edges = [0.0, 9.0, 20.0, 33.0, 48.0, 67.0, 90.0_f64];
@@ -203,8 +213,8 @@ fn lux(body: NaifId, place: (f64, f64), time: Instant) -> f64 {
     (0..6).map(ring).sum::<f64>() * UNIT_CD_M2
 }
 
-/// When the Sun stands so high at a place, in an afternoon; degrees.
-fn when(body: NaifId, place: (f64, f64), from: Instant, height_deg: f64, afternoon_s: f64) -> Instant {
+/// The time in an afternoon when the Sun is at the given altitude above a location; degrees.
+fn afternoon_time(body: NaifId, place: (f64, f64), from: Instant, height_deg: f64, afternoon_s: f64) -> Instant {
     let height = |t: f64| {
         let view = ViewRequest { position: on_ground(body, place), ..request(NaifId::SUN, from.plus_seconds(t), 1.0, 8, 0.0, CLEAR) };
         let scene = SESSION.scene(&view).expect("a scene");
@@ -213,7 +223,7 @@ fn when(body: NaifId, place: (f64, f64), from: Instant, height_deg: f64, afterno
     };
     let (mut early, mut late) = (0.0, afternoon_s);
     assert!(height(early) > height_deg && height(late) < height_deg, "{} to {} degrees", height(early), height(late));
-    // To two seconds, in which the Sun moves by 0.01 degrees.
+    // Bisect to two seconds, in which the Sun moves by 0.01 degrees.
     for _ in 0..14 {
         let middle = 0.5 * (early + late);
         if height(middle) > height_deg { early = middle } else { late = middle }
@@ -224,33 +234,33 @@ fn when(body: NaifId, place: (f64, f64), from: Instant, height_deg: f64, afterno
 /// At sunset the Sun's upper limb, raised by refraction, is on the horizon.
 const SUNSET_DEG: f64 = -0.833;
 
-/// From day to night at the Earth: the sky's light on level ground falls without a jump to that of the night, and is the published light within a factor of 2.5:
-/// 410 to 585 lux at sunset, 2 to 3.5 at the end of civil twilight, 0.008 of nautical, 6e-4 of astronomical and below (AMS Glossary of Meteorology). Measured:
-/// 1.4, 2.5 and 2.3 times the middle of them. Photons followed through the same air give the same light (tests/atmosphere/twilight.rs), so it is not
-/// the sum that is too bright. A part of it is the catalog's air, which is clearer than a usual one; the rest is not explained (docs/measurements.md).
+/// From day to night on the Earth: skylight on level ground falls without a jump to that of the night, and agrees with published values within a factor of 2.5: 410 to
+/// 585 lux at sunset, 2 to 3.5 at the end of civil twilight, 0.008 of nautical, 6e-4 of astronomical and below (AMS Glossary of Meteorology). Measured: 1.4, 2.5 and 2.3
+/// times the middle of the ranges. Photons followed through the same air give the same light (tests/atmosphere/twilight.rs), so the sum over orders is not too bright.
+/// Part of the excess comes from the catalog's air, which is clearer than average; the rest is not explained (docs/measurements.md).
 #[test]
-fn twilight_is_as_bright_as_it_is_known_to_be() {
+fn twilight_is_as_bright_as_published() {
     let place = (0.0, 0.0);
     let noon = at("2024-03-20T12:00:00Z");
-    let at_height = |deg: f64| lux(NaifId::EARTH, place, when(NaifId::EARTH, place, noon, deg, 36_000.0));
+    let lux_at = |deg: f64| lux(NaifId::EARTH, place, afternoon_time(NaifId::EARTH, place, noon, deg, 36_000.0));
     let heights = [60.0, 30.0, 10.0, 3.0, 0.0, SUNSET_DEG, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0, -14.0, -16.0, -18.0, -22.0, -30.0];
-    let all: Vec<f64> = heights.iter().map(|h| at_height(*h)).collect();
+    let all: Vec<f64> = heights.iter().map(|h| lux_at(*h)).collect();
     println!("{heights:?} degrees: {all:?} lux");
     for (w, h) in all.windows(2).zip(heights.windows(2)) {
         assert!(w[1] < w[0] * 1.001, "at {h:?} degrees {w:?} lux");
         let decades_per_deg = (w[0] / w[1]).log10() / (h[0] - h[1]);
         assert!(decades_per_deg < 0.8, "at {h:?} degrees {w:?} lux: {decades_per_deg:.2}");
     }
-    let of = |deg: f64| all[heights.iter().position(|h| *h == deg).expect("one of them")];
+    let lux_of = |deg: f64| all[heights.iter().position(|h| *h == deg).expect("one of them")];
     for (deg, least, most) in
         [(SUNSET_DEG, 165.0, 1000.0), (-6.0, 0.8, 8.75), (-12.0, 0.0032, 0.02), (-18.0, 2.4e-4, 1.5e-3), (-30.0, 2e-4, 1.2e-3)]
     {
-        assert!((least..most).contains(&of(deg)), "{deg} degrees: {} lux", of(deg));
+        assert!((least..most).contains(&lux_of(deg)), "{deg} degrees: {} lux", lux_of(deg));
     }
-    assert!(of(60.0) > 5e3 && of(60.0) < 2.5e4, "{} lux by day", of(60.0));
+    assert!(lux_of(60.0) > 5e3 && lux_of(60.0) < 2.5e4, "{} lux by day", lux_of(60.0));
 }
 
-/// The ground's light is that of the sky which is drawn: from dusk to night their ratio, the ground's albedo, stays within a factor of 1.7 of its middle.
+/// The ground is lit by the sky that is drawn: from dusk to night their ratio, the ground's albedo, stays within a factor of 1.7 of its geometric mean.
 #[test]
 fn the_ground_is_lit_by_the_sky_that_is_drawn() {
     let place = (0.0, 0.0);
@@ -258,7 +268,7 @@ fn the_ground_is_lit_by_the_sky_that_is_drawn() {
     let ratios: Vec<f64> = [-1.0, -3.0, -5.0, -7.0, -9.0, -11.0, -13.0, -16.0, -20.0, -28.0]
         .into_iter()
         .map(|height| {
-            let time = when(NaifId::EARTH, place, noon, height, 36_000.0);
+            let time = afternoon_time(NaifId::EARTH, place, noon, height, 36_000.0);
             let c = sky(NaifId::EARTH, place, time, -70.0, 0.0, &format!("{CLEAR},-eclipse,-albedo,-specular"));
             (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z) * UNIT_CD_M2 * PI / lux(NaifId::EARTH, place, time)
         })
@@ -268,7 +278,7 @@ fn the_ground_is_lit_by_the_sky_that_is_drawn() {
     assert!((0.4..1.0).contains(&middle), "one and a half times the disc's geometric albedo of 0.43: {middle}");
 }
 
-/// The same at Mars, in all tiers: the ground and the sky fall without a jump and never to nothing.
+/// The same for Mars, in all tiers: ground and sky fall without a jump and never to zero.
 #[test]
 fn every_sky_has_a_night() {
     let cases = [(NaifId(499), (0.0, 0.0), "2024-03-20T12:00:00Z", 0.0), (NaifId::EARTH, (0.0, 0.0), "2024-03-20T23:59:00Z", 0.0)];
@@ -283,7 +293,7 @@ fn every_sky_has_a_night() {
                     least = least.min(c.y);
                 }
             }
-            assert!(least * UNIT_CD_M2 < 1e-3, "{body:?} {tier}: one of them is a night: {least:e}");
+            assert!(least * UNIT_CD_M2 < 1e-3, "{body:?} {tier}: one of the instants must be at night: {least:e}");
         }
     }
 }

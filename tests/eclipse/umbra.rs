@@ -1,5 +1,6 @@
-//! Exact ends of eclipses: inside an umbra the light is 0 in every channel, outside each penumbra it is 1, in f32 and f64, and it falls on the way in. For
-//! every model, round and long occluders, one to four of them, a globe's shadow on its ring and the ring's on the globe.
+//! Exact limits of eclipses: inside an umbra the light is 0 in every channel, outside every penumbra it is 1, in f32 and f64, and it falls monotonically on the way
+//! in. Tested for every model, for round and elongated occluders, for one to four occluders, and for the shadows of a globe on its ring and of the ring on the
+//! globe.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec4};
@@ -30,11 +31,11 @@ struct Outline {
 }
 
 impl Outline {
-    fn moved(self, by: DVec2) -> Self {
+    fn shifted(self, by: DVec2) -> Self {
         Self { centre: self.centre + by, ..self }
     }
 
-    /// Least and greatest level of the outline's form over the Sun's limb: inside where it is below 1.
+    /// Least and greatest level of the outline's quadratic form over the Sun's limb; below 1 is inside the outline.
     fn levels(&self) -> (f64, f64) {
         let level = |angle: f64| {
             let p = DVec2::from_angle(angle) - self.centre;
@@ -45,10 +46,11 @@ impl Outline {
     }
 }
 
-/// Channels with laws of their own, as the Sun's: red darkens least.
+/// Channels with different limb darkening, like the Sun's: red darkens least.
 const LAWS: [[f64; 2]; 3] = [[0.34, 0.25], [0.40, 0.26], [0.625, 0.18]];
 
-/// Occluders at a depth of 100 radii before a Sun that is one radius there: lengths are solar radii. The Sun is far away, the receiver is a point.
+/// Occluders at a depth of 100 radii in front of a Sun that has a radius of one there, so lengths are in solar radii. The Sun is far away and the receiver is a
+/// point.
 fn uniforms(occluders: &[Outline], model: EclipseModel) -> (Eclipse, EclipseUniforms) {
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
     let law = |k: usize| if model == EclipseModel::LimbDarkened { LAWS[k] } else { [0.0; 2] };
@@ -68,8 +70,8 @@ fn uniforms(occluders: &[Outline], model: EclipseModel) -> (Eclipse, EclipseUnif
     (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
 }
 
-/// Numbers in 0..1, others for each seed.
-fn numbers(seed: f64) -> impl FnMut() -> f64 {
+/// Numbers in 0..1, different for each seed.
+fn random_numbers(seed: f64) -> impl FnMut() -> f64 {
     let mut k = seed;
     move || {
         k += 1.0;
@@ -77,11 +79,12 @@ fn numbers(seed: f64) -> impl FnMut() -> f64 {
     }
 }
 
-/// The receiver moves straight across the shadow: from far outside to the middle, so that of one occluder ever more is hidden until the Sun's centre is passed.
+/// The receiver moves in a straight line from far outside to the middle of the shadow, so that a single occluder hides more and more of the Sun until it has passed
+/// the Sun's centre.
 #[test]
 fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
-    let mut next = numbers(3.0);
-    // (dark, full, between) receivers that were asked for.
+    let mut next = random_numbers(3.0);
+    // (dark, full, between) numbers of receivers tested.
     let mut counted = [0; 3];
     let (mut worst_round, mut worst_long) = (0.0_f64, 0.0_f64);
     for case in 0..36 {
@@ -91,45 +94,45 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
         let shape = Outline { centre: DVec2::ZERO, axis: DVec2::from_angle(6.0 * next()), semi: DVec2::new(long, short) };
         let direction = DVec2::from_angle(6.0 * next());
         let aside = direction.perp() * (0.3 * next() * (long - 1.0).clamp(0.0, 1.0));
-        // From 1.3 solar radii outside of the bounding circle to the middle; close together where the light ends.
+        // From 1.3 solar radii outside the bounding circle to the middle.
         let steps = 240;
         let along: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();
-        // The receiver moves, the occluders stand: what the receiver sees moves the other way.
+        // The receiver moves and the occluders rest, so as seen from the receiver the occluders move the other way.
         let points: Vec<_> = along.iter().map(|a| (-(direction * *a + aside)).extend(0.0)).collect();
-        // The ramp takes a long occluder by its tangent, whose contacts are not those of the outline.
+        // The ramp approximates an elongated occluder by its tangent, whose contacts differ from the outline's.
         for model in MODELS.into_iter().filter(|m| round || *m != EclipseModel::Linear) {
-            // Each size meets two occluders and four: in other rounds of the twelve.
+            // Each size is tested with two occluders and with four, in different rounds of twelve cases.
             for count in [1, if (case / 12 + case) % 2 == 0 { 2 } else { 4 }] {
-                // The others stand aside, where they hide nothing of it.
-                let others = (1..count).map(|k| shape.moved(DVec2::new(3e4 * f64::from(k), 1e4)));
+                // The other occluders are far to the side and hide nothing.
+                let others = (1..count).map(|k| shape.shifted(DVec2::new(3e4 * f64::from(k), 1e4)));
                 let occluders: Vec<_> = std::iter::once(shape).chain(others).collect();
                 let (eclipse, a) = uniforms(&occluders, model);
                 for (prober, precision) in probers() {
                     let light = sunlight_from_uniforms(&prober, eclipse, a.clone(), &points).expect("answers");
-                    let said = |k: usize| format!("{model:?} {precision} {count} occluders {shape:?} at {}: {:?}", along[k], light[k]);
+                    let describe = |k: usize| format!("{model:?} {precision} {count} occluders {shape:?} at {}: {:?}", along[k], light[k]);
                     for (k, rgb) in light.iter().enumerate() {
-                        let seen = shape.moved(direction * along[k] + aside);
+                        let seen = shape.shifted(direction * along[k] + aside);
                         let (least, most) = seen.levels();
                         let margin = 2e-3;
                         if most < 1.0 - margin && seen.semi.y > 1.0 {
-                            assert_eq!(*rgb, [0.0; 3], "{}", said(k));
+                            assert_eq!(*rgb, [0.0; 3], "{}", describe(k));
                             counted[0] += 1;
                         } else if least > 1.0 + margin && seen.centre.length() > 1.0 {
-                            assert_eq!(*rgb, [1.0; 3], "{}", said(k));
+                            assert_eq!(*rgb, [1.0; 3], "{}", describe(k));
                             counted[1] += 1;
                         } else {
                             counted[2] += 1;
                         }
                     }
                     for k in 1..light.len() {
-                        // A small occluder that has passed the Sun's centre line may let light in again: only until it is as near as it comes.
+                        // A small occluder that has passed the Sun's centre line may let light in again; the receivers therefore end at the closest approach.
                         let rise = (0..3).map(|c| light[k][c] - light[k - 1][c]).fold(0.0, f64::max);
                         let worst = if round { &mut worst_round } else { &mut worst_long };
                         *worst = worst.max(rise);
-                        // Round occluders: rounding, and 2e-7 where the sum over what is hidden goes over to the sum over what is left. Long ones: chords between 32
-                        // nodes are within 1.3e-4 of the light (tests/data).
+                        // Round occluders: rounding, plus 2e-7 where the sum over the hidden part switches to the sum over the visible part. Elongated occluders:
+                        // chords between 32 nodes are within 1.3e-4 of the light (tests/data).
                         let slack = if round { 4e-7 } else { 3e-4 };
-                        assert!(rise <= slack, "rises by {rise:e} from {:?}: {}", light[k - 1], said(k));
+                        assert!(rise <= slack, "rises by {rise:e} from {:?}: {}", light[k - 1], describe(k));
                     }
                 }
             }
@@ -139,7 +142,7 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
     assert!(counted.iter().all(|n| *n > 5000), "{counted:?}");
 }
 
-/// Occluders that hide all of the Sun together, none of them alone, and those of which one hides all.
+/// Occluders that hide the entire Sun only together, and sets in which one occluder hides all of it.
 #[test]
 fn occluders_that_cover_the_sun_together_leave_no_light() {
     let disc = |x: f64, y: f64, radius: f64| Outline { centre: DVec2::new(x, y), axis: DVec2::X, semi: DVec2::splat(radius) };
@@ -167,9 +170,9 @@ fn answer(prober: &Prober<'_>, question: &Value) -> Value {
     prober.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}"))
 }
 
-/// Moons through their planets' shadows, minute by minute: a channel is dark with the others, and `probe` says so to the last digit.
+/// Moons moving through their planets' shadows, minute by minute: all channels become dark at the same time, and `probe` returns exact zeros.
 #[test]
-fn moons_go_dark_in_every_channel() {
+fn moons_become_dark_in_every_channel_at_once() {
     let crossings = [("ganymede", "2017-05-17T03:00:00Z", 20), ("io", "2024-12-07T12:00:00Z", 45), ("moon", "2022-11-08T08:00:00Z", 15)];
     for (body, from, step_minutes) in crossings {
         let start = orrery::time::Instant::parse(from).expect("a time");
@@ -184,7 +187,7 @@ fn moons_go_dark_in_every_channel() {
                     let fraction = a["fraction"].as_f64().expect("a number");
                     let zero = rgb.iter().filter(|v| **v == 0.0).count();
                     assert!(zero == 0 || zero == 3 && fraction == 0.0, "{precision} {q}: {a}");
-                    // What is nearly nothing is a crescent, not a rounding error.
+                    // A value that is almost zero is a thin crescent, not a rounding error.
                     assert!(rgb.iter().all(|v| *v == 0.0 || *v > 1e-9), "{precision} {q}: {a}");
                     dark += usize::from(zero == 3);
                     full += usize::from(rgb == [1.0; 3] && fraction == 1.0);
@@ -195,7 +198,7 @@ fn moons_go_dark_in_every_channel() {
     }
 }
 
-/// Along a ring through its planet's shadow, and on the globe past the ring's.
+/// Along a ring through its planet's shadow, and on the globe across the edge of the ring's shadow.
 #[test]
 fn ring_and_globe_shadows_have_exact_limits() {
     let mut counted = [0; 2];
@@ -205,7 +208,7 @@ fn ring_and_globe_shadows_have_exact_limits() {
                 let (sine, cosine) = height_deg.to_radians().sin_cos();
                 let blocked: Vec<f64> = (0..=300)
                     .map(|k| {
-                        // From noon to midnight, in small steps about the edge of the shadow.
+                        // From noon to midnight in equal steps.
                         let angle = std::f64::consts::PI * (f64::from(k) / 300.0);
                         let q = json!({"q": "ring-shadow", "flattening": 0.098, "point": [radius * angle.cos(), radius * angle.sin(), 0.0],
                             "sun": [cosine, 0.0, sine], "sun_angular_radius_deg": sun_deg, "model": model});
@@ -213,7 +216,7 @@ fn ring_and_globe_shadows_have_exact_limits() {
                     })
                     .collect();
                 assert_eq!(blocked[0], 0.0, "{precision} {model}: noon");
-                // A ring far out under a high Sun leaves the shadow again over the pole; until its darkest place it goes in.
+                // A wide ring under a high Sun leaves the shadow again above the pole; up to its darkest point the blocked fraction must not fall.
                 let most = blocked.iter().copied().fold(0.0, f64::max);
                 let deepest = blocked.iter().position(|b| *b == most).expect("one");
                 for pair in blocked[..=deepest].windows(2) {
@@ -221,12 +224,12 @@ fn ring_and_globe_shadows_have_exact_limits() {
                 }
                 counted[0] += blocked.iter().filter(|b| **b == 0.0).count();
                 counted[1] += blocked.iter().filter(|b| **b == 1.0).count();
-                // Of the edge itself one of these places may see the very last.
+                // At most one of these points may lie so close to the edge that it sees only a trace.
                 let stray = blocked.iter().filter(|b| **b != 0.0 && **b < 1e-6 || **b != 1.0 && **b > 1.0 - 1e-6).count();
                 assert!(stray <= 1, "{precision} {model} {height_deg} degrees: {stray}");
             }
         }
-        // Outside of the ring's shadow the globe has all of the light.
+        // Outside the ring's shadow the globe receives all of the light.
         let profile = json!([{"r_in": 1.5, "r_out": 2.0, "tau_normal": 1.0}]);
         for k in 0..40 {
             let point = [1.0 + 0.004 * f64::from(k), 0.0, -0.1];

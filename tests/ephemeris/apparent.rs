@@ -8,9 +8,10 @@ use orrery::time::Instant;
 use orrery::units::RAD_PER_ARCSEC;
 use serde_json::Value;
 
-/// The kernel's own error is a part of what is measured.
+/// Tolerance; it includes the error of the shipped kernel.
 const APPARENT_ARCSEC: f64 = 0.02;
-/// The reference takes barycentres for planets: 320 km of Saturn at 8 au are 1.5e-5 degrees.
+/// The reference uses barycentres as the positions of planets: for Saturn, 320 km at 8 au are 1.5e-5
+/// degrees.
 const SUB_POINT_DEG: f64 = 0.002;
 
 fn ephemeris() -> Ephemeris {
@@ -31,7 +32,7 @@ fn number(v: &Value, field: &str) -> f64 {
 }
 
 #[test]
-fn apparent_places_are_skyfields() {
+fn apparent_places_agree_with_skyfield() {
     let ephemeris = ephemeris();
     let table: Value = serde_json::from_str(include_str!("../data/ephemeris_public.json")).expect("the reference is JSON");
     let (mut seen, mut worst_gcrs, mut worst_date, mut worst_km) = (0, 0.0_f64, 0.0_f64, 0.0_f64);
@@ -53,23 +54,24 @@ fn apparent_places_are_skyfields() {
                 "uranus" => 7,
                 "neptune" => 8,
                 "pluto" => 9,
-                other => panic!("{other} is not known here"),
+                other => panic!("{other} is not a known name"),
             };
             let place = apparent_place(&ephemeris, NaifId(id), t).expect("a place");
-            let of = |kind: &str| RaDec {
+            let apparent = |kind: &str| RaDec {
                 ra_deg: number(reference, &format!("apparent_{kind}_ra_deg")),
                 dec_deg: number(reference, &format!("apparent_{kind}_dec_deg")),
             };
-            let (gcrs, date) = (arcsec(place.gcrs, of("gcrs")), arcsec(place.true_of_date, of("date")));
+            let (gcrs, date) = (arcsec(place.gcrs, apparent("gcrs")), arcsec(place.true_of_date, apparent("date")));
             let off_km = (place.distance_km - number(reference, "lighttime_distance_km")).abs();
             (worst_gcrs, worst_date, worst_km, seen) = (worst_gcrs.max(gcrs), worst_date.max(date), worst_km.max(off_km), seen + 1);
             assert!(gcrs < APPARENT_ARCSEC && date < APPARENT_ARCSEC, "{jd_tt} {name}: {gcrs} and {date} arcsec");
             assert!(off_km < 10.0, "{jd_tt} {name}: {off_km} km");
             assert!((place.light_time_s - number(reference, "light_time_s")).abs() < 1e-4);
-            // Two axes apart by precession, and the geometric place, are told from the apparent one.
-            assert!(arcsec(place.gcrs, of("date")) > APPARENT_ARCSEC);
+            // The apparent place differs from the place in the axes of date (precession) and from
+            // the geometric place.
+            assert!(arcsec(place.gcrs, apparent("date")) > APPARENT_ARCSEC);
             let geometric = ephemeris.state(NaifId(id), NaifId::EARTH, t, None).expect("a place").state.pos_km;
-            assert!(arcsec(RaDec::of(geometric), of("gcrs")) > APPARENT_ARCSEC, "{name}");
+            assert!(arcsec(RaDec::of(geometric), apparent("gcrs")) > APPARENT_ARCSEC, "{name}");
         }
     }
     println!("{seen} places: {worst_gcrs} arcsec GCRS, {worst_date} arcsec of date, {worst_km} km");
@@ -77,7 +79,7 @@ fn apparent_places_are_skyfields() {
 }
 
 #[test]
-fn sub_points_are_cspices() {
+fn sub_points_agree_with_cspice() {
     let (catalog, ephemeris) = (Catalog::embedded(), ephemeris());
     let table: Value = serde_json::from_str(include_str!("../data/rotation_public.json")).expect("the reference is JSON");
     let (mut seen, mut worst) = (0, 0.0_f64);
@@ -102,7 +104,8 @@ fn sub_points_are_cspices() {
             let phase_deg = points.phase_angle_deg.expect("a planet has one");
             assert!((phase_deg - number(seen_by_light, "phase_angle_deg")).abs() < SUB_POINT_DEG, "{name}: phase {phase_deg}");
             assert!((points.light_time_s - number(seen_by_light, "light_time_s")).abs() < 0.01);
-            // Without light time the planet has turned on; the Moon, 1.3 s away, hardly.
+            // Without light time the planet would have rotated farther; for the Moon, 1.3 s away,
+            // the difference is too small.
             if points.light_time_s > 60.0 {
                 assert!(
                     (points.sub_observer.lon_east_deg - number(&reference["geometric"], "sub_earth_lon_east_deg")).abs() > SUB_POINT_DEG

@@ -1,4 +1,4 @@
-//! The sky of a place against the reference tables and almanacs.
+//! The sky above a location against the reference tables and almanacs.
 
 use orrery::catalog::{Catalog, EclipseRadii, NaifId};
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -10,9 +10,9 @@ fn number(v: &Value, field: &str) -> f64 {
     v[field].as_f64().unwrap_or_else(|| panic!("{field} in {v}"))
 }
 
-/// Altitudes within 0.0065 degrees (aberration is left out) and separations within 0.0005 degrees of DE440 at every sample of the public solar eclipses.
+/// At every sample of the public solar eclipses, altitudes agree with DE440 within 0.0065 degrees (aberration is left out) and separations within 0.0005 degrees.
 #[test]
-fn altitudes_and_separations_are_those_of_the_reference() {
+fn altitudes_and_separations_agree_with_the_reference() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
     let table: Value = serde_json::from_str(include_str!("../data/eclipses_public.json")).expect("the table");
@@ -39,7 +39,7 @@ fn altitudes_and_separations_are_those_of_the_reference() {
         }
     }
     assert!(compared >= 100, "{compared} samples");
-    // Aberration, which the airless altitude leaves out, is 0.0057 degrees at the most.
+    // Aberration, which the airless altitude leaves out, is at most 0.0057 degrees.
     assert!(worst_altitude < 0.0065, "{worst_altitude} degrees");
     assert!(worst_separation < 0.0005, "{worst_separation} degrees");
     assert!(worst_separation > 0.0, "two tables cannot agree to the last bit");
@@ -64,13 +64,13 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     assert!((altitude_deg - (90.0 - 51.4769 + 23.437)).abs() < 0.02, "{altitude_deg}");
     assert!(seconds_apart(noon, "2024-06-20T12:01:50Z").abs() < 40.0);
     assert!(!day.up_at_start);
-    // Beyond the polar circle it does not set.
+    // Beyond the polar circle the Sun does not set.
     let north = ObserverSky { place: Observer { latitude_deg: 78.0, ..place }, ..sky };
     let polar = north.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
     assert_eq!((polar.rise, polar.set, polar.up_at_start), (None, None, true));
 }
 
-/// Dallas, 2024-04-08: NASA's table says 12:23, 13:40, 13:42, 13:44, 15:02 CDT (to the minute, cut off).
+/// Dallas, 2024-04-08: NASA's table gives 12:23, 13:40, 13:42, 13:44, 15:02 CDT (truncated to the minute).
 #[test]
 fn local_contacts_of_the_eclipse_of_2024_in_dallas() {
     let catalog = Catalog::embedded();
@@ -90,13 +90,13 @@ fn local_contacts_of_the_eclipse_of_2024_in_dallas() {
         assert!(seconds_apart(found, minute).abs() < 40.0, "{} against {minute}", found.to_utc_iso());
     }
     assert!(passage.magnitude > 1.0 && passage.altitude_deg > 60.0, "{passage:?}");
-    // The month before there is none.
+    // In the preceding month there is no eclipse.
     let march = Instant::parse("2024-03-10T00:00:00Z").expect("a day");
     assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, march, 86_400.0).expect("places"), None);
 }
 
-/// Greatest eclipse: time (UT), latitude, east longitude, magnitude, central duration in seconds, by NASA's Five Millennium Canon (F. Espenak and J. Meeus; its
-/// pages of Besselian elements, read in the copy of the package astronomy-bundle-php): k = 0.272281 for the umbra. Places are rounded to 0.1 degrees, durations to 1 s.
+/// Greatest eclipse: time (UT), latitude, east longitude, magnitude, central duration in seconds, from NASA's Five Millennium Canon (F. Espenak and J. Meeus; its pages
+/// of Besselian elements, read in the copy of the package astronomy-bundle-php): k = 0.272281 for the umbra. Positions are rounded to 0.1 degrees, durations to 1 s.
 const CANON: [(&str, f64, f64, f64, f64); 7] = [
     ("1991-07-11T19:06:03Z", 22.0, -105.2, 1.0800, 413.0),
     ("2009-07-22T02:35:18Z", 24.2, 144.1, 1.0799, 399.0),
@@ -107,7 +107,7 @@ const CANON: [(&str, f64, f64, f64, f64); 7] = [
     ("2024-04-08T18:17:15Z", 25.3, -104.1, 1.0566, 268.0),
 ];
 
-/// Magnitude and the longest central duration around a place: the canon's places are rounded, and the duration peaks on the central line.
+/// Magnitude and longest central duration near a position: the canon's positions are rounded, and the duration peaks on the central line.
 fn longest(catalog: &Catalog, ephemeris: &Ephemeris, start: Instant, latitude_deg: f64, longitude_deg: f64) -> (f64, f64) {
     let offsets = [-0.08, -0.04, 0.0, 0.04, 0.08];
     let places = offsets.iter().flat_map(|up| offsets.map(|across| (latitude_deg + up, longitude_deg + across)));

@@ -1,4 +1,4 @@
-//! Positions, rotations and apparent places against outside references.
+//! Positions, rotations and apparent places against external references.
 
 mod apparent;
 mod horizon;

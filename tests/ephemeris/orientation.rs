@@ -1,4 +1,4 @@
-//! Orientation and sub-points against CSPICE and ERFA (tests/data/rotation_public.json), and light time with them.
+//! Orientation and sub-points against CSPICE and ERFA (tests/data/rotation_public.json), including light time.
 
 use glam::{DMat3, DVec3};
 use orrery::catalog::{Catalog, NaifId};
@@ -6,12 +6,12 @@ use orrery::ephemeris::{Ephemeris, orientation};
 use orrery::time::Instant;
 use serde_json::Value;
 
-/// The IAU models are closed formulas: only rounding may differ. Degrees of rotation between two matrices.
+/// The IAU models are closed formulas, so only rounding may differ. Degrees of rotation between two matrices.
 const IAU_DEG: f64 = 1e-7;
-/// The Earth with the reference's own Delta T: polar motion is left out on both sides.
+/// Tolerance for the Earth with the reference's Delta T: polar motion is left out on both sides.
 const EARTH_DEG: f64 = 1e-6;
-/// Sub-points as seen with light time: the shipped kernel's error, and planets' centres against the reference's barycentres (200 km of
-/// 4 au for Jupiter's own light time) come to less than this.
+/// Tolerance for sub-points with light time. The shipped kernel's error, and the difference between planets' centres and the
+/// reference's barycentres (200 km of 4 au for Jupiter's own light time), are smaller.
 const SUB_POINT_DEG: f64 = 0.002;
 
 fn reference() -> Value {
@@ -27,7 +27,7 @@ fn matrix(v: &Value) -> DMat3 {
     DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
 }
 
-/// Angle of the rotation that turns one into the other, degrees; from the antisymmetric part, which keeps small angles.
+/// Angle in degrees of the rotation from one matrix to the other; from the antisymmetric part, which preserves small angles.
 fn turn_deg(a: &DMat3, b: &DMat3) -> f64 {
     let d = *a * b.transpose();
     let axis = DVec3::new(d.y_axis.z - d.z_axis.y, d.z_axis.x - d.x_axis.z, d.x_axis.y - d.y_axis.x);
@@ -39,7 +39,7 @@ fn id_of(name: &str) -> NaifId {
 }
 
 #[test]
-fn poles_and_prime_meridians_are_those_of_wgccre() {
+fn poles_and_prime_meridians_agree_with_wgccre() {
     let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).expect("the shipped PCK reads");
     let (mut count, mut off) = (0, Vec::new());
     for epoch in reference()["epochs"].as_array().expect("epochs") {
@@ -58,20 +58,20 @@ fn poles_and_prime_meridians_are_those_of_wgccre() {
 }
 
 #[test]
-fn the_earth_turns_as_erfa_says() {
+fn the_earths_rotation_agrees_with_erfa() {
     let mut count = 0;
     for epoch in reference()["epochs"].as_array().expect("epochs") {
         let Some(earth) = epoch.get("earth_erfa") else { continue };
         let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
         let bpn = orientation::true_of_date_from_gcrs(t);
         assert!(turn_deg(&bpn, &matrix(&earth["bpn_gcrs_to_true_of_date"])) < EARTH_DEG, "{}", t.jd_tdb());
-        // Our own Delta T differs from the assumed one: that is a turn about the pole, 15 arcsec a second of time.
+        // Our Delta T differs from the assumed one: that is a rotation about the pole, 15 arcsec per second of time.
         let turned = orientation::earth_itrs_from_gcrs(t);
         let delta_t_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0;
         let late_s = delta_t_s - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
         let back = DMat3::from_rotation_z(-(late_s * 360.985_647 / 86_400.0).to_radians());
         let deg = turn_deg(&(back * turned), &matrix(&earth["gcrs_to_itrs_no_polar_motion"]));
-        // A Julian date in one f64 resolves 40 microseconds, 1.7e-7 degrees a date.
+        // A Julian date in a single f64 has a resolution of 40 microseconds, 1.7e-7 degrees of rotation.
         assert!(deg < EARTH_DEG, "{}: {deg:.3e} degrees, Delta T {delta_t_s}", t.jd_tdb());
         count += 1;
     }
@@ -94,7 +94,7 @@ fn arc_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
 }
 
 #[test]
-fn sub_points_are_those_seen_with_light_time() {
+fn sub_points_include_light_time() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped data reads");
     let (mut count, mut off) = (0, Vec::new());

@@ -65,7 +65,7 @@ fn ephemeris() -> Ephemeris {
 }
 
 #[test]
-fn kernel_keeps_its_figures_at_every_reference_epoch() {
+fn the_kernel_keeps_its_stated_errors_at_every_reference_epoch() {
     let ephemeris = ephemeris();
     let mut seen = 0;
     for epoch in epochs().iter().filter(|e| (2_415_020.5..=2_488_069.5).contains(&e.jd)) {
@@ -93,11 +93,11 @@ fn kernel_keeps_its_figures_at_every_reference_epoch() {
 }
 
 #[test]
-fn the_comparison_notices_an_error() {
+fn the_comparison_detects_an_error() {
     let ephemeris = ephemeris();
     let all = epochs();
     let epoch = all.iter().find(|e| (2_415_020.5..=2_488_069.5).contains(&e.jd)).expect("an epoch in the span");
-    // One second late moves the Moon by a kilometre, and a minute moves Neptune by 0.01 arcsec and Mercury by 10.
+    // An error of one second moves the Moon by a kilometre; an error of one minute moves Neptune by 0.01 arcsec and Mercury by 10.
     let late = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t.plus_seconds(1.0), None).expect("Moon").state;
     assert!((late.pos_km - epoch.moon_geocentric).length() > 0.1);
     let (_, id, pos_km, _) = epoch.heliocentric[0];
@@ -124,14 +124,14 @@ fn velocities_are_slopes_of_positions() {
     let t = Instant::parse("1969-07-20T20:17:40Z").expect("a time");
     for id in [10, 199, 299, 399, 301, 4, 5, 9, 401] {
         let Ok(now) = ephemeris.state(NaifId(id), NaifId(0), t, None) else { continue };
-        let at = |s: f64| ephemeris.state(NaifId(id), NaifId(0), t.plus_seconds(s), None).expect("a place").state.pos_km;
-        let slope = (at(16.0) - at(-16.0)) / 32.0;
+        let position_at = |s: f64| ephemeris.state(NaifId(id), NaifId(0), t.plus_seconds(s), None).expect("a place").state.pos_km;
+        let slope = (position_at(16.0) - position_at(-16.0)) / 32.0;
         assert!((slope - now.state.vel_km_s).length() < 2e-4, "{id}: {slope} {}", now.state.vel_km_s);
     }
 }
 
 #[test]
-fn light_arrives_after_its_time() {
+fn light_time_equals_distance_over_the_speed_of_light() {
     let ephemeris = ephemeris();
     let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
     let earth = ephemeris.state(NaifId::EARTH, NaifId(0), t, None).expect("Earth").state.pos_km;
@@ -174,7 +174,7 @@ fn mean_elements_keep_their_stated_error() {
             assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
         }
     }
-    // Far from the years that were measured, VSOP87 is the judge.
+    // For years far from the reference epochs, VSOP87 is the reference.
     for year in [-2999, -2500, -2000, -1000, 0, 1000, 2999] {
         let sign = if year < 0 { "-" } else { "" };
         let t = Instant::parse(&format!("{sign}{:04}-06-01T00:00:00Z", i32::abs(year))).expect("a time");
@@ -187,7 +187,7 @@ fn mean_elements_keep_their_stated_error() {
     }
 }
 
-/// Every place and source of an epoch: what was asked, how far it is from the reference, and what is stated.
+/// Every place and source of an epoch: its label, the distance from the reference, and the stated error.
 fn deviations(ephemeris: &Ephemeris, epoch: &Epoch) -> Vec<(String, f64, f64)> {
     let mut all = Vec::new();
     for source in [Source::Mean, Source::Series, Source::Kernel] {
@@ -211,11 +211,11 @@ fn deviations(ephemeris: &Ephemeris, epoch: &Epoch) -> Vec<(String, f64, f64)> {
 fn every_source_keeps_its_stated_error_at_every_reference_epoch() {
     let ephemeris = ephemeris();
     let all: Vec<_> = epochs().iter().flat_map(|epoch| deviations(&ephemeris, epoch)).collect();
-    // Two sources everywhere, and the kernel in its span.
+    // Two sources at every epoch, and the kernel within its span.
     assert!(all.len() > 30 * 24 * 2 + 10 * 24, "{}", all.len());
     let broken = |share: f64| all.iter().filter(|(_, off_km, error_km)| *off_km >= share * error_km).collect::<Vec<_>>();
     assert!(broken(1.0).is_empty(), "{:?}", broken(1.0));
-    // The figures are not idle: with a third of each, some would be broken by every source.
+    // The stated errors are not too generous: with a third of each, every source would exceed some.
     for source in ["Mean", "Series", "Kernel"] {
         assert!(broken(1.0 / 3.0).iter().any(|(asked, ..)| asked.ends_with(source)), "{source}");
     }
@@ -243,12 +243,12 @@ fn dates_without_a_theory_are_refused_and_give_no_nan() {
         assert!(jd.abs() < 1e8 || ephemeris.state(NaifId(501), NaifId(599), t, None).is_err());
         assert!(!t.to_utc_iso().is_empty());
     }
-    // A date with theories passes the same checks.
+    // The same checks accept a date with theories.
     assert!(ephemeris.state(NaifId::EARTH, NaifId::SUN, Instant::from_jd_tdb(2_000_000.0), None).is_ok());
 }
 
 #[test]
-fn the_best_source_that_covers_the_date_answers() {
+fn the_best_source_that_covers_the_date_is_used() {
     let ephemeris = ephemeris();
     for (time, body, source) in [
         ("2024-04-08T18:17:16Z", 399, Source::Kernel),
@@ -275,21 +275,22 @@ fn a_moons_path_is_straight_while_light_crosses_its_system() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("opens");
     let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
-    let mut most = [0.0_f64; 2];
+    let mut worst_km = [0.0_f64; 2];
     for moon in catalog.bodies().iter().filter(|b| b.kind == orrery::catalog::BodyKind::Moon) {
         let parent = moon.parent.expect("a planet");
         let state = |t: Instant| ephemeris.state(moon.id, parent, t, None).expect("a place").state;
         let bent_km = |late_s: f64| (state(t).pos_km - state(t).vel_km_s * late_s - state(t.plus_seconds(-late_s)).pos_km).length();
         let of = [bent_km(1.0), bent_km(10.0)];
         assert!(moon.name != "Io" || of[1] < 0.04, "Io: {of:?} km");
-        most = [most[0].max(of[0]), most[1].max(of[1])];
+        worst_km = [worst_km[0].max(of[0]), worst_km[1].max(of[1])];
     }
-    // What light_time_position and the occluders' places leave out; and it is not nothing.
-    assert!(most[0] < 6e-3 && most[1] < 0.4, "{most:?} km");
-    assert!(most[1] > 0.2, "{most:?} km");
+    // The error of the linear motion that light_time_position and the occluders' positions assume; it is small but not zero.
+    assert!(worst_km[0] < 6e-3 && worst_km[1] < 0.4, "{worst_km:?} km");
+    assert!(worst_km[1] > 0.2, "{worst_km:?} km");
 }
 
-/// Seconds past J2000 over the whole span of the series: near J2000 a Julian date in a double is good to 4e-5 s, in which Mercury goes 2 metres.
+/// Seconds past J2000 over the entire span of the series. Seconds rather than a Julian date: near J2000 a Julian date in a double is accurate to
+/// 4e-5 s, in which Mercury moves 2 metres.
 fn series_dates() -> impl Iterator<Item = f64> {
     (0..40).map(|k| (-4990.0 + 150.13 * f64::from(k) + 0.0137 * f64::from(k * k)) * 365.25 * 86_400.0)
 }
@@ -304,7 +305,7 @@ fn the_polynomials_follow_the_planets_series() {
         for tdb_s in series_dates() {
             let state = series.state(place, tdb_s).expect("has a series");
             let h = 0.2 * 86_400.0;
-            // Exact up to the fifth derivative.
+            // Numerical derivative, exact up to the fifth derivative.
             let near = (summed(tdb_s + h) - summed(tdb_s - h)) * 8.0 - (summed(tdb_s + 2.0 * h) - summed(tdb_s - 2.0 * h));
             let (km, km_s) = ((state.pos_km - summed(tdb_s)).length(), (state.vel_km_s - near / (12.0 * h)).length());
             assert!(km < 5e-3 && km_s < 2e-6, "{place} at {tdb_s}: {km} km, {km_s} km/s");
@@ -312,7 +313,7 @@ fn the_polynomials_follow_the_planets_series() {
         }
     }
     println!("at the worst {worst_km:.2e} km, {worst_km_s:.2e} km/s");
-    // The comparison must be able to fail: a second later Mercury is elsewhere.
+    // The comparison must be able to fail: one second later Mercury is at a different position.
     let moved = series.state(1, 1.0).expect("Mercury").pos_km - Series::evaluate_km(1, 0.0).expect("Mercury");
     assert!(moved.length() > 30.0);
 }

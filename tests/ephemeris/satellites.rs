@@ -1,4 +1,4 @@
-//! Moons against JPL's satellite solution, another program's TASS and the IAU's rotation of locked moons; the planets' centres.
+//! Moons against JPL's satellite solution, another program's TASS, and the IAU's rotation of tidally locked moons; and the planets' centres.
 
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
@@ -23,7 +23,7 @@ fn vector(v: &Value) -> DVec3 {
     DVec3::new(a(0), a(1), a(2))
 }
 
-/// Every (moon, state) of one planet's part.
+/// Every (moon, state) in the table of one planet.
 fn states<'a>(table: &'a Value, planet: &str) -> Vec<(NaifId, &'a Value)> {
     let moons = table[planet]["moons"].as_array().expect("moons");
     let of = |m: &'a Value| {
@@ -50,7 +50,7 @@ fn galilean_moons_keep_their_stated_error_against_jup365() {
         assert!(off_km < answer.error_km, "{} {}: {off_km} km, stated {}", id.0, t.jd_tdb(), answer.error_km);
         // A displacement along the orbit turns the velocity by the same angle.
         assert!(off_km_s < 1.5 * answer.error_km * vel_km_s.length() / pos_km.length(), "{}: {off_km_s} km/s", id.0);
-        // Five minutes late is wrong by more than is stated.
+        // An error of five minutes exceeds the stated error.
         let late = ephemeris.state(id, JUPITER, t.plus_seconds(300.0), None).expect("a moon").state;
         assert!((late.pos_km - pos_km).length() > answer.error_km);
     }
@@ -69,7 +69,7 @@ fn saturns_moons_agree_with_another_program_on_the_same_theory() {
         let off_km = (answer.state.pos_km - vector(&reference["pos_km"])).length();
         let off_km_s = (answer.state.vel_km_s - vector(&reference["vel_km_s"])).length();
         assert!(off_km < answer.error_km);
-        // Rounding of the dates is a millisecond at most: 15 m for Mimas.
+        // Dates are rounded to at most a millisecond: 15 m for Mimas.
         assert!(off_km < 0.02 && off_km_s < 2e-5, "{} {}: {off_km} km, {off_km_s} km/s", id.0, t.jd_tt());
         let late = ephemeris.state(id, SATURN, t.plus_seconds(1.0), None).expect("a moon").state;
         assert!((late.pos_km - vector(&reference["pos_km"])).length() > 0.5);
@@ -84,17 +84,17 @@ fn velocity_is_the_slope_of_position() {
         let planet = moon / 100 * 100 + 99;
         let mut worst = 0.0_f64;
         for day in 0..40 {
-            let at = |s: f64| {
+            let state_at = |s: f64| {
                 let t = Instant::from_jd_tdb(2_451_545.0 + 97.3 * f64::from(day)).plus_seconds(s);
                 ephemeris.state(NaifId(moon), NaifId(planet), t, None).expect("a moon").state
             };
-            let slope = (at(30.0).pos_km - at(-30.0).pos_km) / 60.0;
-            // An hour away the slope is another.
-            assert!((slope - at(3600.0).vel_km_s).length() / slope.length() > 1e-3);
-            worst = worst.max((slope - at(0.0).vel_km_s).length() / slope.length());
+            let slope = (state_at(30.0).pos_km - state_at(-30.0).pos_km) / 60.0;
+            // At a time one hour different, the slope differs.
+            assert!((slope - state_at(3600.0).vel_km_s).length() / slope.length() > 1e-3);
+            worst = worst.max((slope - state_at(0.0).vel_km_s).length() / slope.length());
         }
         println!("{moon}: {worst:e}");
-        // The elements' two-body motion misses what the tables cut off: 4e-4 of the speed for Callisto, 1.5e-3 for Hyperion.
+        // The two-body velocity from the elements lacks the terms that the tables truncate: 4e-4 of the speed for Callisto, 1.5e-3 for Hyperion.
         assert!(worst < if moon == 607 { 3e-3 } else { 1e-3 }, "{moon}: {worst}");
     }
 }
@@ -106,15 +106,15 @@ fn facing_deg(ephemeris: &Ephemeris, moon: NaifId, planet: NaifId, t: Instant, l
     planet_in_body.y.atan2(planet_in_body.x).to_degrees()
 }
 
-/// Worst of 60 angles over 2000 to 2041.
+/// Largest of 60 angles from 2000 to 2041.
 fn worst_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, late_s: f64) -> f64 {
-    let at = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 251.7 * f64::from(i));
-    (0..60).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), at(i), late_s).abs()).fold(0.0, f64::max)
+    let instant = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 251.7 * f64::from(i));
+    (0..60).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), late_s).abs()).fold(0.0, f64::max)
 }
 
-/// Moons that the IAU's model turns once an orbit, and the largest angle allowed, degrees. An orbit's eccentricity swings the planet by 2e
-/// radians (Titan and Iapetus 3.3), the IAU counts some longitudes from craters that lie beside the mean meridian (Enceladus 4, Rhea and
-/// Ganymede 2.5, Mimas 6), and mean elements add a degree or two. Small moons close to their planets drift and are not here.
+/// Moons that rotate once per orbit in the IAU's model, and the largest angle allowed, degrees. An orbit's eccentricity makes the planet librate by 2e
+/// radians (Titan and Iapetus 3.3); the IAU defines some longitudes by craters that are off the mean meridian (Enceladus 4, Rhea and Ganymede 2.5, Mimas
+/// 6); mean elements add a degree or two. Small moons close to their planets drift and are left out.
 const LOCKED: &[(i32, i32, f64)] = &[
     (401, 499, 4.5),
     (402, 499, 1.0),
@@ -151,17 +151,17 @@ fn locked_moons_face_their_planets_by_the_iau_meridian() {
         }
     }
     assert!(off.is_empty(), "{off:?}");
-    // Two hours late is 17 degrees for Io.
+    // Two hours are 17 degrees for Io.
     assert!(worst_facing_deg(&ephemeris, 501, 599, 7200.0) > 10.0);
 }
 
 #[test]
-fn moons_keep_step_with_their_rotation_for_a_century() {
-    // The crater's offset and the swing cancel between two long means; what is left is a difference of mean motions.
+fn mean_motions_of_moons_match_their_rotation_for_a_century() {
+    // The crater's offset and the libration cancel between two long means; the remainder is a difference of mean motions.
     let ephemeris = ephemeris();
     let mean_deg = |moon: i32, planet: i32, from_jd: f64, late_s: f64| {
-        let at = |i: i32| Instant::from_jd_tdb(from_jd + 12.473 * f64::from(i));
-        (0..400).map(|i| facing_deg(&ephemeris, NaifId(moon), NaifId(planet), at(i), late_s)).sum::<f64>() / 400.0
+        let instant = |i: i32| Instant::from_jd_tdb(from_jd + 12.473 * f64::from(i));
+        (0..400).map(|i| facing_deg(&ephemeris, NaifId(moon), NaifId(planet), instant(i), late_s)).sum::<f64>() / 400.0
     };
     for moon in [501, 502, 503, 504, 602, 604, 605, 606] {
         let planet = moon / 100 * 100 + 99;
@@ -169,7 +169,7 @@ fn moons_keep_step_with_their_rotation_for_a_century() {
         println!("{moon}: {drift_deg:.3} degrees in 123 years");
         assert!(drift_deg.abs() < 0.5, "{moon}: {drift_deg}");
     }
-    // An hour's slip in that time would show: 8.5 degrees for Io.
+    // A shift of one hour in that time would be detected: 8.5 degrees for Io.
     assert!((mean_deg(501, 599, 2_472_000.0, 3600.0) - mean_deg(501, 599, 2_427_000.0, 0.0)).abs() > 0.5);
 }
 
@@ -192,25 +192,26 @@ fn the_planets_and_their_moons_balance_on_the_barycentre() {
         let torque = from_barycentre(planet) * gm(planet) + moons.iter().map(|&m| from_barycentre(m) * gm(m)).sum::<DVec3>();
         let left_km = torque.length() / gm(planet);
         println!("{planet}: {:.3} km, stated {:.3}", centre.state.pos_km.length(), centre.error_km);
-        // Moons that the sum here leaves out may unbalance it by a hundred metres.
+        // Moons that this sum leaves out may change the balance by a hundred metres.
         assert!(left_km < 0.1, "{planet}: {left_km} km");
         assert!(centre.state.pos_km.length() > 1.0 && centre.state.pos_km.length() < most_km, "{planet}: {}", centre.state.pos_km);
         assert!(centre.error_km < 50.0 && centre.source < Source::Kernel);
-        // Without the moons the planet alone does not balance.
+        // Without the moons, the planet alone is off the barycentre.
         assert!((from_barycentre(planet) * gm(planet)).length() / gm(planet) > 0.1);
     }
 }
 
 /// Mean angle in degrees from a locked moon's prime meridian to its planet over 14 years around a year.
 fn mean_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, year: f64, late_s: f64) -> f64 {
-    let at = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 365.25 * (year - 2000.0) + 12.473 * f64::from(i - 200));
-    (0..400).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), at(i), late_s)).sum::<f64>() / 400.0
+    let instant = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 365.25 * (year - 2000.0) + 12.473 * f64::from(i - 200));
+    (0..400).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), late_s)).sum::<f64>() / 400.0
 }
 
-/// A tide changes a mean motion, so the longitude gains a term in the square of the time. The IAU's meridian has the tide of Phobos (12.72 degrees a
-/// century squared, MAR097); every other locked moon must keep step without one: its angle's second difference over two centuries shows what is missing.
+/// Tidal acceleration changes a mean motion, so the longitude has a term quadratic in time. The IAU's meridian includes it for Phobos (12.72 degrees per
+/// century squared, MAR097). Every other locked moon must stay aligned without such a term: the second difference of its angle over two centuries shows
+/// a missing one.
 #[test]
-fn no_moon_lacks_an_acceleration_that_the_iau_meridian_has() {
+fn no_moon_lacks_a_tidal_acceleration_of_the_iau_meridian() {
     let ephemeris = ephemeris();
     let mut off = Vec::new();
     for &(moon, planet, _) in LOCKED.iter().filter(|(moon, ..)| *moon != 601) {
@@ -224,23 +225,23 @@ fn no_moon_lacks_an_acceleration_that_the_iau_meridian_has() {
     assert!(off.is_empty(), "{off:?}");
 }
 
-/// Half of a degree in a century is within every locked moon's stated error; Phobos without its term has 12.7.
+/// Half a degree in a century is within every locked moon's stated error; Phobos without its term has 12.7.
 const MAX_QUADRATIC_DEG_CY2: f64 = 0.5;
 
 #[test]
-fn phobos_is_where_the_iau_has_it_from_1880_to_2100() {
-    // An orbit of 7 h 39 min: 0.1 degrees are 7.7 seconds. The meridian is fitted to the same orbit (MAR097), so that its mean faces Mars.
+fn phobos_follows_the_iau_meridian_from_1880_to_2100() {
+    // An orbit takes 7 h 39 min, so 0.1 degrees are 7.7 seconds. The meridian is fitted to the same orbit (MAR097), so on average it faces Mars.
     let ephemeris = ephemeris();
     for year in [1880.0, 1905.0, 1930.0, 1950.0, 1977.0, 2000.0, 2013.6, 2040.0, 2070.0, 2095.0] {
         let mean = mean_facing_deg(&ephemeris, 401, 499, year, 0.0);
         println!("{year}: {mean:.4} degrees");
         assert!(mean.abs() < 0.05, "{year}: {mean} degrees");
     }
-    // The minute by which it was early in 2013 would show.
+    // A former error of one minute in 2013 would be detected.
     assert!(mean_facing_deg(&ephemeris, 401, 499, 2013.6, 61.0).abs() > 0.5);
 }
 
-/// Moons on mean ellipses that the IAU's meridian follows; the drift of the others is larger than half a turn in a few decades.
+/// Moons on mean ellipses that the IAU's meridian follows; the drift of the other moons exceeds half a rotation in a few decades.
 const MEAN_LOCKED: &[(i32, i32)] = &[
     (401, 499),
     (402, 499),
@@ -262,9 +263,9 @@ fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
     let ephemeris = ephemeris();
     let mut breaks = 0;
     for &(moon, planet) in MEAN_LOCKED {
-        // The meridian's own offset: the swing and the longitude system, as in LOCKED.
+        // The meridian's own offset: libration and longitude system, as in LOCKED.
         let offset_deg = match moon {
-            // Its eccentricity swings it by 1.73 degrees, and it librates by 1.14 more against that (pck00011).
+            // Eccentricity causes a libration of 1.73 degrees, and the forced libration adds 1.14 in the opposite sense (pck00011).
             401 => 2.9,
             _ if planet == 799 || planet == 599 => 4.5,
             _ => 1.0,
@@ -276,7 +277,7 @@ fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
             let off_deg = facing_deg(&ephemeris, NaifId(moon), NaifId(planet), t, 0.0).abs();
             let stated_deg = (answer.error_km / answer.state.pos_km.length()).to_degrees();
             assert!(off_deg < stated_deg + offset_deg, "{moon} {jd}: {off_deg} degrees, stated {stated_deg}");
-            // The figures are not idle: a third of them would not hold.
+            // The stated errors are not too generous: a third of them would be exceeded.
             breaks += i32::from(off_deg > stated_deg / 3.0 + offset_deg);
         }
     }
@@ -284,33 +285,33 @@ fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
 }
 
 #[test]
-fn stated_errors_of_moons_grow_with_the_time_and_end_at_the_orbits_width() {
+fn stated_errors_of_moons_grow_with_time_up_to_the_orbits_width() {
     let ephemeris = ephemeris();
     let catalog = Catalog::embedded();
     let (mut seen, mut grown) = (0, 0);
     for moon in catalog.bodies().iter().filter(|b| (400..999).contains(&b.id.0) && b.id.0 % 100 != 99) {
         seen += 1;
         let planet = moon.parent.expect("a planet");
-        let at = |year: f64| {
+        let state_in = |year: f64| {
             let t = Instant::from_jd_tdb(2_451_545.0 + 365.25 * (year - 2000.0));
             ephemeris.state(moon.id, planet, t, None).expect("a moon")
         };
         let mut before_km = 0.0;
         for year in [2013.0, 2100.0, 2200.0, 2500.0, 3000.0, 9000.0] {
-            let answer = at(year);
+            let answer = state_in(year);
             assert!(answer.error_km >= before_km, "{} {year}: {} km after {before_km}", moon.name, answer.error_km);
             before_km = answer.error_km;
-            // Twice the farthest that the moon is over its orbit, with a little for orbits that breathe.
-            let farthest_km = (0..200).map(|i| at(year + 0.005 * f64::from(i)).state.pos_km.length()).fold(0.0, f64::max);
+            // Twice the moon's greatest distance during its orbit, plus a margin for orbits that vary.
+            let farthest_km = (0..200).map(|i| state_in(year + 0.005 * f64::from(i)).state.pos_km.length()).fold(0.0, f64::max);
             assert!(answer.error_km < 2.3 * farthest_km, "{} {year}: {} of {farthest_km} km", moon.name, answer.error_km);
         }
-        grown += i32::from(before_km > at(2013.0).error_km);
+        grown += i32::from(before_km > state_in(2013.0).error_km);
     }
-    // Janus and Epimetheus may be anywhere on their orbit from the start.
+    // Janus and Epimetheus have the largest error, anywhere on their orbit, from the start.
     assert!(seen > 30 && grown >= seen - 2, "{grown} of {seen}");
 }
 
-/// The shipped kernel's figures are not quoted for a file that the user gives.
+/// The shipped kernel's errors are not stated for a kernel that the user supplies.
 #[test]
 fn a_users_kernel_has_no_known_error() {
     let t = Instant::from_jd_tdb(2_451_545.0);

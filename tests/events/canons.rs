@@ -1,17 +1,17 @@
 //! Counts, types and series of two centuries against NASA's Five Millennium Canons (F. Espenak and J. Meeus).
 
-use super::{ALMANAC, EPHEMERIS, IAU, after, at};
+use super::{ALMANAC, EPHEMERIS, IAU, at, seconds_after};
 use orrery::Catalog;
 use orrery::events::{LunarEclipse, LunarType, SolarEclipse, SolarType, lunar_eclipses, solar_eclipses};
 use std::sync::LazyLock;
 
-/// Both centuries, found once.
+/// All eclipses of both centuries, computed once.
 struct Found {
     solar: Vec<SolarEclipse>,
     lunar: Vec<LunarEclipse>,
 }
 
-fn found(catalog: &Catalog) -> Found {
+fn find_eclipses(catalog: &Catalog) -> Found {
     let (from, to) = (at("1901-01-01"), at("2099-12-31"));
     Found {
         solar: solar_eclipses(catalog, &EPHEMERIS, from, to).expect("solar eclipses"),
@@ -19,26 +19,26 @@ fn found(catalog: &Catalog) -> Found {
     }
 }
 
-static BY_ALMANAC: LazyLock<Found> = LazyLock::new(|| found(&ALMANAC));
-static BY_IAU: LazyLock<Found> = LazyLock::new(|| found(&IAU));
+static BY_ALMANAC: LazyLock<Found> = LazyLock::new(|| find_eclipses(&ALMANAC));
+static BY_IAU: LazyLock<Found> = LazyLock::new(|| find_eclipses(&IAU));
 
-/// Partial, annular, total, hybrid; penumbral, partial, total.
+/// Numbers by type: partial, annular, total, hybrid; penumbral, partial, total.
 type Counts = ([usize; 4], [usize; 3]);
 
 fn counts(catalog: &Catalog, from: &str, to: &str) -> Counts {
     let (from, to) = (at(from), at(to));
     let solar = solar_eclipses(catalog, &EPHEMERIS, from, to).expect("solar eclipses");
     let lunar = lunar_eclipses(catalog, &EPHEMERIS, from, to).expect("lunar eclipses");
-    let of_sun = |class| solar.iter().filter(|e| e.class == class).count();
-    let of_moon = |class| lunar.iter().filter(|e| e.class == class).count();
+    let solar_count = |class| solar.iter().filter(|e| e.class == class).count();
+    let lunar_count = |class| lunar.iter().filter(|e| e.class == class).count();
     (
-        [SolarType::Partial, SolarType::Annular, SolarType::Total, SolarType::Hybrid].map(of_sun),
-        [LunarType::Penumbral, LunarType::Partial, LunarType::Total].map(of_moon),
+        [SolarType::Partial, SolarType::Annular, SolarType::Total, SolarType::Hybrid].map(solar_count),
+        [LunarType::Penumbral, LunarType::Partial, LunarType::Total].map(lunar_count),
     )
 }
 
-/// The canons' numbers for the centuries: 228 and 229, 224 and 228 eclipses. Those of the Moon in 2001-2100 were read from NASA's catalog
-/// (LEcat5/LE2001-2100); the others are quoted from memory.
+/// The canons' numbers for the 20th and 21st centuries: 228 solar and 229 lunar eclipses, 224 and 228. Those of the Moon in 2001-2100
+/// were read from NASA's catalog (LEcat5/LE2001-2100); the others are quoted from memory.
 const TWENTIETH: Counts = ([78, 73, 71, 6], [83, 65, 81]);
 const TWENTY_FIRST: Counts = ([77, 72, 68, 7], [86, 57, 85]);
 
@@ -46,7 +46,7 @@ const TWENTY_FIRST: Counts = ([77, 72, 68, 7], [86, 57, 85]);
 fn each_century_has_the_canons_eclipses_of_every_type() {
     assert_eq!(counts(&ALMANAC, "1901-01-01", "2001-01-01"), TWENTIETH);
     assert_eq!(counts(&ALMANAC, "2001-01-01", "2101-01-01"), TWENTY_FIRST);
-    // A larger Moon makes more hybrid eclipses, and a shadow without the air fewer of the Moon.
+    // A larger Moon gives more hybrid eclipses, and an umbra without the Earth's air gives fewer lunar ones.
     let (solar, lunar) = counts(&IAU, "1901-01-01", "2001-01-01");
     assert_eq!(solar.iter().sum::<usize>(), 228);
     assert!(solar[3] > 6 && lunar.iter().sum::<usize>() < 229, "{solar:?} {lunar:?}");
@@ -55,7 +55,7 @@ fn each_century_has_the_canons_eclipses_of_every_type() {
 #[test]
 fn known_eclipses_have_their_type_and_series() {
     use SolarType::{Annular, Hybrid, Partial, Total};
-    // (day, type, central, series, member where it is known).
+    // (day, type, central, series, member if known).
     for (day, class, central, saros, member) in [
         ("1919-05-29", Total, true, 136, Some(32)),
         ("1967-11-02", Total, false, 152, None),
@@ -87,7 +87,7 @@ fn known_eclipses_have_their_type_and_series() {
     }
 }
 
-/// Magnitude and duration at greatest eclipse by the canon, as in tests/ephemeris/horizon.rs; the durations are rounded to a second.
+/// Magnitude and duration at greatest eclipse from the canon, as in tests/ephemeris/horizon.rs; durations are rounded to a second.
 #[test]
 fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
     for (day, magnitude, duration_s, latitude_deg, longitude_deg) in [
@@ -108,20 +108,20 @@ fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
             "{day}: {:?}",
             e.place
         );
-        assert!((by_iau.magnitude - magnitude).abs() > 5e-4, "{day}: the other radii would pass");
+        assert!((by_iau.magnitude - magnitude).abs() > 5e-4, "{day}: the IAU radii would pass too");
     }
 }
 
 #[test]
 fn contacts_come_in_order_around_the_greatest() {
     let in_order = |contacts: &[(&'static str, orrery::Instant)], greatest| {
-        let times: Vec<_> = contacts.iter().map(|c| after(c.1, greatest)).collect();
+        let times: Vec<_> = contacts.iter().map(|c| seconds_after(c.1, greatest)).collect();
         times.windows(2).all(|w| w[0] < w[1]) && times[0] < 0.0 && times[times.len() - 1] > 0.0
     };
     for e in &BY_ALMANAC.solar {
         assert!(in_order(&e.contacts, e.greatest), "{e:?}");
-        let (first, last) = (after(e.contacts[0].1, e.greatest), after(e.contacts[e.contacts.len() - 1].1, e.greatest));
-        // The longest time that the penumbra stays on the Earth is 6 h 16 min.
+        let (first, last) = (seconds_after(e.contacts[0].1, e.greatest), seconds_after(e.contacts[e.contacts.len() - 1].1, e.greatest));
+        // The penumbra stays on the Earth for at most 6 h 16 min.
         assert!(last - first < 6.3 * 3600.0, "{}", e.greatest.to_utc_iso());
         assert_eq!(e.contacts.len() == 4, e.class != SolarType::Partial);
         assert_eq!(e.duration_s.is_some(), e.central || e.class != SolarType::Partial && e.magnitude > 0.9 && e.duration_s.is_some());
@@ -146,7 +146,7 @@ fn contacts_come_in_order_around_the_greatest() {
 fn two_centuries_take_less_than_ten_seconds() {
     LazyLock::force(&EPHEMERIS);
     let start = std::time::Instant::now();
-    let all = found(&IAU);
+    let all = find_eclipses(&IAU);
     let seconds = start.elapsed().as_secs_f64();
     println!("{} eclipses in {seconds:.2} s", all.solar.len() + all.lunar.len());
     assert!(seconds < 10.0, "{seconds} s");

@@ -1,4 +1,4 @@
-//! `orrery eclipse find` as a user meets it: fields, files, one clear line for each wrong word.
+//! `orrery eclipse find` for a user: fields, files, and one clear line for each invalid argument.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -35,15 +35,15 @@ fn json_has_the_fields_of_the_contract() {
             assert!(e["contacts"].as_object().is_some_and(|c| c.len() >= 2));
         }
     }
-    let of = |radii: &str| json(&[&APRIL[..], &["--kind", "solar", "--radii", radii]].concat())[0].clone();
-    let (iau, almanac) = (of("iau"), of("almanac"));
+    let eclipse_with_radii = |radii: &str| json(&[&APRIL[..], &["--kind", "solar", "--radii", radii]].concat())[0].clone();
+    let (iau, almanac) = (eclipse_with_radii("iau"), eclipse_with_radii("almanac"));
     assert_eq!((iau["saros"].as_i64(), almanac["radii"].as_str()), (Some(139), Some("almanac")));
     let seconds = |e: &Value| e["duration_s"].as_f64().expect("a duration");
-    assert!(seconds(&iau) - seconds(&almanac) > 3.0, "the radii move totality by seconds");
+    assert!(seconds(&iau) - seconds(&almanac) > 3.0, "the radii must change totality by seconds");
 }
 
 #[test]
-fn places_and_paths_are_answered() {
+fn places_and_paths_are_reported() {
     let seen = json(&[&APRIL[..], &["--kind", "solar", "--at", "32.7767,-96.797,130"]].concat());
     assert_eq!(seen[0]["local"]["visible"], true);
     for contact in ["C1", "C2", "C3", "C4"] {
@@ -73,7 +73,7 @@ fn places_and_paths_are_answered() {
 }
 
 #[test]
-fn wrong_words_get_one_clear_line() {
+fn invalid_arguments_get_one_clear_line() {
     for (words, about) in [
         (vec!["--from", "2024-05-01", "--to", "2024-04-01"], "swap"),
         (vec!["--from", "soon", "--to", "2024-04-01"], "--from"),
@@ -87,9 +87,9 @@ fn wrong_words_get_one_clear_line() {
         (vec!["--from", "-9000-01-01", "--to", "-8999-01-01"], "not at"),
     ] {
         let out = find(&words);
-        let said = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{words:?}: {said}");
-        assert!(said.contains(about) && said.trim_end().lines().count() == 1, "{words:?}: {said}");
+        let stderr_text = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(1), "{words:?}: {stderr_text}");
+        assert!(stderr_text.contains(about) && stderr_text.trim_end().lines().count() == 1, "{words:?}: {stderr_text}");
     }
     assert_eq!(find(&["--from", "2024-04-01"]).status.code(), Some(2));
 }

@@ -1,9 +1,9 @@
-//! The Moon's own limb: contacts and beads against rays that are followed over the same heights, and from rendered pixels.
+//! The Moon's limb profile: contacts and beads against rays followed over the same heights, and against rendered pixels.
 //!
-//! The reference here shares nothing with the program but positions: its map, its interpolation and its rays are its own. A ray from the place to a point of the Sun's limb is followed
-//! through the shell of all heights in steps of 200 m; totality is when every such ray is stopped, annularity when none is.
+//! The reference shares only positions with the program: its map, interpolation and rays are its own. It follows a ray from the location to a point of the Sun's limb
+//! through the shell that contains all heights, in steps of 200 m. Totality is when every such ray is blocked, annularity when none is.
 
-use super::{EPHEMERIS, IAU, after, at};
+use super::{EPHEMERIS, IAU, at, seconds_after};
 use glam::{DMat3, DVec3};
 use orrery::Instant;
 use orrery::catalog::NaifId;
@@ -24,7 +24,7 @@ const SPHERE_KM: f64 = 1737.4;
 const LEAST_KM: f64 = -3.5;
 const GREATEST_KM: f64 = 6.0;
 
-/// Half metres: hills and valleys of several sizes, and deep valleys at steps of 12 degrees along both limbs that lie across them, narrow in latitude.
+/// Heights in half metres: hills and valleys of several sizes, and deep valleys, narrow in latitude, every 12 degrees along both limbs, which run across the limb.
 static HALF_METRES: LazyLock<Vec<i16>> = LazyLock::new(|| {
     let mut all = Vec::new();
     for row in 0..ROWS {
@@ -45,21 +45,21 @@ fn map() -> HeightMap {
     HeightMap::new("made", COLUMNS, km, 0.0, SPHERE_KM).expect("a map")
 }
 
-/// Kilometres over the sphere, by this test's own interpolation.
+/// Height above the sphere in kilometres, with this test's own interpolation.
 fn height_km(at: DVec3) -> f64 {
     let latitude = (at.z / at.length()).asin();
     let (y, x) = ((PI / 2.0 - latitude) / PI * ROWS as f64 - 0.5, at.y.atan2(at.x) / TAU * COLUMNS as f64 - 0.5);
     let row = (y.floor().max(0.0) as usize).min(ROWS - 2);
     let part_y = (y - row as f64).clamp(0.0, 1.0);
-    let of = |row: usize| {
+    let interpolate_row = |row: usize| {
         let left = x.floor();
         let cell = |n: f64| f64::from(HALF_METRES[row * COLUMNS + (n as i64).rem_euclid(COLUMNS as i64) as usize]) * 5e-4;
         cell(left) * (1.0 - (x - left)) + cell(left + 1.0) * (x - left)
     };
-    of(row) * (1.0 - part_y) + of(row + 1) * part_y
+    interpolate_row(row) * (1.0 - part_y) + interpolate_row(row + 1) * part_y
 }
 
-/// The Sun and the Moon from a place, ICRF km, without aberration, and the turn to the Moon's axes.
+/// The Sun and the Moon from a location, ICRF km, without aberration, and the rotation to the Moon's axes.
 fn sky(place: Place, t: Instant) -> (DVec3, DVec3, DMat3) {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
     let radii_km = IAU.body(NaifId::EARTH).expect("the Earth").radii_km;
@@ -70,15 +70,15 @@ fn sky(place: Place, t: Instant) -> (DVec3, DVec3, DMat3) {
     (sun_km - here_km, moon_km - here_km, EPHEMERIS.body_from_icrf(NaifId::MOON, left).expect("turned"))
 }
 
-/// How many rays to the Sun's limb the ground stops, and how many there are.
-fn stopped(place: Place, t: Instant) -> (usize, usize) {
+/// Number of rays to the Sun's limb that the Moon's ground blocks, and number of rays.
+fn blocked_rays(place: Place, t: Instant) -> (usize, usize) {
     const RAYS: usize = 7200;
     let (sun_km, moon_km, moon_from_icrf) = sky(place, t);
     let radius = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
     let towards = sun_km.normalize();
     let (x, y) = towards.any_orthonormal_pair();
     let from = moon_from_icrf * -moon_km;
-    let is_stopped = |k: usize| {
+    let is_blocked = |k: usize| {
         let (sin, cos) = (TAU * k as f64 / RAYS as f64).sin_cos();
         let ray = moon_from_icrf * (towards * radius.cos() + (x * cos + y * sin) * radius.sin());
         let nearest = -from.dot(ray);
@@ -96,7 +96,7 @@ fn stopped(place: Place, t: Instant) -> (usize, usize) {
             p.length() <= SPHERE_KM + height_km(p)
         })
     };
-    ((0..RAYS).filter(|k| is_stopped(*k)).count(), RAYS)
+    ((0..RAYS).filter(|k| is_blocked(*k)).count(), RAYS)
 }
 
 fn eclipse(day: &str) -> SolarEclipse {
@@ -110,9 +110,9 @@ fn contact(all: &[LimbContact], name: &str) -> LimbContact {
 const DALLAS: Place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
 const ALBUQUERQUE: Place = Place { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
 
-/// The goal: the last bead within 0.3 s of another computation on the same heights.
+/// Required: the last bead within 0.3 s of an independent computation with the same heights.
 #[test]
-fn beads_are_those_of_rays_over_the_same_heights() {
+fn beads_agree_with_rays_over_the_same_heights() {
     let map = map();
     let mut off_mean_s: f64 = 0.0;
     for (day, place, is_total) in [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)] {
@@ -120,56 +120,58 @@ fn beads_are_those_of_rays_over_the_same_heights() {
         let mean = eclipse.seen_from(place).expect("an eclipse");
         let found = eclipse.limb_contacts(place, &EPHEMERIS, &map).expect("the Moon is turned");
         assert_eq!(found.iter().map(|c| c.name).collect::<Vec<_>>(), ["C1", "C2", "C3", "C4"], "{day}");
-        let holds = |t: Instant| {
-            let (stopped, all) = stopped(place, t);
-            if is_total { stopped == all } else { stopped == 0 }
+        let is_total_or_annular = |t: Instant| {
+            let (blocked_rays, all) = blocked_rays(place, t);
+            if is_total { blocked_rays == all } else { blocked_rays == 0 }
         };
-        let middle = contact(&found, "C2").time.plus_seconds(0.5 * after(contact(&found, "C3").time, contact(&found, "C2").time));
-        assert!(holds(middle), "{day}");
+        let middle = contact(&found, "C2").time.plus_seconds(0.5 * seconds_after(contact(&found, "C3").time, contact(&found, "C2").time));
+        assert!(is_total_or_annular(middle), "{day}");
         for (name, way) in [("C2", -1.0), ("C3", 1.0)] {
             let ours = contact(&found, name);
-            // From 12 seconds within outwards in steps, then by halving.
+            // Step outwards from 12 seconds inside totality or annularity, then bisect.
             let inside = ours.time.plus_seconds(-way * 12.0);
-            let first = (1..60).map(|k| way * 0.5 * f64::from(k)).find(|s| !holds(inside.plus_seconds(*s))).expect("it ends");
-            let (mut within, mut beyond) = (first - way * 0.5, first);
+            let first = (1..60).map(|k| way * 0.5 * f64::from(k)).find(|s| !is_total_or_annular(inside.plus_seconds(*s))).expect("it ends");
+            let (mut inner_s, mut outer_s) = (first - way * 0.5, first);
             for _ in 0..6 {
-                let half = 0.5 * (within + beyond);
-                if holds(inside.plus_seconds(half)) { within = half } else { beyond = half }
+                let half = 0.5 * (inner_s + outer_s);
+                if is_total_or_annular(inside.plus_seconds(half)) { inner_s = half } else { outer_s = half }
             }
-            let theirs = inside.plus_seconds(0.5 * (within + beyond));
-            let off_s = after(ours.time, theirs);
+            let reference = inside.plus_seconds(0.5 * (inner_s + outer_s));
+            let off_s = seconds_after(ours.time, reference);
             assert!(off_s.abs() < 0.3, "{day} {name}: {off_s} s");
-            let of_mean = mean.contacts.iter().find(|c| c.name == name).expect("central").time;
-            assert!((after(ours.time, of_mean) - ours.later_s).abs() < 0.01);
-            off_mean_s = off_mean_s.max(after(of_mean, theirs).abs());
+            let mean_limb_time = mean.contacts.iter().find(|c| c.name == name).expect("central").time;
+            assert!((seconds_after(ours.time, mean_limb_time) - ours.later_s).abs() < 0.01);
+            off_mean_s = off_mean_s.max(seconds_after(mean_limb_time, reference).abs());
         }
     }
-    // The comparison can fail: contacts of the mean limb do.
+    // The comparison must be able to fail: the mean limb's contacts do.
     assert!(off_mean_s > 1.0, "{off_mean_s} s");
 }
 
-/// Even ground at a height: the contacts of a larger or smaller Moon, to what a second's thousandth moves; and a valley all along leaves beads throughout.
+/// Level ground at a given height: the contacts are those of a larger or smaller Moon, to a thousandth of a second; and a valley along the entire limb leaves beads
+/// throughout.
 #[test]
-fn even_ground_moves_contacts_as_a_larger_moon_does() {
-    let even = |km: f32| HeightMap::new("even", 360, vec![km; 360 * 180], 0.0, SPHERE_KM).expect("a map");
+fn level_ground_shifts_contacts_like_a_larger_moon() {
+    let level_map = |km: f32| HeightMap::new("even", 360, vec![km; 360 * 180], 0.0, SPHERE_KM).expect("a map");
     let eclipse = eclipse("2024-04-08");
     let mean = eclipse.seen_from(DALLAS).expect("an eclipse");
-    let at_zero = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &even(0.0)).expect("turned");
+    let at_zero = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(0.0)).expect("turned");
     for c in &at_zero {
-        let of_mean = mean.contacts.iter().find(|m| m.name == c.name).expect("central").time;
-        assert!(after(c.time, of_mean).abs() < 0.05, "{} {}", c.name, after(c.time, of_mean));
+        let mean_limb_time = mean.contacts.iter().find(|m| m.name == c.name).expect("central").time;
+        assert!(seconds_after(c.time, mean_limb_time).abs() < 0.05, "{} {}", c.name, seconds_after(c.time, mean_limb_time));
     }
-    let higher = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &even(2.0)).expect("turned");
-    let later = |name: &str| after(contact(&higher, name).time, contact(&at_zero, name).time);
-    // Two kilometres are 1.1 arcsec, and the Moon goes on by 0.4 to 0.6 a second.
-    assert!((-4.5..-1.5).contains(&later("C2")) && (1.5..4.5).contains(&later("C3")), "{} {}", later("C2"), later("C3"));
-    let deep = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &even(-19.0)).expect("turned");
+    let higher = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(2.0)).expect("turned");
+    let delay_s = |name: &str| seconds_after(contact(&higher, name).time, contact(&at_zero, name).time);
+    // Two kilometres are 1.1 arcsec, and the Moon moves by 0.4 to 0.6 arcsec per second.
+    assert!((-4.5..-1.5).contains(&delay_s("C2")) && (1.5..4.5).contains(&delay_s("C3")), "{} {}", delay_s("C2"), delay_s("C3"));
+    let deep = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(-19.0)).expect("turned");
     assert!(contact(&deep, "C2").later_s > 20.0);
 }
 
-/// The Sun in the picture goes dark with the last bead: light within half a second before it, none after it, where the mean limb has none for seconds or still has some.
+/// The rendered Sun goes dark with the last bead: there is light within half a second before it and none after it, while the mean limb has no light for seconds or still
+/// has some.
 #[test]
-fn the_rendered_sun_goes_out_with_the_last_bead() {
+fn the_rendered_sun_goes_dark_with_the_last_bead() {
     let folder = tempfile::tempdir().expect("a folder");
     let label = format!(
         "PDS_VERSION_ID = \"PDS3\"\n^IMAGE = \"MADE.IMG\"\nLINES = {ROWS}\nLINE_SAMPLES = {COLUMNS}\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\n\
@@ -197,13 +199,13 @@ fn the_rendered_sun_goes_out_with_the_last_bead() {
             ..ViewRequest::of(NaifId::MOON, t)
         };
         let frame = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("draws").frame;
-        // The dark Moon has some earthshine.
+        // Exclude the dark Moon, which has some earthshine.
         frame.hdr.iter().map(|p| f64::from(p[1])).filter(|v| *v > edge).sum::<f64>()
     };
     for (name, way) in [("C2", -1.0), ("C3", 1.0)] {
         let bead = contact(&found, name).time;
         let bright = sun_light(&with, bead.plus_seconds(way * 60.0), 0.0);
-        // A bead that shines through a thousandth of a pixel is light of the Sun's surface still.
+        // A bead that covers a thousandth of a pixel still has the radiance of the Sun's surface.
         let edge = 1e-3;
         let [before, after] = [0.5, -0.5].map(|s| sun_light(&with, bead.plus_seconds(way * s), edge));
         assert!(bright > 0.0 && before > 0.0, "{name}: {bright} {before}");

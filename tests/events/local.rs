@@ -1,6 +1,6 @@
-//! What places see: contacts against the topocentric search by discs, known totalities, sunrise cut in, paths on the ground.
+//! Local circumstances: contacts against a topocentric search with discs, known totalities, eclipses cut off by sunrise, paths on the ground.
 
-use super::{ALMANAC, EPHEMERIS, IAU, after, at};
+use super::{ALMANAC, EPHEMERIS, IAU, at, seconds_after};
 use orrery::Catalog;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -22,8 +22,8 @@ fn sky(place: Place) -> ObserverSky<'static> {
 }
 
 #[test]
-fn contacts_are_those_of_the_discs_over_each_place() {
-    // (day, places inside and outside the path): discs over places are found by another search, without the Earth's frame and polynomials.
+fn local_contacts_agree_with_the_disc_search() {
+    // (day, locations inside and outside the path): the disc search is independent of the Earth's frame and polynomials.
     let cases = [
         ("2024-04-08", [(32.7767, -96.797), (25.2897, -104.1477), (45.0, -60.0), (10.0, -110.0)]),
         ("2020-06-21", [(30.5194, 79.6652), (0.0, 60.0), (20.0, 100.0), (40.0, 30.0)]),
@@ -44,9 +44,9 @@ fn contacts_are_those_of_the_discs_over_each_place() {
             assert_eq!(ours.contacts.len(), expected.len(), "{day} {lat} {lon}");
             central += usize::from(theirs.inner.is_some());
             for (contact, t) in ours.contacts.iter().zip(expected) {
-                let off_s = after(contact.time, t);
+                let off_s = seconds_after(contact.time, t);
                 assert!(off_s.abs() < 0.2, "{day} {lat} {lon} {}: {off_s} s", contact.name);
-                assert!(after(contact.time, t.plus_seconds(30.0)).abs() > 1.0);
+                assert!(seconds_after(contact.time, t.plus_seconds(30.0)).abs() > 1.0);
             }
         }
     }
@@ -59,33 +59,33 @@ fn the_eclipse_of_2015_is_total_at_longyearbyen() {
     let seen = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(78.22, 15.65)).expect("an eclipse");
     let names: Vec<_> = seen.contacts.iter().map(|c| c.name).collect();
     assert_eq!(names, ["C1", "C2", "C3", "C4"]);
-    assert!(after(seen.contacts[1].time, at("2015-03-20T10:10:43Z")).abs() < 5.0, "{}", seen.contacts[1].time.to_utc_iso());
-    assert!(after(seen.contacts[2].time, at("2015-03-20T10:13:10Z")).abs() < 5.0, "{}", seen.contacts[2].time.to_utc_iso());
+    assert!(seconds_after(seen.contacts[1].time, at("2015-03-20T10:10:43Z")).abs() < 5.0, "{}", seen.contacts[1].time.to_utc_iso());
+    assert!(seconds_after(seen.contacts[2].time, at("2015-03-20T10:13:10Z")).abs() < 5.0, "{}", seen.contacts[2].time.to_utc_iso());
     assert!(seen.visible && seen.magnitude > 1.0 && seen.obscuration == Some(1.0));
     assert!((seen.maximum.altitude_deg - 11.2).abs() < 0.3, "{}", seen.maximum.altitude_deg);
     assert!((seen.central_s.expect("totality") - 147.0).abs() < 3.0);
-    // In Tromsø, 950 km to the south, a sliver is left.
+    // In Tromsø, 950 km to the south, a sliver of the Sun remains.
     let tromso = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(69.65, 18.96)).expect("an eclipse");
     assert!(tromso.central_s.is_none() && (0.9..1.0).contains(&tromso.magnitude), "{}", tromso.magnitude);
 }
 
 #[test]
-fn a_rising_sun_shows_what_is_left_of_the_eclipse() {
+fn at_sunrise_only_the_rest_of_the_eclipse_is_visible() {
     let new_york = place(40.71, -74.01);
     let e = eclipse_of(&IAU, "2021-06-10");
     let seen = e.seen_from(new_york).expect("an eclipse");
     let rise = seen.rise.expect("a sunrise");
-    // 5:24 to 5:25 local time; the search for risings has another horizon: without aberration.
+    // 5:24 to 5:25 local time; the search for risings defines the horizon differently, without aberration.
     let by_almanac = sky(new_york).day(NaifId::SUN, at("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
-    assert!(after(rise, by_almanac).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
+    assert!(seconds_after(rise, by_almanac).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
     assert!(!seen.contacts[0].is_up() && seen.contacts[1].is_up(), "first contact is before sunrise");
-    assert!(after(seen.maximum.time, rise) >= 0.0 && seen.visible);
+    assert!(seconds_after(seen.maximum.time, rise) >= 0.0 && seen.visible);
     assert!((seen.magnitude - 0.80).abs() < 0.01, "{}", seen.magnitude);
-    // Farther west the greatest phase is before sunrise: the best is the sunrise itself.
+    // Farther west the greatest phase is before sunrise, so the largest visible phase is at sunrise.
     let west = e.seen_from(place(40.71, -82.0)).expect("an eclipse");
-    assert!(west.visible && after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
+    assert!(west.visible && seconds_after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
     assert!(west.magnitude < e.seen_from(new_york).expect("an eclipse").magnitude);
-    // Where the Sun rises after last contact nothing is seen.
+    // Where the Sun rises after last contact, the eclipse is not visible.
     let farther = e.seen_from(place(40.71, -110.0));
     assert!(farther.is_none_or(|seen| !seen.visible));
 }
@@ -95,12 +95,12 @@ fn the_moon_rises_eclipsed_or_not_at_all() {
     let from = at("2018-07-27");
     let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
     let berlin = e.seen_from(place(52.52, 13.4));
-    // The Moon rises in the partial phase; the search for risings takes its true semidiameter, the events 16 arcmin.
+    // The Moon rises in the partial phase; the search for risings uses its true semidiameter, the events 16 arcmin.
     let rise = berlin.rise.expect("a moonrise");
     let by_almanac =
         sky(place(52.52, 13.4)).day(NaifId::MOON, at("2018-07-27T12:00:00Z"), 43_200.0).expect("a day").rise.expect("a moonrise");
-    assert!(after(rise, by_almanac).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
-    assert!(after(rise, e.contacts[1].1) > 0.0 && after(rise, e.contacts[2].1) < 0.0);
+    assert!(seconds_after(rise, by_almanac).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
+    assert!(seconds_after(rise, e.contacts[1].1) > 0.0 && seconds_after(rise, e.contacts[2].1) < 0.0);
     assert!(berlin.visible && !berlin.contacts[0].is_up() && berlin.maximum.altitude_deg > 0.0);
     assert!((berlin.magnitude - e.umbral_magnitude).abs() < 1e-6);
     let overhead = e.seen_from(e.place);
@@ -109,9 +109,9 @@ fn the_moon_rises_eclipsed_or_not_at_all() {
 }
 
 #[test]
-fn a_path_is_central_inside_its_limits_and_only_there() {
+fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
     for (day, width_km) in [("2024-04-08", 198.0), ("2017-08-21", 115.0)] {
-        // The canon's widths at greatest eclipse, by its radii.
+        // The canon's widths at greatest eclipse, with its radii.
         let e = eclipse_of(&ALMANAC, day);
         let path = e.path().expect("a path");
         assert!(path.centre_line.len() > 100 && path.northern_limit.len() > 100 && path.southern_limit.len() > 100);
@@ -125,7 +125,7 @@ fn a_path_is_central_inside_its_limits_and_only_there() {
                 assert!(central(moved(-0.01)) && !central(moved(0.01)), "{day} {p:?}");
             }
         }
-        // Across the path at greatest eclipse.
+        // The width across the path at greatest eclipse.
         let nearest = |limit: &[Place]| limit.iter().map(|p| km_between(*p, e.place)).fold(f64::MAX, f64::min);
         let across_km = nearest(&path.northern_limit) + nearest(&path.southern_limit);
         assert!((across_km - width_km).abs() < 8.0, "{day}: {across_km} km");

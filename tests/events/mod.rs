@@ -1,4 +1,4 @@
-//! Eclipses, transits and what moons do, as `eclipse find` answers them.
+//! Eclipses, transits and events of moons, as `eclipse find` reports them.
 
 mod canons;
 mod commands;
@@ -13,7 +13,8 @@ use orrery::catalog::EclipseRadii;
 use orrery::{Catalog, Ephemeris, Instant};
 use std::sync::LazyLock;
 
-/// The IAU's radii, those of almanacs, and the ephemeris, which does not depend on them.
+/// Catalogs with the IAU's radii and with those of almanacs; and the ephemeris, which does not
+/// depend on the radii.
 static IAU: LazyLock<Catalog> = LazyLock::new(Catalog::embedded);
 static ALMANAC: LazyLock<Catalog> = LazyLock::new(|| Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac));
 static EPHEMERIS: LazyLock<Ephemeris> = LazyLock::new(|| Ephemeris::embedded(&IAU).expect("the shipped ephemeris"));
@@ -22,7 +23,7 @@ fn at(text: &str) -> Instant {
     Instant::parse(text).expect(text)
 }
 
-/// Seconds from the second instant to the first.
-fn after(a: Instant, b: Instant) -> f64 {
+/// Seconds from instant `b` to instant `a`.
+fn seconds_after(a: Instant, b: Instant) -> f64 {
     a.tdb_seconds_past_j2000() - b.tdb_seconds_past_j2000()
 }

@@ -1,6 +1,6 @@
-//! What the Galilean moons and Titan do, against published times.
+//! Events of the Galilean moons and Titan against published times.
 
-use super::{EPHEMERIS, IAU, after, at};
+use super::{EPHEMERIS, IAU, at, seconds_after};
 use orrery::Instant;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
@@ -25,14 +25,14 @@ fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
     };
     for (moon, begin, end) in [(504, "03:11", "08:00"), (501, "04:35", "06:52"), (502, "06:28", "09:22")] {
         for (name, published) in [("begin", begin), ("end", end)] {
-            let off_s = after(contact(shadow(moon), name), at(&format!("2015-01-24T{published}:00Z")));
+            let off_s = seconds_after(contact(shadow(moon), name), at(&format!("2015-01-24T{published}:00Z")));
             println!("{moon} {name}: {off_s:.0} s");
             assert!(off_s.abs() < 150.0, "{moon} {name}: {off_s} s");
             // The light from Jupiter takes 36 minutes.
             assert!((off_s - 36.0 * 60.0).abs() > 150.0);
         }
     }
-    let all_three_s = after(contact(shadow(501), "end"), contact(shadow(502), "begin"));
+    let all_three_s = seconds_after(contact(shadow(501), "end"), contact(shadow(502), "begin"));
     assert!((all_three_s - 25.0 * 60.0).abs() < 120.0, "{all_three_s} s");
     assert!(!found.iter().any(|e| e.class == MoonEventType::ShadowTransit && e.moon == NaifId(503)));
 }
@@ -41,7 +41,7 @@ fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
 fn contacts_come_in_order_and_every_orbit_has_its_events() {
     let found = events("2020-03-01", "2020-04-01");
     for e in &found {
-        let times: Vec<_> = e.contacts.iter().map(|c| after(c.1, e.greatest)).collect();
+        let times: Vec<_> = e.contacts.iter().map(|c| seconds_after(c.1, e.greatest)).collect();
         assert!(times.windows(2).all(|w| w[0] < w[1]), "{e:?}");
         assert!(times[0] < 0.0 && times[times.len() - 1] > 0.0, "{e:?}");
     }
@@ -52,10 +52,10 @@ fn contacts_come_in_order_and_every_orbit_has_its_events() {
     }
 }
 
-/// The Sun stands high over Saturn's rings in most years: Titan's shadow then misses the planet.
+/// In most years the Sun is high above Saturn's rings, so Titan's shadow misses the planet.
 #[test]
 fn titans_shadow_meets_saturn_only_near_the_equinox() {
-    // Titan enters Saturn's shadow for the first time after the years of open rings, and its own shadow follows half an orbit later.
+    // After the years of open rings Titan first enters Saturn's shadow; its own shadow meets the planet half an orbit later.
     let first = events("2024-07-01", "2024-11-10")
         .into_iter()
         .filter(|e| e.moon == NaifId(606) && matches!(e.class, MoonEventType::Eclipse | MoonEventType::ShadowTransit));
@@ -70,8 +70,8 @@ fn titans_shadow_meets_saturn_only_near_the_equinox() {
     assert!((15..=25).contains(&season.len()), "{}", season.len());
 }
 
-/// The days on which the Earth and the Sun pass from the north of Saturn's rings to the south, or back (Sky & Telescope; the equinox of 2009 is that of Cassini's
-/// mission). A day is 0.056 degrees of the Earth's height over the plane, 0.015 of the Sun's; the pole is known to some thousandths.
+/// The days on which the Earth and the Sun cross the plane of Saturn's rings (Sky & Telescope; the equinox of 2009 is that of Cassini's mission). In a day the
+/// Earth's elevation above the plane changes by 0.056 degrees and the Sun's by 0.015; the pole is known to some thousandths.
 #[test]
 fn the_earth_and_the_sun_cross_the_plane_of_saturns_rings_on_the_known_days() {
     let saturn = IAU.body(NaifId(699)).expect("Saturn");
@@ -83,19 +83,19 @@ fn the_earth_and_the_sun_cross_the_plane_of_saturns_rings_on_the_known_days() {
         let [before, after] = [0.0, 86_400.0].map(|s| sense * heights_deg(at(day).plus_seconds(s))[of]);
         assert!(before < 0.0 && after > 0.0, "{day}: {before} to {after} degrees");
         let next = sense * heights_deg(at(day).plus_seconds(2.0 * 86_400.0))[of];
-        assert!(next > after, "{day}: another day must not do");
+        assert!(next > after, "{day}: the next day must not pass too");
     }
 }
 
-/// Where a moon is seen from the Earth's centre, km: light time to the moon itself.
+/// Position of a moon as seen from the Earth's centre, km, with light time to the moon.
 fn seen_km(moon: NaifId, t: Instant) -> glam::DVec3 {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
     EPHEMERIS.light_time_position(moon, earth_km, t).expect("a moon").0 - earth_km
 }
 
-/// The seasons of 2009, 2015 and 2021 (IMCCE's campaigns PHEMU); none when Jupiter's equator stands open.
+/// The mutual events of 2009, 2015 and 2021 (IMCCE's campaigns PHEMU); there are none while Jupiter's equator is far open.
 #[test]
-fn moons_hide_each_other_in_the_seasons_and_as_the_sky_shows_it() {
+fn mutual_events_occur_in_their_seasons_at_the_observed_geometry() {
     assert!(mutual_events(&IAU, &EPHEMERIS, at("2018-01-01"), at("2018-04-01")).expect("events").is_empty());
     let found = mutual_events(&IAU, &EPHEMERIS, at("2015-01-15"), at("2015-02-15")).expect("events");
     let (hidden, shaded): (Vec<_>, Vec<_>) = found.iter().partition(|e| e.class == MoonEventType::MutualOccultation);
@@ -103,24 +103,25 @@ fn moons_hide_each_other_in_the_seasons_and_as_the_sky_shows_it() {
     let radius_km = |id: NaifId| IAU.body(id).expect("a moon").radii_km.x;
     for e in hidden {
         let by = e.by.expect("another moon");
-        // Degrees between limbs: negative where the discs overlap.
-        let apart = |t: Instant| {
+        // Separation of the limbs in degrees: negative where the discs overlap.
+        let limb_separation_deg = |t: Instant| {
             let (far, near) = (seen_km(e.moon, t), seen_km(by, t));
             assert!(near.length() < far.length());
             (angle_rad(far, near) - radius_km(e.moon) / far.length() - radius_km(by) / near.length()).to_degrees()
         };
         // A disc is 2e-4 degrees wide.
         for name in ["I", "IV"] {
-            assert!(apart(contact(e, name)).abs() < 3e-7, "{name} of {e:?}: {}", apart(contact(e, name)));
-            assert!(apart(contact(e, name).plus_seconds(60.0)).abs() > 3e-7, "{name} of {e:?}");
+            assert!(limb_separation_deg(contact(e, name)).abs() < 3e-7, "{name} of {e:?}: {}", limb_separation_deg(contact(e, name)));
+            assert!(limb_separation_deg(contact(e, name).plus_seconds(60.0)).abs() > 3e-7, "{name} of {e:?}");
         }
         assert!(
-            apart(e.greatest) < apart(e.greatest.plus_seconds(-60.0)) && apart(e.greatest) < apart(e.greatest.plus_seconds(60.0)),
+            limb_separation_deg(e.greatest) < limb_separation_deg(e.greatest.plus_seconds(-60.0))
+                && limb_separation_deg(e.greatest) < limb_separation_deg(e.greatest.plus_seconds(60.0)),
             "{e:?}"
         );
     }
     for e in shaded {
-        let times: Vec<_> = e.contacts.iter().map(|c| after(c.1, e.greatest)).collect();
+        let times: Vec<_> = e.contacts.iter().map(|c| seconds_after(c.1, e.greatest)).collect();
         assert!(times.windows(2).all(|w| w[0] < w[1]) && times[0] < 0.0 && times[times.len() - 1] > 0.0, "{e:?}");
     }
 }

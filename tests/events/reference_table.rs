@@ -1,6 +1,6 @@
 //! Every eclipse of `eclipses_public.json` (JPL DE440, ERFA; tests/data/README.md).
 
-use super::{EPHEMERIS, IAU, after, at};
+use super::{EPHEMERIS, IAU, at, seconds_after};
 use orrery::Instant;
 use orrery::events::{lunar_eclipses, solar_eclipses};
 use serde_json::Value;
@@ -13,7 +13,7 @@ fn instant(v: &Value, path: &str) -> Instant {
     Instant::from_tdb_seconds_past_j2000(number(v, path))
 }
 
-/// The rows of a kind, with the two days around each.
+/// The table's rows of one kind, each with the two days around it.
 fn rows(kind: &str) -> Vec<(Value, Instant, Instant)> {
     let table: Value = serde_json::from_str(include_str!("../data/eclipses_public.json")).expect("JSON");
     let of_kind = table["eclipses"].as_array().expect("a list").iter().filter(|e| e["kind"] == kind);
@@ -23,14 +23,14 @@ fn rows(kind: &str) -> Vec<(Value, Instant, Instant)> {
 }
 
 #[test]
-fn solar_eclipses_are_those_of_the_reference() {
+fn solar_eclipses_agree_with_the_reference() {
     for (row, from, to) in rows("solar") {
         let id = row["id"].as_str().expect("an id");
         let found = solar_eclipses(&IAU, &EPHEMERIS, from, to).expect("eclipses");
         let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
         assert_eq!(e.class.name(), row["type"], "{id}");
-        let off_s = after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
-        let utc_off_s = after(e.greatest, at(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
+        let off_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
+        let utc_off_s = seconds_after(e.greatest, at(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
         println!("{id}: {off_s:.4} s");
         assert!(off_s.abs() < 0.02 && utc_off_s.abs() < 0.02, "{id}: {off_s} {utc_off_s} s");
         assert!((e.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 5e-6, "{id}: {}", e.gamma);
@@ -39,34 +39,35 @@ fn solar_eclipses_are_those_of_the_reference() {
         assert!((e.place.longitude_deg - number(&row, "/sub_axis_point/lon_east_deg")).abs() < 0.001, "{id}: {:?}", e.place);
         assert!((e.sun_altitude_deg - number(&row, "/sub_axis_point/sun_altitude_deg")).abs() < 0.002, "{id}");
         // Without light time the eclipse is half a minute late.
-        let without_s = after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
+        let without_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
         assert!(without_s < -30.0, "{id}: {without_s} s");
     }
 }
 
-/// The shadow's axis is that of light which passed the Earth: by up to 0.25 s before the almanacs' axis, as the reference's own check by rays says.
+/// The shadow's axis is computed from light that passed the Earth, so it is up to 0.25 s ahead of the almanacs' axis; the reference's check by rays
+/// confirms this.
 #[test]
-fn lunar_eclipses_are_those_of_the_reference() {
+fn lunar_eclipses_agree_with_the_reference() {
     for (row, from, to) in rows("lunar") {
         let id = row["id"].as_str().expect("an id");
         let found = lunar_eclipses(&IAU, &EPHEMERIS, from, to).expect("eclipses");
         let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
         assert_eq!(e.class.name(), row["type"], "{id}");
         let by_rays_s = number(&row, "/rigorous_shadow_ray_check/greatest_minus_almanac_s");
-        let off_s = after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
+        let off_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
         println!("{id}: {off_s:.4} s, by rays {by_rays_s:.4} s");
         assert!((off_s - by_rays_s).abs() < 0.02, "{id}: {off_s} s");
         let contacts = row["contacts_geometric"].as_object().expect("contacts");
         assert_eq!(contacts.len(), e.contacts.len());
         for (name, t) in &e.contacts {
-            let off_s = after(*t, instant(&row, &format!("/contacts_geometric/{name}/tdb_s_past_j2000")));
+            let off_s = seconds_after(*t, instant(&row, &format!("/contacts_geometric/{name}/tdb_s_past_j2000")));
             assert!(off_s.abs() < 0.3, "{id} {name}: {off_s} s");
         }
         assert!((e.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 1e-5, "{id}: {}", e.gamma);
         assert!((e.umbral_magnitude - number(&row, "/shadow/umbral_magnitude")).abs() < 2e-5, "{id}: {}", e.umbral_magnitude);
         assert!((e.penumbral_magnitude - number(&row, "/shadow/penumbral_magnitude")).abs() < 2e-5, "{id}");
         assert!((e.place.longitude_deg - number(&row, "/sublunar_point/lon_east_deg")).abs() < 0.002, "{id}");
-        let without_s = after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
+        let without_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
         assert!(without_s < -30.0, "{id}: {without_s} s");
     }
 }

@@ -1,11 +1,11 @@
-//! An eclipse in pixels: the Sun's light in pictures from the ground gives the contacts and the magnitude that the geometry of discs gives.
+//! An eclipse in pixels: from the Sun's light in pictures taken on the ground follow the contacts and the magnitude, which agree with the geometry of discs.
 //!
-//! Light in a picture becomes a distance of the two discs' centres by the overlap of a limb-darkened disc, integrated here; distances before and after a contact
-//! give its instant. Air, glare, corona and map are off: they add or take light that the overlap does not know.
+//! The overlap of a limb-darkened disc, integrated here, converts the light of a picture into a distance between the discs' centres; distances before and after a
+//! contact give its instant. Air, glare, corona and map are off, because the overlap does not include their light.
 
-use super::{EPHEMERIS, IAU, after, at};
+use super::{EPHEMERIS, IAU, at, seconds_after};
 use crate::support::session::SESSION;
-use glam::{DMat3, DVec3};
+use glam::{DMat4, DVec4};
 use orrery::Instant;
 use orrery::catalog::{NaifId, Photometry};
 use orrery::events::{LocalCircumstances, Place, solar_eclipses};
@@ -16,19 +16,19 @@ use std::f64::consts::PI;
 
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
-/// Green of the Sun's limb darkening, 1 - u1 (1 - mu) - u2 (1 - mu)^2, by the catalog.
+/// Limb darkening of the Sun in green, 1 - u1 (1 - mu) - u2 (1 - mu)^2, from the catalog.
 fn limb_darkening() -> [f64; 2] {
     let sun = IAU.body(NaifId::SUN).expect("the Sun");
-    let Photometry::Emissive { u1, u2 } = &sun.photometry else { panic!("it shines") };
+    let Photometry::Emissive { u1, u2 } = &sun.photometry else { panic!("the Sun must be emissive") };
     [u1[1], u2[1]]
 }
 
-/// The part of the Sun's light that a disc of radius `k` hides at a distance `s` of the centres, in solar radii.
+/// The fraction of the Sun's light that a disc of radius `k` hides when its centre is at distance `s`, in solar radii.
 fn hidden(k: f64, s: f64, [u1, u2]: [f64; 2]) -> f64 {
     const RINGS: u32 = 4000;
     let (mut all, mut behind) = (0.0, 0.0);
     for ring in 0..RINGS {
-        // Rings of equal steps in mu: fine at the limb, where contacts are.
+        // Rings of equal steps in mu: narrow at the limb, where contacts occur.
         let mu = (f64::from(ring) + 0.5) / f64::from(RINGS);
         let r = (1.0 - mu * mu).sqrt();
         let light = mu * (1.0 - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2));
@@ -39,7 +39,7 @@ fn hidden(k: f64, s: f64, [u1, u2]: [f64; 2]) -> f64 {
     behind / all
 }
 
-/// The distance at which so much is hidden, between two distances.
+/// The distance, between `near` and `far`, at which the given fraction is hidden.
 fn distance_of(part: f64, k: f64, (mut near, mut far): (f64, f64), law: [f64; 2]) -> f64 {
     for _ in 0..50 {
         let middle = 0.5 * (near + far);
@@ -48,11 +48,11 @@ fn distance_of(part: f64, k: f64, (mut near, mut far): (f64, f64), law: [f64; 2]
     0.5 * (near + far)
 }
 
-/// The Sun and the Moon as discs alone.
+/// Effects that leave the Sun and the Moon as plain discs.
 const DISCS: &str = "-atmosphere,-glow,-corona,-albedo,-points";
 
-/// The Sun's green light in a picture from a place over the square of its angular radius, which changes by 1e-4 from first to last contact, and the Moon's angular
-/// radius in the Sun's.
+/// The Sun's green light in a picture from a location, divided by the square of the Sun's angular radius (which changes by 1e-4 from first to last contact), and
+/// the ratio of the Moon's angular radius to the Sun's.
 fn seen_from(place: Place, time: Instant, effects: &str) -> (f64, f64) {
     let request = ViewRequest {
         width: 480,
@@ -84,10 +84,10 @@ fn circumstances(day: &str, place: Place) -> LocalCircumstances {
     eclipses[0].seen_from(place).expect("an eclipse")
 }
 
-/// Seconds from a contact to each picture; the nearer part of the Sun is hidden then. A pixel is 4.5 arcseconds, and the Moon goes on by one in ten seconds.
+/// Seconds from a contact to each picture, on the side where part of the Sun is hidden. A pixel is 4.5 arcseconds, and the Moon moves by one pixel in ten seconds.
 const PICTURES_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
 
-/// What pictures say about an eclipse at a place.
+/// Measures an eclipse at a location from pictures.
 struct Pictures {
     place: Place,
     law: [f64; 2],
@@ -96,13 +96,13 @@ struct Pictures {
 }
 
 impl Pictures {
-    /// Distance of the centres in solar radii, and the Moon's radius in the same, at an instant.
+    /// Distance of the centres and the Moon's radius at an instant, both in solar radii.
     fn distance(&self, time: Instant) -> (f64, f64) {
         let (light, k) = seen_from(self.place, time, DISCS);
         (distance_of(1.0 - light / self.whole, k, ((k - 1.0).abs(), 1.0 + k), self.law), k)
     }
 
-    /// Seconds by which the pictures set an outer contact after `time`, with the Moon's radius larger by `more`: distances go on evenly there.
+    /// Measured delay of an outer contact after `time`, in seconds, for a Moon whose radius is larger by `more`: a straight line fitted to the distances.
     fn outer_contact_s(&self, time: Instant, side: f64, more: f64) -> f64 {
         let points = PICTURES_S.map(|s| {
             let (distance, k) = self.distance(time.plus_seconds(side * s));
@@ -114,31 +114,36 @@ impl Pictures {
         mx - my / slope
     }
 
-    /// The same of second and third contact. The distance turns between them; its square is a parabola, fitted by least squares to pictures before and after.
+    /// The same for second and third contact. Between them the distance has a minimum, but its square is smooth: nearly a parabola, which the turning Earth skews. A cubic is
+    /// fitted by least squares to pictures before and after.
     fn inner_contacts_s(&self, [second, third]: [Instant; 2], more: f64) -> [f64; 2] {
-        let half = 0.5 * after(third, second);
+        let half = 0.5 * seconds_after(third, second);
         let middle = second.plus_seconds(half);
-        let (mut normal, mut right, mut radius) = (DMat3::ZERO, DVec3::ZERO, 0.0);
+        let (mut normal, mut right, mut radius) = (DMat4::ZERO, DVec4::ZERO, 0.0);
         for t in PICTURES_S.into_iter().flat_map(|s| [-half - s, half + s]) {
             let (distance, k) = self.distance(middle.plus_seconds(t));
-            let powers = DVec3::new(1.0, t / half, (t / half).powi(2));
-            normal += DMat3::from_cols(powers * powers.x, powers * powers.y, powers * powers.z);
+            let x = t / half;
+            let powers = DVec4::new(1.0, x, x * x, x * x * x);
+            normal += DMat4::from_cols(powers, powers * x, powers * x * x, powers * x * x * x);
             right += powers * distance * distance;
             radius = k;
         }
-        let [c, b, a] = (normal.inverse() * right - DVec3::X * ((radius - 1.0).abs() + more).powi(2)).to_array();
-        let root = (b * b - 4.0 * a * c).sqrt();
-        [half * ((-b - root) / (2.0 * a) + 1.0), half * ((-b + root) / (2.0 * a) - 1.0)]
+        let of_powers = normal.inverse() * right;
+        let touching = ((radius - 1.0).abs() + more).powi(2);
+        [-1.0_f64, 1.0].map(|contact| {
+            // Newton's method from the geometry's contact.
+            let mut x = contact;
+            for _ in 0..20 {
+                let value = of_powers.dot(DVec4::new(1.0, x, x * x, x * x * x)) - touching;
+                x -= value / of_powers.dot(DVec4::new(0.0, 1.0, 2.0 * x, 3.0 * x * x));
+            }
+            half * (x - contact)
+        })
     }
 }
 
-/// The Moon is smaller than the Sun and before it.
-fn is_annular(expected: &LocalCircumstances) -> bool {
-    expected.contacts.len() == 4 && expected.magnitude < 1.0
-}
-
 #[test]
-fn contacts_and_magnitude_from_pixels_are_those_of_the_geometry() {
+fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
     let law = limb_darkening();
     let place = |latitude_deg: f64, longitude_deg: f64| Place { latitude_deg, longitude_deg, height_km: 0.0017 };
     // Total at Dallas, annular at Albuquerque, partial at New York.
@@ -155,22 +160,20 @@ fn contacts_and_magnitude_from_pixels_are_those_of_the_geometry() {
                 off_s.extend(pictures.inner_contacts_s([second, third], more));
             }
             println!("{day} {place:?} {more}: {off_s:.2?} s");
-            // The third contact of the annulus is 1.2 s off: there the light that is left changes least with the distance.
-            let bound_s = if is_annular(&expected) { 1.5 } else { 1.0 };
-            assert!(off_s.iter().all(|s| (s.abs() < bound_s) == holds), "{day} {more}: {off_s:?} s");
+            assert!(off_s.iter().all(|s| (s.abs() < 1.0) == holds), "{day} {more}: {off_s:?} s");
         }
         let (light, k) = seen_from(place, expected.maximum.time, DISCS);
         if expected.contacts.len() == 2 {
             let magnitude = 0.5 * (1.0 + k - pictures.distance(expected.maximum.time).0);
             assert!((magnitude - expected.magnitude).abs() < 1e-3, "{day}: {magnitude} for {}", expected.magnitude);
         } else {
-            // Where one disc lies within the other, the magnitude is the ratio of their diameters.
+            // If one disc lies inside the other, the magnitude is the ratio of their diameters.
             assert!(
                 (k - expected.magnitude).abs() < 1e-3,
                 "{day}: the Moon is {k} times as wide as the Sun, by the geometry {}",
                 expected.magnitude
             );
-            // In totality no light is left; in an annulus what the Moon leaves, wherever in the disc it stands.
+            // In totality there is no light; in annularity the remaining light depends only a little on the Moon's position inside the Sun's disc.
             let (middle, limb) = (1.0 - hidden(k, 1e-9, law), 1.0 - hidden(k, (k - 1.0).abs(), law));
             let left = light / pictures.whole;
             assert!(if k > 1.0 { light == 0.0 } else { (middle - 1e-3..limb + 1e-3).contains(&left) }, "{day}: {left}");
@@ -178,7 +181,7 @@ fn contacts_and_magnitude_from_pixels_are_those_of_the_geometry() {
     }
 }
 
-/// Without air the Sun's disc is as bright at any height, from two hours before the eclipse to its first contact. With air its light grows.
+/// Without air the Sun's disc is equally bright at any altitude, from two hours before the eclipse to its first contact. With air its light increases as it rises.
 #[test]
 fn the_sun_keeps_its_light_where_the_air_is_switched_off() {
     let place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 };

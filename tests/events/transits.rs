@@ -1,7 +1,7 @@
 //! Transits of Mercury and Venus against the tables of F. Espenak (NASA, geocentric, UT), quoted from memory: only the Venus transit of 2012 was
 //! confirmed, to the minute (NASA/OH/transit12). A wrong digit would show as minutes or as a disagreement between the contacts of one transit.
 
-use super::{ALMANAC, EPHEMERIS, IAU, after, at};
+use super::{ALMANAC, EPHEMERIS, IAU, at, seconds_after};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -47,28 +47,28 @@ const TABLE: [(&str, i32, [&str; 5], f64); 5] = [
 ];
 
 #[test]
-fn contacts_are_those_of_the_published_tables() {
+fn contacts_agree_with_the_published_tables() {
     let mut worst_s = 0.0_f64;
     for (day, body, times, separation_arcsec) in TABLE {
         let e = day_of(day);
         assert_eq!(e.planet, NaifId(body), "{day}");
         let ours = [e.contacts[0].1, e.contacts[1].1, e.greatest, e.contacts[2].1, e.contacts[3].1];
         for (ours, published) in ours.iter().zip(times) {
-            let off_s = after(*ours, at(published));
+            let off_s = seconds_after(*ours, at(published));
             worst_s = worst_s.max(off_s.abs());
             assert!(off_s.abs() < 8.0, "{published}: {off_s} s");
         }
         assert!((e.separation_arcsec - separation_arcsec).abs() < 0.15, "{day}: {}", e.separation_arcsec);
     }
     println!("worst {worst_s:.1} s");
-    // By places without light time, which leave Venus 2.4 and the Sun 8.3 minutes before they are seen, the same transit is minutes off.
+    // From geometric positions, without the light time of 2.4 minutes for Venus and 8.3 for the Sun, the same transit is off by minutes.
     let published = at("2012-06-06T01:29:36Z");
-    let apart = |seconds: i32| {
+    let separation = |seconds: i32| {
         let to =
             |body| EPHEMERIS.state(body, NaifId::EARTH, published.plus_seconds(f64::from(seconds)), None).expect("a place").state.pos_km;
         angle_rad(to(NaifId::SUN), to(NaifId(299)))
     };
-    let nearest = (-180..180).map(|i| i * 10).min_by(|a, b| apart(*a).total_cmp(&apart(*b))).expect("instants");
+    let nearest = (-180..180).map(|i| i * 10).min_by(|a, b| separation(*a).total_cmp(&separation(*b))).expect("instants");
     assert!(nearest.abs() > 60, "{nearest} s");
 }
 
@@ -83,20 +83,20 @@ fn two_centuries_have_the_known_transits() {
     let mercury = "1907 1914 1924 1927 1937 1940 1953 1957 1960 1970 1973 1986 1993 1999 \
                    2003 2006 2016 2019 2032 2039 2049 2052 2062 2065 2078 2085 2095 2098";
     assert_eq!(years(199).join(" "), mercury);
-    // In 1937 only a part of Mercury came before the Sun, as the Earth's centre sees it.
+    // In 1937 only a part of Mercury passed in front of the Sun, as seen from the Earth's centre.
     let grazing = found.iter().find(|e| e.greatest.to_utc_iso().starts_with("1937")).expect("a transit");
     assert_eq!(grazing.contacts.len(), 2);
     assert!(
-        after(grazing.contacts[0].1, at("1937-05-11T08:53:00Z")).abs() < 60.0
-            && after(grazing.contacts[1].1, at("1937-05-11T09:06:00Z")).abs() < 60.0
+        seconds_after(grazing.contacts[0].1, at("1937-05-11T08:53:00Z")).abs() < 60.0
+            && seconds_after(grazing.contacts[1].1, at("1937-05-11T09:06:00Z")).abs() < 60.0
     );
-    // With the smaller Sun of the IAU they miss each other by 0.02 arcsec.
+    // With the IAU's smaller Sun there is no contact: the discs miss each other by 0.02 arcsec.
     assert!(transits(&IAU, &EPHEMERIS, at("1937-05-01"), at("1937-06-01")).expect("transits").is_empty());
 }
 
-/// Halley's method: places see the transit at other times, by up to seven minutes.
+/// Halley's method: different locations see the transit at different times, by up to seven minutes.
 #[test]
-fn places_see_venus_by_their_parallax() {
+fn the_transit_of_venus_is_shifted_by_parallax() {
     let found = transits(&IAU, &EPHEMERIS, at("2012-06-05"), at("2012-06-07")).expect("transits");
     let e = &found[0];
     let mut contacts_s = Vec::new();
@@ -106,13 +106,13 @@ fn places_see_venus_by_their_parallax() {
         let sky = ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place };
         let start = e.greatest.plus_seconds(-5.0 * 3600.0);
         let discs = sky.passage(NaifId::SUN, NaifId(299), start, 36_000.0).expect("places").expect("a transit");
-        let (second, third) = discs.inner.expect("wholly before the Sun");
+        let (second, third) = discs.inner.expect("entirely in front of the Sun");
         for (ours, theirs) in seen.contacts.iter().zip([discs.begins, second, third, discs.ends]) {
-            assert!(after(ours.time, theirs).abs() < 2.0, "{latitude_deg} {}: {} s", ours.name, after(ours.time, theirs));
+            assert!(seconds_after(ours.time, theirs).abs() < 2.0, "{latitude_deg} {}: {} s", ours.name, seconds_after(ours.time, theirs));
             assert!(ours.is_up(), "the Sun is up over the Pacific");
         }
-        contacts_s.push(after(seen.contacts[0].time, e.contacts[0].1));
+        contacts_s.push(seconds_after(seen.contacts[0].time, e.contacts[0].1));
     }
-    // Hawaii is early and Sydney late.
+    // In Hawaii the transit is early, in Sydney late.
     assert!(contacts_s.iter().all(|s| s.abs() < 480.0) && contacts_s.iter().any(|s| s.abs() > 60.0), "{contacts_s:?}");
 }

@@ -46,7 +46,7 @@ fn picture(frame: Frame) -> DisplayImage {
     DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
 }
 
-fn far(d: &Difference) -> bool {
+fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS || d.max > GREATEST_LEVELS
 }
 
@@ -61,26 +61,26 @@ fn compared_views() -> Vec<(&'static str, ViewRequest)> {
 }
 
 #[test]
-fn golden_views_are_the_software_renderers() {
+fn golden_views_equal_the_software_renderers() {
     let Some(gpu) = gpu() else { return };
-    views_are_the_software_renderers(&gpu);
+    assert_views_equal_the_software_renderers(&gpu);
 }
 
 #[test]
-fn golden_views_are_the_software_renderers_on_gl() {
+fn golden_views_equal_the_software_renderers_on_gl() {
     let Some(gpu) = or_skipped(GpuRenderer::open_gl()) else { return };
     println!("on {}", gpu.facts());
     assert_eq!(gpu.facts().backend, "gl");
-    views_are_the_software_renderers(&gpu);
+    assert_views_equal_the_software_renderers(&gpu);
 }
 
-fn views_are_the_software_renderers(gpu: &GpuRenderer) {
+fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
     let session = &*SESSION;
     let mut failures = Vec::new();
     for (name, request) in compared_views() {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         let drawn = match gpu.render(&plan, session.library(), false) {
-            // GL cannot blend 32-bit floats here; the session then draws in software.
+            // GL cannot blend 32-bit floats on this machine; the session then draws in software.
             Err(GpuError::NotDrawn(why))
                 if ["night-sky", "halley", "milky-way", "dome-dusk"].contains(&name) && gpu.facts().backend == "gl" =>
             {
@@ -93,7 +93,7 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
         let (drawn, soft) = (picture(drawn), picture(soft));
         let d = soft.difference(&drawn).expect("one size");
         println!("{name}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-        if far(&d) {
+        if exceeds_bounds(&d) {
             failures.push(format!("{name}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
         }
         // Negative control: half a stop more light is another picture.
@@ -103,14 +103,14 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
             let exposure = f32::from_le_bytes(tone_map.uniform_bytes[..4].try_into().expect("four bytes"));
             tone_map.uniform_bytes[..4].copy_from_slice(&(1.4 * exposure).to_le_bytes());
             let (other, _) = gpu.render(&brighter, session.library(), false).expect("drawn");
-            assert!(far(&soft.difference(&picture(other)).expect("one size")), "half a stop is not seen");
+            assert!(exceeds_bounds(&soft.difference(&picture(other)).expect("one size")), "half a stop is not detected");
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]
-fn every_pair_of_key_values_is_the_software_renderers() {
+fn every_pair_of_key_values_equals_the_software_renderers() {
     let Some(gpu) = gpu() else { return };
     let library = ShaderLibrary::in_memory(lowering());
     let software = SoftwareRenderer::new(Options::default()).expect("starts");
@@ -156,9 +156,10 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     assert_eq!(
         session.presenter_choice(None, DisplayPreference::Device),
         PresenterChoice::Unchanged,
-        "a window would wait for what its frames need"
+        "a window would wait for the pipelines of its frames"
     );
-    // These are compiled beside a window's picture. Presented by llvmpipe, a window would wait for each picture, so that is only done on request.
+    // These pipelines are compiled while the window's picture is drawn. If llvmpipe presented, a window would wait for each picture, so that device presents only on
+    // request.
     session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
     let mut looks = 0;
     while session.presenter_choice(None, DisplayPreference::Device) == PresenterChoice::Unchanged {
@@ -174,7 +175,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     assert_eq!(after.by.renderer, "software");
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device draws");
     let d = picture(before.frame).difference(&picture(after.frame)).expect("one size");
-    assert!(!far(&d), "another view: mean {}, 99.9 % {}", d.mean, d.p999);
+    assert!(!exceeds_bounds(&d), "another view: mean {}, 99.9 % {}", d.mean, d.p999);
     draw();
     let said = said.lock().expect("not poisoned");
     assert!(said.len() == 1 && said[0].contains("lost") && said[0].contains("drawing in software"), "{said:?}");
@@ -199,7 +200,7 @@ fn a_window_never_blocks_on_shader_compilation() {
         }
         assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
     };
-    assert!(!far(&picture(first.frame).difference(&picture(later.frame)).expect("one size")));
+    assert!(!exceeds_bounds(&picture(first.frame).difference(&picture(later.frame)).expect("one size")));
     assert!(said.lock().expect("not poisoned").is_empty());
 }
 
@@ -216,11 +217,12 @@ fn a_window_never_waits_for_background_pictures() {
         frames += 1;
         assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
     }
-    // Several bodies without compiled pipelines: the driver takes its time to compile.
-    let aside = ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
-    session.plan(&aside, SAMPLING).expect("planned");
+    // Several bodies without compiled pipelines, so that the driver needs time to compile.
+    let background =
+        ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
+    session.plan(&background, SAMPLING).expect("planned");
     let (by, meanwhile) = std::thread::scope(|scope| {
-        let drawing = scope.spawn(|| session.draw_in_background(&aside, SAMPLING, false).expect("drawn").by.renderer);
+        let drawing = scope.spawn(|| session.draw_in_background(&background, SAMPLING, false).expect("drawn").by.renderer);
         let mut meanwhile = 0;
         while !drawing.is_finished() {
             prompt();
@@ -229,8 +231,8 @@ fn a_window_never_waits_for_background_pictures() {
         (drawing.join().expect("no panic"), meanwhile)
     });
     assert_eq!(by, "gpu");
-    // A waiting window gets one or two: before the other began and after its end.
-    assert!(meanwhile > 2, "{meanwhile} pictures while another was drawn aside");
+    // A window that waited would get only one or two pictures: before the background picture began and after its end.
+    assert!(meanwhile > 2, "{meanwhile} pictures while another was drawn in the background");
     assert!(said.lock().expect("not poisoned").is_empty());
 }
 
@@ -241,20 +243,20 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     }
     let (session, said, _cache) = session(RendererPreference::Software);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let by = |s: &Session| s.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
-    assert_eq!((by(&session), session.readiness()), ("software", Readiness::Settled));
+    let renderer_used = |s: &Session| s.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
+    assert_eq!((renderer_used(&session), session.readiness()), ("software", Readiness::Settled));
     session.set_renderer_preference(RendererPreference::Gpu);
-    assert_eq!(by(&session), "software", "nobody waits for a compiler");
+    assert_eq!(renderer_used(&session), "software", "the window must not wait for a compiler");
     while session.readiness() == Readiness::Preparing {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    assert_eq!((session.readiness(), by(&session)), (Readiness::JustReady, "gpu"));
+    assert_eq!((session.readiness(), renderer_used(&session)), (Readiness::JustReady, "gpu"));
     assert_eq!(session.readiness(), Readiness::Settled);
     session.set_renderer_preference(RendererPreference::Software);
-    assert_eq!(by(&session), "software");
+    assert_eq!(renderer_used(&session), "software");
     // A session that is dropped while a driver compiles waits for the driver.
     session.set_renderer_preference(RendererPreference::Gpu);
-    assert_eq!(by(&session), "software");
+    assert_eq!(renderer_used(&session), "software");
     drop(session);
     assert!(said.lock().expect("not poisoned").is_empty());
 }
@@ -282,7 +284,7 @@ fn nothing_is_uploaded_twice_and_memory_does_not_grow() {
     // The scenes differ in time and effects, and need nothing new any more.
     for turn in 0..4 {
         let again = round();
-        assert_eq!(again.iter().sum::<u64>(), 0, "turn {turn} sends again: {again:?}");
+        assert_eq!(again.iter().sum::<u64>(), 0, "turn {turn} uploads again: {again:?}");
         assert_eq!(gpu.resource_use(), held, "bytes of textures and number of pipelines, turn {turn}");
     }
 }
@@ -301,7 +303,7 @@ fn the_gpu_refuses_an_unsupported_plan_and_draws_the_next() {
     bare.passes[0].draws.iter_mut().for_each(|d| d.textures.clear());
     let refused = gpu.render(&bare, session.library(), false).expect_err("a map is missing");
     assert!(matches!(&refused, GpuError::Draw { what, .. } if what.contains("not supplied")), "{refused}");
-    gpu.render(&plan, session.library(), false).expect("the device is none the worse");
+    gpu.render(&plan, session.library(), false).expect("the device still works after a refused plan");
 }
 
 /// Resident memory of this process, bytes; `None` if the system does not report it.

@@ -1,7 +1,7 @@
-//! Maps at the poles: no map of the catalog, after the pole filter, has a star of streaks, a cone or a dot there.
+//! Maps at the poles: after the pole filter, no map of the catalog has radial streaks, a cone or a dot at a pole.
 //!
 //! Measure of streaks: in a band of latitude, the ratio of the energy of differences along the rows to that across them, per angle. For a function that is
-//! smooth at a pole, terms r^p cos(m phi) with p >= m make it at most 1; a map with white noise in texels has 1/cos² of the latitude.
+//! smooth at a pole, terms r^p cos(m phi) with p >= m, it is at most 1; for a map with white noise in its texels it is 1/cos² of the latitude.
 
 use crate::support::session::SESSION;
 use orrery::catalog::{Body, Catalog, Map, NaifId};
@@ -25,7 +25,7 @@ fn maps(b: &Body) -> Vec<(MapRole, &Map)> {
     of.chain(b.clouds.as_ref().map(|c| (MapRole::Clouds, &c.map))).collect()
 }
 
-/// Rows of one hemisphere from the pole on, in levels of 255; slopes as vectors in one frame over the pole.
+/// Rows of one hemisphere from the pole outwards, in levels of 255; slopes are rotated into a common frame above the pole.
 fn rows(map: &Texture, north: bool, slopes: bool) -> Vec<Vec<[f64; 3]>> {
     let level = &map.levels[0];
     let (w, h) = (level.width as usize, level.height as usize);
@@ -46,7 +46,7 @@ fn rows(map: &Texture, north: bool, slopes: bool) -> Vec<Vec<[f64; 3]>> {
     (0..h / 4).map(row).collect()
 }
 
-/// Ratio of the energy along rows to that across rows between two latitudes; differences of one level are rounding and ignored.
+/// Ratio of the energy along rows to that across rows between two latitudes. Differences of one level are rounding and are ignored.
 fn along_over_across(rows: &[Vec<[f64; 3]>], from_deg: f64, to_deg: f64) -> f64 {
     let height = rows.len() * 4;
     let lat = |k: usize| (0.5 - (k as f64 + 0.5) / height as f64) * PI;
@@ -59,11 +59,11 @@ fn along_over_across(rows: &[Vec<[f64; 3]>], from_deg: f64, to_deg: f64) -> f64 
         along += cos * (0..w).map(|x| seen(&row[x], &row[(x + 1) % w])).sum::<f64>() / w as f64 / (step * step);
         across += cos * (0..w).map(|x| seen(&row[x], &next[x])).sum::<f64>() / w as f64;
     }
-    // A difference of one level is invisible.
+    // A constant of 0.5 regularises the ratio, since a difference of one level is invisible.
     along / (across + 0.5)
 }
 
-/// The ratio is at most 2 for the maps here; for Janus, painted with rays that are long on the sphere, 3.4.
+/// The ratio is at most 2 for the shipped maps, except Janus, painted with rays that are long on the sphere: 3.4.
 const MOST: f64 = 3.6;
 const BANDS: [(f64, f64); 4] = [(60.0, 72.0), (72.0, 80.0), (80.0, 85.0), (85.0, 90.0)];
 
@@ -78,8 +78,8 @@ fn no_map_has_streaks_around_its_poles() {
             let of_file = raw.get(&map.file, reading.format).expect("a map");
             let mut worst: f64 = 0.0;
             for north in [true, false] {
-                let of = |t: &Texture| rows(t, north, reading.poles == PoleFilter::Slopes);
-                let (drawn, of_file) = (of(&drawn), of(&of_file));
+                let hemisphere = |t: &Texture| rows(t, north, reading.poles == PoleFilter::Slopes);
+                let (drawn, of_file) = (hemisphere(&drawn), hemisphere(&of_file));
                 for (from, to) in BANDS {
                     let ratio = along_over_across(&drawn, from, to);
                     assert!(ratio < MOST, "{} between {from} and {to} degrees (north: {north}): {ratio:.2}", map.file);
@@ -89,10 +89,10 @@ fn no_map_has_streaks_around_its_poles() {
             streaked += i32::from(worst > MOST);
         }
     }
-    assert!(streaked > 20, "the files themselves have streaks that this measure sees: {streaked}");
+    assert!(streaked > 20, "the unfiltered files must have streaks that the measure detects: {streaked}");
 }
 
-/// No cone: slopes towards or away from the pole have no mean on small circles beyond their spread and the mean of rows at 80 degrees.
+/// No cone: the mean slope towards or away from the pole on small circles is at most half the spread of rows near 80 degrees, plus two levels.
 #[test]
 fn no_relief_slopes_towards_its_pole_from_all_sides() {
     for body in Catalog::embedded().bodies() {
@@ -118,14 +118,14 @@ fn no_relief_slopes_towards_its_pole_from_all_sides() {
     }
 }
 
-/// A pixel on the pole itself matches its neighbours: it is not read from a coarser mip level.
+/// A pixel on the pole matches its neighbours: it is not read from a coarser mip level.
 #[test]
 fn no_map_has_a_dot_at_its_pole() {
     let time = Instant::parse("2025-01-10T00:00:00Z").expect("a time");
-    let mut told = 0;
+    let mut marked_poles = 0;
     for body in Catalog::embedded().bodies().iter().filter(|b| b.maps.albedo.is_some() && b.id != NaifId::SUN) {
         for north in [1.0, -1.0] {
-            // So near that a texel spans several pixels, between which the ground is smooth.
+            // So close that a texel spans several pixels, between which the ground is smooth.
             let height_km = 0.05 * body.radii_km.z;
             let request = ViewRequest {
                 width: 41,
@@ -149,11 +149,11 @@ fn no_map_has_a_dot_at_its_pole() {
             let spread = |v: &[f32]| v.iter().map(|x| (x - mean(v)).abs()).fold(0.0, f32::max);
             let (near, far) = (ring(2), ring(6));
             let off = (at(20, 20) - mean(&near)).abs();
-            // Continuous with the ground around it: within a fraction of the change over the next pixels, or a hundredth.
+            // Continuous with the surrounding ground: the difference is within a fraction of the change over the next pixels, or a hundredth.
             let allowed = 0.02 * mean(&near) + spread(&near) + (mean(&far) - mean(&near)).abs();
             assert!(off <= allowed, "{} at {}: {off} beside {}, allowed {allowed}", body.name, 90.0 * north, mean(&near));
-            told += i32::from(spread(&far) > 0.0);
+            marked_poles += i32::from(spread(&far) > 0.0);
         }
     }
-    assert!(told > 30, "{told} poles have any marks");
+    assert!(marked_poles > 30, "{marked_poles} poles have visible features");
 }

@@ -1,18 +1,18 @@
-//! The shipped maps: total size within the budget, resolution as stated, orientation checked by known places, colours as published.
+//! The shipped maps: total size within the budget, resolution as stated, orientation checked at known features, colours as published.
 
 use orrery::catalog::{Catalog, InventedRelief, NaifId};
 use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, PoleFilter, TexelFormat, Texture};
 
-/// Mean over a square of `half` degrees around a place, longitude 0 at the map's centre and east to the right; bytes by `decode`.
+/// Mean over a square of `half` degrees around a position; longitude 0 is at the map's centre and east to the right; `decode` converts bytes.
 fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
     let level = &map.levels[0];
     let (w, h) = (f64::from(level.width), f64::from(level.height));
     let lon = (lon + 180.0).rem_euclid(360.0) - 180.0;
     let (x, y) = ((0.5 + lon / 360.0) * w, (0.5 - lat / 180.0) * h);
-    let reach = (half / 180.0 * h).max(0.5);
+    let half_px = (half / 180.0 * h).max(0.5);
     let (mut sum, mut count) = ([0.0; 3], 0.0);
-    for row in (y - reach) as i64..=(y + reach) as i64 {
-        for column in (x - reach) as i64..=(x + reach) as i64 {
+    for row in (y - half_px) as i64..=(y + half_px) as i64 {
+        for column in (x - half_px) as i64..=(x + half_px) as i64 {
             let row = row.clamp(0, i64::from(level.height) - 1);
             let at = (row * i64::from(level.width) + column.rem_euclid(i64::from(level.width))) as usize * 4;
             for (total, byte) in sum.iter_mut().zip(&level.bytes[at..]) {
@@ -58,7 +58,7 @@ fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
             assert_eq!(store.origin(&m.file), MapOrigin::Embedded, "{}: {}", b.name, m.file);
         }
     }
-    // The widths in the catalog are those of the files; they decide where procedural detail begins.
+    // The widths in the catalog equal those of the files; they determine where procedural detail begins.
     let mut stated = 0;
     for b in Catalog::embedded().bodies() {
         let cloud_map = b.clouds.as_ref().map(|c| &c.map);
@@ -93,7 +93,7 @@ fn gains_bring_each_map_to_its_published_colour() {
     assert!((raw[0] / mercury.target_mean_colour()[0] - 1.0).abs() > 0.1, "the raw map is stylised: without its gain this test must fail");
 }
 
-/// Mean of eight squares on a circle of `r` degrees around a place.
+/// Mean of eight squares on a circle of `r` degrees around a position.
 fn around(m: &Texture, lat: f64, lon: f64, r: f64, value: impl Fn(&Texture, f64, f64) -> f64) -> f64 {
     let ring = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
     ring.map(|a| value(m, lat + r * a.sin(), lon + r * a.cos() / lat.to_radians().cos())).sum::<f64>() / 8.0
@@ -105,11 +105,11 @@ fn ratio(m: &Texture, lat: f64, lon: f64, over: [usize; 2]) -> f64 {
     c[over[0]] / c[over[1]]
 }
 
-/// `holds` is true at the place, and nowhere that a mirrored or rotated map would show it.
-fn only_here(lat: f64, lon: f64, what: &str, holds: impl Fn(f64, f64) -> bool) {
+/// Asserts that `holds` is true at the position, and false wherever a mirrored or rotated map would show the feature.
+fn assert_only_here(lat: f64, lon: f64, what: &str, holds: impl Fn(f64, f64) -> bool) {
     assert!(holds(lat, lon), "{what} is missing at {lat} N, {lon} E");
     for (y, x) in [(lat, -lon), (-lat, lon), (lat, lon + 180.0)] {
-        assert!(!holds(y, x), "{what} shows at {y} N, {x} E too");
+        assert!(!holds(y, x), "{what} is visible at {y} N, {x} E too");
     }
 }
 
@@ -117,19 +117,19 @@ fn only_here(lat: f64, lon: f64, what: &str, holds: impl Fn(f64, f64) -> bool) {
 fn the_moon_shows_tycho_and_mare_crisium() {
     let moon = map("moon.jpg");
     let bright = |m: &Texture, y, x| brightness(m, y, x, 1.5);
-    only_here(-43.3, 348.6, "Tycho", |y, x| brightness(&moon, y, x, 1.5) > 1.15 * around(&moon, y, x, 10.0, bright));
-    only_here(17.0, 59.1, "Mare Crisium", |y, x| brightness(&moon, y, x, 2.0) < 0.42 * around(&moon, y, x, 13.0, bright));
+    assert_only_here(-43.3, 348.6, "Tycho", |y, x| brightness(&moon, y, x, 1.5) > 1.15 * around(&moon, y, x, 10.0, bright));
+    assert_only_here(17.0, 59.1, "Mare Crisium", |y, x| brightness(&moon, y, x, 2.0) < 0.42 * around(&moon, y, x, 13.0, bright));
 }
 
 #[test]
 fn mars_shows_olympus_mons_valles_marineris_and_syrtis_major() {
     let mars = map("mars.jpg");
     let bright = |m: &Texture, y, x| brightness(m, y, x, 1.0);
-    // Dust on the summit, a darker ring of lava and aureole at 350 to 550 km.
-    only_here(18.65, 226.2, "Olympus Mons", |y, x| brightness(&mars, y, x, 1.2) > 1.25 * around(&mars, y, x, 7.0, bright));
+    // Dust on the summit, a darker ring of lava and aureole deposits at 350 to 550 km.
+    assert_only_here(18.65, 226.2, "Olympus Mons", |y, x| brightness(&mars, y, x, 1.2) > 1.25 * around(&mars, y, x, 7.0, bright));
     // A trough 1000 km long from west to east: the north wall slopes to the south, the south wall to the north.
     let normal = linear_map("mars_normal.jpg");
-    only_here(-13.0, 300.0, "Valles Marineris", |y, x| {
+    assert_only_here(-13.0, 300.0, "Valles Marineris", |y, x| {
         let wall = |side: f64| (-4..=4).map(|k| slope(&normal, y + 1.5 * side, x + f64::from(k), 0.4)[1]).sum::<f64>() / 9.0;
         wall(1.0) - wall(-1.0) < -0.06
     });
@@ -149,13 +149,13 @@ fn mars_shows_olympus_mons_valles_marineris_and_syrtis_major() {
 fn jupiter_shows_the_great_red_spot_white_zones_and_brown_belts() {
     let jupiter = map("jupiter.jpg");
     let red = |m: &Texture, y, x| ratio(m, y, x, [0, 2]);
-    only_here(-21.0, 312.0, "the Great Red Spot", |y, x| red(&jupiter, y, x) > 1.5 * around(&jupiter, y, x, 20.0, red));
+    assert_only_here(-21.0, 312.0, "the Great Red Spot", |y, x| red(&jupiter, y, x) > 1.5 * around(&jupiter, y, x, 20.0, red));
     let gain = Catalog::embedded().body(NaifId(599)).unwrap().maps.albedo.as_ref().unwrap().gain;
     let zonal = |y: f64| -> [f64; 3] {
         std::array::from_fn(|c| (0..72).map(|k| mean_colour(&jupiter, y, f64::from(k) * 5.0, 1.5)[c] * gain[c]).sum::<f64>() / 72.0)
     };
     let (zone, belt) = (zonal(3.0), zonal(13.0));
-    // Cream: blue a little under green, red with green. Brown-orange: red over green over blue.
+    // Cream: blue slightly below green, red equal to green. Brown-orange: red above green above blue.
     assert!((0.8..0.97).contains(&(zone[2] / zone[1])) && (zone[0] / zone[1] - 1.0).abs() < 0.06, "zone {zone:?}");
     assert!(belt[0] > 1.1 * belt[1] && belt[1] > 1.3 * belt[2] && belt[1] < 0.75 * zone[1], "belt {belt:?}");
 }
@@ -176,17 +176,17 @@ fn saturn_is_pale_gold_from_pole_to_pole() {
 fn io_shows_pele() {
     let io = map("io.jpg");
     let red = |m: &Texture, y, x| ratio(m, y, x, [0, 1]);
-    only_here(-18.7, 104.7, "Pele", |y, x| around(&io, y, x, 13.0, red) > 1.08 * around(&io, y, x, 35.0, red));
+    assert_only_here(-18.7, 104.7, "Pele", |y, x| around(&io, y, x, 13.0, red) > 1.08 * around(&io, y, x, 35.0, red));
 }
 
 #[test]
-fn europa_callisto_iapetus_pluto_and_ceres_show_their_marks() {
+fn europa_callisto_iapetus_pluto_and_ceres_show_their_features() {
     let bright = |m: &Texture, y, x| brightness(m, y, x, 1.5);
     let europa = map("europa.jpg");
     assert!(brightness(&europa, -25.2, 88.6, 2.0) > 1.05 * around(&europa, -25.2, 88.6, 15.0, bright), "Pwyll");
     let callisto = map("callisto.jpg");
-    only_here(14.7, 304.0, "Valhalla", |y, x| brightness(&callisto, y, x, 3.0) > 1.3 * around(&callisto, y, x, 25.0, bright));
-    // Cassini Regio covers the leading side about 90 W; poles and trailing side are bright.
+    assert_only_here(14.7, 304.0, "Valhalla", |y, x| brightness(&callisto, y, x, 3.0) > 1.3 * around(&callisto, y, x, 25.0, bright));
+    // Cassini Regio covers the leading side around 90 W; poles and trailing side are bright.
     let iapetus = map("iapetus.jpg");
     let pole = brightness(&iapetus, 85.0, -90.0, 3.0);
     let dark = |x: f64| brightness(&iapetus, 0.0, x, 10.0) * 5.0 < brightness(&iapetus, 0.0, -x, 10.0).min(pole);
@@ -195,7 +195,7 @@ fn europa_callisto_iapetus_pluto_and_ceres_show_their_marks() {
     let sputnik = |y: f64, x: f64| brightness(&pluto, y, x, 6.0) > 1.35 * around(&pluto, y, x, 35.0, bright);
     assert!(sputnik(25.0, 175.0) && !sputnik(-25.0, 175.0) && !sputnik(25.0, -5.0), "Sputnik Planitia");
     let ceres = map("ceres.jpg");
-    only_here(19.8, 239.3, "Occator", |y, x| brightness(&ceres, y, x, 0.5) > 3.0 * around(&ceres, y, x, 8.0, bright));
+    assert_only_here(19.8, 239.3, "Occator", |y, x| brightness(&ceres, y, x, 0.5) > 3.0 * around(&ceres, y, x, 8.0, bright));
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn the_earth_has_its_continents() {
     );
 }
 
-/// Water is dark whatever codes its depth or its silt has in the source: none reflects a tenth of the light.
+/// Water is dark, however the source encodes its depth or silt: its albedo is below a tenth everywhere.
 #[test]
 fn no_lake_or_shallow_sea_glows() {
     let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
@@ -226,7 +226,7 @@ fn no_lake_or_shallow_sea_glows() {
     for lat in -60..=60 {
         for lon in (-180..180).filter(|lon| brightness(&water, f64::from(lat), f64::from(*lon), 0.3) > 0.9) {
             let c = mean_colour(&earth, f64::from(lat), f64::from(lon), 0.1);
-            // Sea ice is white: as red as it is blue.
+            // Skip sea ice, which is white: as red as blue.
             if c[2] > 1.3 * c[0] {
                 most = most.max(c[1] * gain[1]);
             }
@@ -235,9 +235,10 @@ fn no_lake_or_shallow_sea_glows() {
     assert!(most < 0.1, "{most}");
 }
 
-/// Each map has a row in the list of sources; maps made here are declared as invented in the catalog, and so are those that a source partly invents.
+/// Each map has a row in the list of sources; maps made for this program, and maps whose source is partly invented, are declared as invented in the
+/// catalog.
 #[test]
-fn every_map_has_its_source_and_invented_ones_say_so() {
+fn every_map_has_its_source_and_invented_maps_are_declared() {
     let readme = include_str!("../../textures/README.md");
     let row_of = |file: &str| {
         let stem = file.trim_end_matches(".jpg");
@@ -260,13 +261,13 @@ fn every_map_has_its_source_and_invented_ones_say_so() {
     assert!(row_of("vulcan.jpg").is_none());
 }
 
-/// Craters are bowls inside raised rims, for walls of every orientation: both channels of the normal map have the right sign and place.
+/// Craters are bowls inside raised rims, for walls of every orientation: both channels of the normal map have the right sign and position.
 #[test]
 fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
     let normal = linear_map("moon_normal.jpg");
-    // Copernicus, Tycho, Langrenus, Plato: places and half diameters in degrees by the IAU gazetteer.
+    // Copernicus, Tycho, Langrenus, Plato: positions and half diameters in degrees from the IAU gazetteer.
     let craters = [(9.62, 339.92, 1.58), (-43.3, 348.6, 1.4), (-8.9, 61.1, 2.1), (51.6, 350.7, 1.65)];
-    // Outward slope beyond the rim less that within, by the east-west or the north-south part alone.
+    // Outward slope outside the rim minus outward slope inside, from the east-west or the north-south component alone.
     let relief = |axis: usize, flip_lat: f64, flip_lon: f64| {
         let lean = |lat: f64, lon: f64, d: f64| {
             let ring = (0..32).map(|k| f64::from(k) * std::f64::consts::PI / 16.0);
@@ -303,6 +304,6 @@ fn the_users_folder_takes_precedence_and_a_missing_map_is_named() {
     let colour = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None };
     store.prefetch(&[("own.jpg", colour), ("vulcan.jpg", colour)]);
     std::fs::remove_file(folder.path().join("own.jpg")).unwrap();
-    assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was brought before its file went");
+    assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was loaded before its file was removed");
     assert!(store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).is_err());
 }

@@ -23,7 +23,7 @@ fn files_below(dir: &Path, extensions: &[&str], out: &mut Vec<PathBuf>) {
 
 /// Compares violations with the lines `RULE: VIOLATION` of tolerated.txt: new violations, and lines that no longer apply. Both must be empty,
 /// so that the list only shrinks.
-fn beyond(rule: &str, found: &[String], tolerated: &str) -> Vec<String> {
+fn list_changes(rule: &str, found: &[String], tolerated: &str) -> Vec<String> {
     let tolerated: Vec<&str> = tolerated.lines().filter_map(|l| l.strip_prefix(rule)?.strip_prefix(": ")).collect();
     let new = found.iter().filter(|f| !tolerated.contains(&f.as_str())).map(|f| format!("new breach: {rule}: {f}"));
     let gone =
@@ -34,16 +34,16 @@ fn beyond(rule: &str, found: &[String], tolerated: &str) -> Vec<String> {
 /// Fails unless a rule finds exactly the violations that tests/project/tolerated.txt lists for it.
 fn only_tolerated(rule: &str, found: &[String]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/project/tolerated.txt");
-    let beyond = beyond(rule, found, &std::fs::read_to_string(path).expect("the list"));
-    assert!(beyond.is_empty(), "{}", beyond.join("\n"));
+    let list_changes = list_changes(rule, found, &std::fs::read_to_string(path).expect("the list"));
+    assert!(list_changes.is_empty(), "{}", list_changes.join("\n"));
 }
 
 #[test]
 fn the_list_of_tolerated_violations_only_shrinks() {
     let found = ["a".to_owned(), "b".to_owned()];
-    assert!(beyond("long", &found, "# head\nlong: b\nlong: a\nwide: c\n").is_empty());
-    assert_eq!(beyond("long", &found, "long: a\nwide: b"), ["new breach: long: b"]);
-    assert_eq!(beyond("long", &found[..1], "long: a\nlong: b"), ["mended, strike it from tolerated.txt: long: b"]);
+    assert!(list_changes("long", &found, "# head\nlong: b\nlong: a\nwide: c\n").is_empty());
+    assert_eq!(list_changes("long", &found, "long: a\nwide: b"), ["new breach: long: b"]);
+    assert_eq!(list_changes("long", &found[..1], "long: a\nlong: b"), ["mended, strike it from tolerated.txt: long: b"]);
 }
 
 /// Files that a table of tests/README.md names: `folder/file`, `folder/{a,b}` and `folder/*`.

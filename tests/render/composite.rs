@@ -1,7 +1,7 @@
-//! Pictures of several frames: where directions fall in domes and whole spheres, seams, stereo disparity, and warps.
+//! Pictures composed of several frames: positions of directions in domes and full spheres, seams, stereo disparity, and warps.
 //!
-//! Outside references: tests/data/stars_public.json (skyfield 1.55 on JPL DE440) for directions; the projections' own formulas, written out here; the spectra of
-//! Sanders & McAllister 2003 for the anaglyph. A star's place has the tolerance of tests/scene/stars.rs, 0.1 pixel.
+//! External references: tests/data/stars_public.json (skyfield 1.55 on JPL DE440) for directions; the projections' formulas, written out here; the spectra of Sanders &
+//! McAllister 2003 for the anaglyph. The position of a star has the tolerance of tests/scene/stars.rs, 0.1 pixel.
 
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec2, DVec3};
@@ -35,7 +35,7 @@ fn composed(projection: Projection, request: ViewRequest) -> ViewRequest {
     ViewRequest { composition: Composition { projection, ..Composition::default() }, ..request }
 }
 
-/// Along a direction from beside the Earth, celestial north up, in linear light.
+/// A view along a direction from a point near the Earth, celestial north up, in linear light.
 fn along(direction: DVec3, at: Instant) -> ViewRequest {
     ViewRequest {
         target: None,
@@ -64,9 +64,9 @@ struct Cases {
     cases: Vec<Case>,
 }
 
-/// Every star of the reference has a sprite where the projection's formula has its direction; 2 pixels beside most have none.
+/// Every star of the reference has a sprite where the projection's formula puts its direction; most displaced positions have none.
 #[test]
-fn directions_of_a_dome_and_a_sphere_are_those_of_the_reference() {
+fn directions_in_domes_and_spheres_agree_with_the_reference() {
     let cases = serde_json::from_str::<Cases>(include_str!("../data/stars_public.json")).expect("the table").cases;
     let (mut worst, mut beside, mut seen) = (0.0_f64, 0, 0);
     for of_view in cases.chunk_by(|a, b| (a.direction, &a.time) == (b.direction, &b.time)) {
@@ -84,7 +84,7 @@ fn directions_of_a_dome_and_a_sphere_are_those_of_the_reference() {
             let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan_y * w / h, (1.0 - 2.0 * case.y / h) * tan_y);
             let hip = case.star[4..].parse().expect("a number");
             let star = SESSION.catalog().stars().hip(hip).copied().expect("in the catalogue");
-            // Of a star behind the camera the reference has the opposite direction.
+            // For a star behind the camera the reference gives the opposite direction.
             let ahead = star.direction.dot(look) > 0.0;
             if !ahead {
                 continue;
@@ -99,7 +99,7 @@ fn directions_of_a_dome_and_a_sphere_are_those_of_the_reference() {
                 let half = DVec2::new(f64::from(scene.camera.width), f64::from(scene.camera.height)) / 2.0;
                 let places = || scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half);
                 let nearest = |at: DVec2| places().map(|p| p.distance(at)).fold(f64::MAX, f64::min);
-                // Near a pole a star is a row of sprites.
+                // Near a pole of the projection a star is a row of sprites.
                 if dec.abs() < 0.8 || half.x == half.y {
                     worst = worst.max(nearest(expected));
                     seen += 1;
@@ -110,7 +110,7 @@ fn directions_of_a_dome_and_a_sphere_are_those_of_the_reference() {
     }
     println!("{seen} places, worst {worst:.4} pixels; {beside} beside");
     assert!(seen >= 50 && worst < TOLERANCE_PX, "{seen} {worst}");
-    assert!(beside < seen / 5, "any place would do: {beside} of {seen}");
+    assert!(beside < seen / 5, "any position would pass: {beside} of {seen}");
 }
 
 fn session_of_regulus() -> (Session, tempfile::TempDir) {
@@ -121,7 +121,7 @@ fn session_of_regulus() -> (Session, tempfile::TempDir) {
     (Session::open(&sources, |line| panic!("{line}")).expect("opens"), folder)
 }
 
-/// A star's image anywhere in a dome or a sphere: its centroid is the direction's place, and its light times the pixel's solid angle is the star's.
+/// The image of a star anywhere in a dome or a sphere: its centroid is at its direction's position, and its light times the pixel's solid angle equals the star's.
 #[test]
 fn a_star_keeps_its_place_and_light_in_every_projection() {
     let (session, _folder) = session_of_regulus();
@@ -152,17 +152,17 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
             let direction = orrery::ephemeris::apparent::aberrated(star.direction, velocity);
             let (in_axes, picture) = (faces.picture.in_axes(direction), &faces.picture);
             let expected = picture.pixel(in_axes).expect("in the picture");
-            // The other planets are points too: the star alone is counted.
+            // Remove the other planets, which are points too, and count the star alone.
             let drawn = draw(&session, &request, true);
             let (mut sum, mut moment) = (0.0, DVec2::ZERO);
-            let reach = 8.0 + if projection == Projection::Fisheye { 0.0 } else { picture.pixel_sr_and_stretch(in_axes).1 };
+            let reach_px = 8.0 + if projection == Projection::Fisheye { 0.0 } else { picture.pixel_sr_and_stretch(in_axes).1 };
             for (y, x) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (y, x))) {
                 let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let mut from = at - expected;
                 if projection == Projection::Equirectangular {
                     from.x -= 600.0 * (from.x / 600.0).round();
                 }
-                if from.x.abs() < reach && from.y.abs() < 8.0 {
+                if from.x.abs() < reach_px && from.y.abs() < 8.0 {
                     let light = f64::from(drawn.frame.hdr[(y * size.0 + x) as usize][1]);
                     sum += light;
                     moment += from * light;
@@ -176,18 +176,18 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
     }
 }
 
-/// The Sun's disc, drawn in the faces and resampled, on seams, corners and away from them.
+/// The Sun's disc, drawn in the faces and resampled, at seams, at corners and elsewhere.
 #[test]
-fn a_disc_on_a_seam_stands_where_it_should() {
+fn a_disc_on_a_seam_is_at_its_position() {
     let at = time("2024-04-08T18:17:16Z");
     let radius_km = SESSION.catalog().body(NaifId::SUN).expect("the Sun").radii_km.x;
     let mut worst = 0.0_f64;
     for (angle, turn) in [(0.0, 0.0), (30.0, 0.3), (45.0, 0.0), (45.0, FRAC_PI_2), (54.7, 0.785), (45.0, 2.0), (80.0, 0.1), (100.0, 1.0)] {
         let angle = f64::to_radians(angle);
-        // The Sun in the picture's axes, seen from 40 radii along ICRF -x; the axes turn instead.
+        // The Sun's direction in the picture's axes. The camera stays on ICRF -x; the picture's axes are rotated instead.
         let (sin, cos) = angle.sin_cos();
         let seen = DVec3::new(sin * f64::cos(turn), sin * f64::sin(turn), cos);
-        // A rotation whose third row times x is seen.z and so on: any that takes x to `seen`.
+        // Any rotation that maps x to `seen`.
         let from_icrf = DMat3::from_quat(glam::DQuat::from_rotation_arc(DVec3::X, seen));
         let request = ViewRequest {
             position: Position::Offset { body: NaifId::SUN, offset_km: DVec3::NEG_X * 60.0 * radius_km, axes: Axes::Icrf },
@@ -201,7 +201,7 @@ fn a_disc_on_a_seam_stands_where_it_should() {
             exposure: ExposureRequest::Stops(-20.0),
             ..along(DVec3::X, at)
         };
-        // The rows of a rotation are right-handed; the picture looks along its third axis, with x to the right: mirrored.
+        // The rows of a rotation are right-handed, but the picture looks along its third axis with x to the right, so x is mirrored.
         let mirrored = DVec3::new(-seen.x, seen.y, seen.z);
         let drawn = draw(&SESSION, &composed(Projection::Fisheye, request), true);
         let (mut sum, mut moment) = (0.0, DVec2::ZERO);
@@ -221,9 +221,9 @@ fn a_disc_on_a_seam_stands_where_it_should() {
     println!("worst {worst:.4} pixels");
 }
 
-/// The same sphere drawn from a cube that stands 45 degrees otherwise: what was on a seam is in a face's middle, and the pictures agree.
+/// The same sphere drawn from a cube that is rotated by 45 degrees: seams of one are in the middle of a face of the other, and the pictures agree.
 #[test]
-fn seams_do_not_show() {
+fn seams_are_invisible() {
     let at = time("2024-04-08T12:00:00Z");
     let view = |turn_deg: f64| {
         let (sin, cos) = f64::to_radians(turn_deg).sin_cos();
@@ -241,10 +241,11 @@ fn seams_do_not_show() {
     let (first, turned) = (view(0.0), view(45.0));
     let lit = first.iter().filter(|p| p[1] > 40).count();
     assert!(lit > 10_000, "{lit}");
-    // Between 40 degrees north and south the upright edges of the faces stand every 90 degrees: of the first at 45 degrees from the middle, of the turned at 0.
+    // Between 40 degrees north and south the vertical edges of the faces are 90 degrees apart: in the first picture at 45 degrees from the middle, in the rotated one at
+    // 0.
     let (mut on_seams, mut elsewhere) = (Vec::new(), Vec::new());
     for (y, x) in (72..184_usize).flat_map(|y| (0..512_usize).map(move |x| (y, x))) {
-        // 45 degrees are 64 columns; the right ascension grows to the left.
+        // 45 degrees are 64 columns; right ascension increases to the left.
         let (a, b) = (first[y * 512 + x], turned[y * 512 + (x + 64) % 512]);
         if a[1] > 10 {
             let most = (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
@@ -256,14 +257,14 @@ fn seams_do_not_show() {
     let (seams, faces) = (mean(&on_seams), mean(&elsewhere));
     println!("{} pixels on seams differ by {seams:.3} levels, {} others by {faces:.3}", on_seams.len(), elsewhere.len());
     assert!(on_seams.len() > 200 && seams < 1.5 * faces + 0.3 && faces < 3.0, "{seams} {faces}");
-    // The comparison must be able to fail: a column beside.
+    // The comparison must be able to fail: without the shift of 45 degrees the pictures differ.
     let beside: u64 = (0..first.len()).map(|k| u64::from(first[k][1].abs_diff(turned[k][1]))).sum();
     assert!(beside as f64 / first.len() as f64 > 2.0);
 }
 
-/// Points about Jupiter: the disparity of each between the halves of a pair is that of its distance, and the sky's is the pair's own.
+/// Points near Jupiter: the disparity of each between the two pictures of a pair follows from its distance, and that of the sky is the fixed offset of the pair.
 #[test]
-fn disparity_is_that_of_the_geometry() {
+fn disparity_follows_from_the_geometry() {
     let at = time("2024-12-07T20:00:00Z");
     let stereo = Stereo { layout: StereoLayout::SideBySide, eye_separation_km: None };
     let request = ViewRequest {
@@ -298,7 +299,7 @@ fn disparity_is_that_of_the_geometry() {
         far += usize::from(expected > 1.0);
     }
     assert!(near > 5 && far > 5);
-    // In the picture: the moons' points, left and right, by their centroids.
+    // In the picture: centroids of the moons' points, left and right.
     let drawn = draw(&SESSION, &request, false);
     let mut measured = 0;
     for id in [501, 502, 503, 504] {
@@ -310,7 +311,7 @@ fn disparity_is_that_of_the_geometry() {
             for (y, x) in (-7..=7).flat_map(|y| (-7..=7).map(move |x| (y, x))) {
                 let (x, y) = (middle.x as i64 + x, middle.y as i64 + y);
                 let level = drawn.frame.display[(y * 1600 + x) as usize][1];
-                // Linear, and without what is but the sprite's faint rim.
+                // Linear light, without the faint rim of the sprite.
                 let light = if level > 20 { (f64::from(level) / 255.0).powf(2.2) } else { 0.0 };
                 sum += light;
                 moment += DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * light;
@@ -319,7 +320,7 @@ fn disparity_is_that_of_the_geometry() {
         };
         let [l, r] = [in_picture(0, place), in_picture(1, place)];
         let inside = |p: DVec2| p.cmpgt(DVec2::splat(20.0)).all() && p.cmplt(DVec2::splat(780.0)).all();
-        // Beside Jupiter, whose light would be counted.
+        // Skip moons next to Jupiter, whose light would be included.
         if !inside(l) || !inside(r) || l.distance(DVec2::splat(400.0)) < 40.0 {
             continue;
         }
@@ -333,28 +334,28 @@ fn disparity_is_that_of_the_geometry() {
     assert!(measured >= 2, "{measured}");
 }
 
-/// What cannot be a pair is refused with what would do.
+/// Impossible stereo pairs are refused with the values that would work.
 #[test]
 fn eyes_too_far_apart_are_refused() {
     let stereo = |km: f64| Composition {
         stereo: Some(Stereo { layout: StereoLayout::Anaglyph, eye_separation_km: Some(km) }),
         ..Composition::default()
     };
-    let of = |km: f64| {
+    let plan_with_eyes_apart = |km: f64| {
         let request = ViewRequest { composition: stereo(km), ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
         Frames::of(SESSION.catalog(), SESSION.ephemeris(), &request).map(|_| ()).map_err(|e| e.to_string())
     };
-    assert!(of(1000.0).is_ok());
-    assert!(of(1e7).expect_err("too far").contains("at most"));
-    assert!(of(0.0).expect_err("none").contains("more than 0"));
+    assert!(plan_with_eyes_apart(1000.0).is_ok());
+    assert!(plan_with_eyes_apart(1e7).expect_err("too far").contains("at most"));
+    assert!(plan_with_eyes_apart(0.0).expect_err("none").contains("more than 0"));
     let both = Composition { projection: Projection::Fisheye, ..stereo(1000.0) };
     let request = ViewRequest { composition: both, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
     assert!(SESSION.plan(&request, SAMPLING).expect_err("both").to_string().contains("stereo goes with"));
 }
 
-/// The matrix of the anaglyph is the least-squares one of the published spectra: tristimulus values of a CRT's phosphors, bare and behind each filter.
+/// The matrix of the anaglyph is the least-squares solution for the published spectra: tristimulus values of a CRT's phosphors, unfiltered and behind each filter.
 #[test]
-fn the_anaglyph_is_the_least_squares_one() {
+fn the_anaglyph_matrix_is_the_least_squares_solution() {
     let left =
         DMat3::from_cols_array_2d(&[[5.42327, 2.70972, 5.50941e-5], [0.807004, 0.50201, 4.11221e-4], [0.047325, 0.0250529, 2.40686e-3]]);
     let right = DMat3::from_cols_array_2d(&[[0.180431, 0.448214, 0.289201], [1.6395, 6.31551, 2.3925], [2.00309, 1.35757, 11.062]]);
@@ -385,9 +386,9 @@ fn mesh(columns: usize, rows: usize, brightness: f64, place: impl Fn(f64, f64) -
     Arc::new(WarpMesh::parse("mesh", &text).expect("a mesh"))
 }
 
-/// A mesh that moves nothing gives the picture itself, but for the filter; one that mirrors it the mirrored one; brightness 1/2 half of the light.
+/// An identity mesh reproduces the picture, except for filtering; a mirroring mesh gives the mirrored picture; brightness 1/2 gives half the light.
 #[test]
-fn a_warp_moves_the_picture_as_its_mesh_says() {
+fn a_warp_moves_the_picture_according_to_its_mesh() {
     let plain = ViewRequest { width: 240, height: 160, ..ViewRequest::of(NaifId(699), time("2017-05-17T00:00:00Z")) };
     let warped = |mesh: Arc<WarpMesh>| {
         let composition = Composition { warp: Some(mesh), ..Composition::default() };
@@ -414,8 +415,8 @@ fn a_warp_moves_the_picture_as_its_mesh_says() {
     assert!((light(&half) / light(&same) - 0.5).abs() < 0.01, "{}", light(&half) / light(&same));
 }
 
-/// The sky's diffuse light lies behind the stars of a dome, and what lines show stands there once: with the Milky Way a star is as bright as without, and a picture's lines are no more than
-/// those of its faces.
+/// In a dome the sky's diffuse light is behind the stars, and lines are drawn once: with the Milky Way a star is as bright as without, and a picture has no more line
+/// light than its faces have.
 #[test]
 fn the_milky_way_hides_no_star_of_a_dome() {
     let (session, _folder) = session_of_regulus();

@@ -1,10 +1,10 @@
-//! Recorded pictures of about ten views, drawn anew and compared.
+//! Recorded pictures of about ten views, redrawn and compared.
 //!
-//! The software renderer draws with the portable kernels, whose bits do not depend on the machine's vector unit. What may still differ is the
-//! last bit of the system's sine and cosine, which moves an edge by far less than a level, and seldom a texel's choice between neighbours: hence
-//! a mean of 0.3 levels of 255 and 3 levels for 99.9 % of the values. Changes that one sees are larger by an order.
+//! The software renderer uses the portable kernels, whose bits do not depend on the machine's vector unit. Only the last bit of the system's sine and
+//! cosine may differ, which moves an edge by far less than a level and rarely changes a texel's choice between neighbours: hence a mean of 0.3 levels
+//! of 255, and 3 levels for 99.9 % of the values. Visible changes are larger by an order of magnitude.
 //!
-//! A change of the picture that is meant is recorded by `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the pictures before committing.
+//! Record intended changes with `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the pictures before committing.
 
 use crate::support::views::views;
 use glam::DVec3;
@@ -22,10 +22,10 @@ use std::sync::Arc;
 
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
-/// All pictures together.
+/// Limit for all pictures together.
 const MAX_BYTES: u64 = 600_000;
 
-/// A session with a cache of its own, and the renderer whose bits are the same everywhere.
+/// A session with its own cache, and the renderer whose bits are the same on every machine.
 struct RenderWorker {
     session: &'static Session,
     renderer: SoftwareRenderer,
@@ -52,7 +52,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
 }
 
-/// Opaque pictures are kept without alpha, as small as PNG makes them.
+/// Opaque pictures are stored without alpha, with the best PNG compression.
 fn save(picture: &DisplayImage, path: &Path) {
     use image::codecs::png::{CompressionType, FilterType, PngEncoder};
     let rgb: Vec<u8> = picture.rgba.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
@@ -62,11 +62,11 @@ fn save(picture: &DisplayImage, path: &Path) {
     std::fs::write(path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
 }
 
-/// Its picture needs files of its own.
+/// The view whose picture needs files of its own.
 const OWN_DATA: &str = "own-data";
 
-/// Points, outlines and an image of one's own, on the Earth and beside it in the sky.
-fn own_data(studio: &RenderWorker) -> DisplayImage {
+/// Points, outlines and an image supplied by a user, on the Earth and in the sky next to it.
+fn own_data(worker: &RenderWorker) -> DisplayImage {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");
     write(
@@ -114,7 +114,7 @@ fn own_data(studio: &RenderWorker) -> DisplayImage {
         height: 128,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-20T12:07:00Z").expect("a time"))
     };
-    // Right of the limb and above, as the Earth is seen from the Sun's direction.
+    // To the upper right of the limb, as seen from the Sun's direction.
     let tangent = [
         "CTYPE1  = 'RA---TAN'",
         "CTYPE2  = 'DEC--TAN'",
@@ -127,20 +127,20 @@ fn own_data(studio: &RenderWorker) -> DisplayImage {
     ];
     write("sky.fits", &fits(&tangent));
     let (session, _) = crate::support::session::session_over(folder.path());
-    studio.draw_of(&session, &request)
+    worker.draw_of(&session, &request)
 }
 
-fn far(d: &Difference) -> bool {
+fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS
 }
 
-/// `Err` says what is wrong and where the new picture lies.
+/// `Err` describes the difference and gives the path of the new picture.
 fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     let path = folder().join(format!("{name}.png"));
     let bytes = std::fs::read(&path).map_err(|e| format!("{name}: no recorded picture ({e})"))?;
     let golden = DisplayImage::decode(name, &bytes, orrery::image::DEFAULT_MAX_MEGAPIXELS).map_err(|e| e.to_string())?;
     let d = golden.difference(drawn).map_err(|e| format!("{name}: {e}"))?;
-    if !far(&d) {
+    if !exceeds_bounds(&d) {
         return Ok(d);
     }
     let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
@@ -152,13 +152,13 @@ fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
 
 #[test]
 fn views_look_as_recorded() {
-    let studio = RenderWorker::open();
+    let worker = RenderWorker::open();
     let record = std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1");
     let mut failures = Vec::new();
-    let drawn = views().into_iter().map(|(name, request)| (name, studio.draw(&request)));
-    for (name, drawn) in drawn.chain([(OWN_DATA, own_data(&studio))]) {
+    let drawn = views().into_iter().map(|(name, request)| (name, worker.draw(&request)));
+    for (name, drawn) in drawn.chain([(OWN_DATA, own_data(&worker))]) {
         let lit = drawn.rgba.iter().filter(|p| p[..3].iter().any(|v| *v > 30)).count();
-        assert!(lit > 0, "{name}: nothing is there");
+        assert!(lit > 0, "{name}: the picture is black");
         if record {
             std::fs::create_dir_all(folder()).expect("the folder of recorded pictures");
             save(&drawn, &folder().join(format!("{name}.png")));
@@ -170,16 +170,16 @@ fn views_look_as_recorded() {
     }
     assert!(failures.is_empty(), "{}\nmeant? ORRERY_RECORD_GOLDEN=1 cargo test --test main golden", failures.join("\n"));
 
-    // The comparison must be able to fail: Jupiter turns by 36 degrees an hour, and a picture that was never recorded is none.
+    // The comparison must be able to fail: Jupiter rotates by 36 degrees an hour, and a picture that was never recorded is an error.
     let (_, mut request) = views().into_iter().find(|(name, _)| *name == "jupiter").expect("in the table");
     request.time = request.time.plus_seconds(3600.0);
-    let later = studio.draw(&request);
+    let later = worker.draw(&request);
     assert!(compared("jupiter", &later).is_err_and(|e| e.contains("not as recorded")));
     assert!(compared("never-recorded", &later).is_err_and(|e| e.contains("no recorded picture")));
 }
 
-/// Hills and valleys in bands about the axis to the Earth, so that they run along the line of sight at the limb: kilometres.
-fn made_heights() -> Arc<HeightMap> {
+/// Heights in kilometres: hills and valleys in bands around the axis towards the Earth, so that they run along the line of sight at the limb.
+fn generated_heights() -> Arc<HeightMap> {
     const COLUMNS: usize = 720;
     let height = |row: usize, column: usize| {
         let at = |k: usize, of: usize, span: f64| (k as f64 + 0.5) / of as f64 * span;
@@ -192,7 +192,7 @@ fn made_heights() -> Arc<HeightMap> {
     Arc::new(HeightMap::new("made", COLUMNS, km, 0.0, 1737.4).expect("a map"))
 }
 
-/// The last crescent at Dallas, five seconds before the second contact of the mean limb: uneven by hills and valleys, a pixel an arcsecond.
+/// The last crescent at Dallas, five seconds before the second contact of the mean limb, broken up by hills and valleys; a pixel is an arcsecond.
 fn beads() -> ViewRequest {
     let (ra, dec) = (17.7_f64.to_radians(), 7.717_f64.to_radians());
     ViewRequest {
@@ -219,23 +219,23 @@ fn beads_look_as_recorded() {
         let (frame, _) = renderer.render(&plan, crate::support::session::SESSION.library(), false).expect("drawn");
         DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
     };
-    let drawn = draw(Catalog::embedded().with_lunar_heights(Some(made_heights())));
+    let drawn = draw(Catalog::embedded().with_lunar_heights(Some(generated_heights())));
     if std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1") {
         save(&drawn, &folder().join("beads.png"));
     }
     let d = compared("beads", &drawn).unwrap_or_else(|e| panic!("{e}"));
     println!("beads: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-    // The mean limb has an unbroken crescent.
+    // With the mean limb, the crescent is unbroken.
     assert!(compared("beads", &draw(Catalog::embedded())).is_err());
 }
 
 #[test]
-fn the_folder_holds_the_views_and_no_more() {
+fn the_folder_contains_the_views_only() {
     let names: Vec<String> = views().iter().map(|(name, _)| *name).chain(["beads", OWN_DATA]).map(|name| format!("{name}.png")).collect();
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder()).expect("tests/golden") {
         let entry = entry.expect("an entry");
-        assert!(names.contains(&entry.file_name().to_string_lossy().into_owned()), "{:?} is no view of the table", entry.file_name());
+        assert!(names.contains(&entry.file_name().to_string_lossy().into_owned()), "{:?} is not a view of the table", entry.file_name());
         bytes += entry.metadata().expect("metadata").len();
     }
     println!("{bytes} bytes");

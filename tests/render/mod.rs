@@ -1,4 +1,4 @@
-//! Frame plans, and recorded images that both the software renderer and its pair tests draw.
+//! Frame plans, and recorded images that the software renderer must reproduce.
 
 mod composite;
 mod golden;

@@ -1,8 +1,9 @@
-//! Every pair of dimension values, run: each key of the covering set draws the same small body in f32 and in f64.
+//! Every pair of dimension values is drawn: each key of the covering set draws the same small body in f32 and in f64.
 //!
-//! Finite everywhere, no negative light, coverage between 0 and 1, and f32 within half a level of 256 of f64. Failures are gathered.
-//! And each looks as recorded: tests/pairs.png holds a small tile per key, its names in the file. `ORRERY_RECORD_GOLDEN=1 cargo test --test main
-//! permutations` records anew; look at the sheet before committing. Pictures of costs have no tile: they change with every better kernel.
+//! Values must be finite and not negative, coverage between 0 and 1, and f32 within half a level of 256 of f64. Failures are collected. Each
+//! picture must also look as recorded: tests/pairs.png contains a small tile per key, with the keys stored in the file. `ORRERY_RECORD_GOLDEN=1
+//! cargo test --test main permutations` records the sheet; look at it before committing. Pictures of costs have no tile, because every improved
+//! kernel changes them.
 
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
@@ -27,7 +28,7 @@ fn picture(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>
     Ok(frame.hdr)
 }
 
-/// Half a level of 256: what a display can tell.
+/// Half a level of 256: the smallest difference that a display shows.
 const DIFFERENCE: f32 = 1.0 / 512.0;
 
 fn checked(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
@@ -40,9 +41,9 @@ fn checked(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) ->
         if a[..3].iter().chain(&b[..3]).any(|v| *v < 0.0) || !(0.0..=1.0).contains(&a[3]) {
             return Err(format!("{place}: {a:?} is no light"));
         }
-        let apart = a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
-        if apart > DIFFERENCE {
-            return Err(format!("{place}: f32 and f64 are {apart} apart: {a:?}, {b:?}"));
+        let greatest_difference = a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
+        if greatest_difference > DIFFERENCE {
+            return Err(format!("{place}: f32 and f64 are {greatest_difference} apart: {a:?}, {b:?}"));
         }
     }
     Ok(())
@@ -63,20 +64,20 @@ fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
     );
 }
 
-/// The test above can fail: a body lit ten times as bright differs from itself by more than the bound.
+/// The test above must be able to fail: a body lit ten times as brightly differs by more than the bound.
 #[test]
 fn a_different_picture_is_detected() {
     let renderer = renderer(Precision::F32);
     let key = |lights: u8| ShaderKey::for_draw(&DrawFeatures { lights, view: PixelView::Final, ..DrawFeatures::MINIMAL });
     let (one, two) = (picture(&renderer, &key(1)).expect("draws"), picture(&renderer, &key(2)).expect("draws"));
-    let apart = one.iter().zip(&two).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(apart > DIFFERENCE, "{apart}");
+    let greatest_difference = one.iter().zip(&two).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(greatest_difference > DIFFERENCE, "{greatest_difference}");
 }
 
-/// Pixels of a tile's side, and tiles in a row of the sheet.
+/// Side of a tile in pixels, and number of tiles in a row of the sheet.
 const TILE: usize = 24;
 const ROW: usize = 16;
-/// A tile is as recorded when no more than this many of its 576 pixels are off by more than so many levels: an edge may move by a last bit.
+/// A tile agrees if at most `PIXELS_OFF` of its 576 pixels differ by more than `LEVELS` levels: rounding of the last bit may move an edge.
 const LEVELS: u8 = 3;
 const PIXELS_OFF: usize = 4;
 
@@ -93,7 +94,7 @@ fn drawn_sheet() -> Sheet {
     let tile = |key: &ShaderKey| {
         let plan = sample_plan(&LIBRARY, key, TILE as u32, HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
         let (frame, _) = renderer.render(&plan, &*LIBRARY, true).unwrap_or_else(|e| panic!("{key}: {e}"));
-        // A plain power: what matters is that a change shows.
+        // A plain power law suffices, since only changes matter.
         frame.hdr.iter().map(|p| [p[0], p[1], p[2]].map(|v| (255.0 * v.clamp(0.0, 1.0).powf(0.4545)).round() as u8)).collect()
     };
     Sheet { names: keys.iter().map(ToString::to_string).collect(), tiles: keys.par_iter().map(tile).collect() }
@@ -122,7 +123,7 @@ impl Sheet {
         encoder.write_header().and_then(|mut w| w.write_image_data(&bytes)).expect("written");
     }
 
-    /// The recorded sheet; `Err` where there is none.
+    /// The recorded sheet; `Err` if there is none.
     fn load(path: &std::path::Path) -> Result<Self, String> {
         let file = std::fs::File::open(path).map_err(|e| format!("no recorded sheet {}: {e}", path.display()))?;
         let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(|e| e.to_string())?;
@@ -138,7 +139,7 @@ impl Sheet {
         Ok(Self { tiles: (0..names.len()).map(|n| (0..TILE * TILE).map(|k| pixel(n, k)).collect()).collect(), names })
     }
 
-    /// What is not as recorded, by key.
+    /// Differences from the recorded sheet, by key.
     fn differences(&self, recorded: &Self) -> Vec<String> {
         let mut all = Vec::new();
         for name in recorded.names.iter().filter(|n| !self.names.contains(n)) {
@@ -171,7 +172,7 @@ fn every_pair_of_values_looks_as_recorded() {
         drawn.save(&new);
         panic!("{}\nthe new sheet is {}", differences.join("\n"), new.display());
     }
-    // The comparison can fail: one tile a twentieth darker, one that is missing, a sheet that is not there.
+    // The comparison must be able to fail: for a tile that is a twentieth darker, a missing tile, and a missing sheet.
     let lit = drawn.tiles.iter().position(|t| t.iter().filter(|p| p[1] > 100).count() > 50).expect("a lit tile");
     drawn.tiles[lit].iter_mut().flatten().for_each(|v| *v -= *v / 20);
     assert!(drawn.differences(&recorded)[0].starts_with(&drawn.names[lit]));
@@ -180,9 +181,9 @@ fn every_pair_of_values_looks_as_recorded() {
     assert!(Sheet::load(std::path::Path::new("tests/no-such-sheet.png")).is_err_and(|e| e.contains("no recorded sheet")));
 }
 
-/// The standard scenes in f32 and f64, as a display shows them: failures say where and by which keys.
+/// The standard scenes in f32 and f64, as displayed: failures name the pixel and the keys.
 #[test]
-fn standard_scenes_in_f32_are_those_in_f64() {
+fn standard_scenes_in_f32_equal_those_in_f64() {
     use orrery::render::plan::SamplingQuality;
     use orrery::session::standard_scenes;
     let session = &*crate::support::session::SESSION;
@@ -192,15 +193,16 @@ fn standard_scenes_in_f32_are_those_in_f64() {
     for standard in standard_scenes(256, 256) {
         let (scene, plan) = session.plan(&standard.request, SamplingQuality { samples: 1, anisotropy: 8 }).expect("a plan");
         let [single, double] = renderers.each_ref().map(|r| r.render(&plan, session.library(), true).expect("drawn").0.hdr);
-        // Part of the display's range: sRGB of what is not brighter than white.
+        // Display range: sRGB of values up to white.
         let shown = |v: f32| {
             let linear = (f64::from(v) * scene.exposure.factor()).clamp(0.0, 1.0);
             if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
         };
-        let apart = |k: usize| (0..3).map(|c| (shown(single[k][c]) - shown(double[k][c])).abs()).fold(0.0, f64::max);
-        let mut over: Vec<(f64, usize)> = (0..single.len()).map(|k| (apart(k), k)).filter(|(d, _)| *d > f64::from(DIFFERENCE)).collect();
+        let difference = |k: usize| (0..3).map(|c| (shown(single[k][c]) - shown(double[k][c])).abs()).fold(0.0, f64::max);
+        let mut over: Vec<(f64, usize)> =
+            (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| *d > f64::from(DIFFERENCE)).collect();
         over.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let greatest = (0..single.len()).map(apart).fold(0.0, f64::max);
+        let greatest = (0..single.len()).map(difference).fold(0.0, f64::max);
         println!("{}: at most {greatest:.2e} of the display's range, {} pixels over", standard.name, over.len());
         for (d, k) in over.iter().take(5) {
             let (x, y) = (*k as u32 % 256, *k as u32 / 256);

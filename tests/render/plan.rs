@@ -1,4 +1,4 @@
-//! The plan fills what the modules read: every structure that scene can ask for gets its uniform block from scene's amounts.
+//! The plan fills every field that the modules read: each set of features that the scene can choose gets its uniform block from the scene's values.
 
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
@@ -15,7 +15,7 @@ use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Amounts with a different number in every field, and as many lights as asked.
+/// Uniforms with a different number in every field, and the given number of lights.
 fn uniforms(lights: u8) -> DrawUniforms {
     let light = |k: f32| Light { direction_in_body: Vec3::new(k, k + 0.1, k + 0.2), irradiance: Vec3::splat(k + 0.5) };
     DrawUniforms {
@@ -88,7 +88,7 @@ fn number(bytes: &[u8], offset: u32) -> f32 {
 #[test]
 fn the_uniforms_of_every_key_are_filled_by_name() {
     let all = possible_features(&Catalog::embedded());
-    // One structure of each key: what the canonical form leaves out must not be missed.
+    // One set of features per key: the canonical form must not hide a missing uniform.
     let keys = keys_of(all.iter().copied());
     let filled = |layout: &Layout, key: &ShaderKey| {
         let features = *key.features();
@@ -104,12 +104,13 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
             Err(e) => Some(format!("{key}: {e}")),
         }
     };
-    // The block is declared in one fragment, which stands alone: keys with the same text of it have the same layout, and one of them stands for all.
+    // The block is declared in a single self-contained fragment: keys with the same text of it have the same layout, so one key represents all of
+    // them.
     let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &features(key.features())).expect("emits").wgsl;
     let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (block(key), *key)).collect();
     let alone = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
     let failures: Vec<String> = blocks.par_iter().filter_map(|(text, key)| filled(&alone(text), key)).collect();
-    // In its module the block is the same.
+    // In its complete module the block is the same.
     let pieces: Vec<_> = blocks.iter().step_by(blocks.len().div_ceil(40)).collect();
     pieces.par_iter().for_each(|(text, key)| assert_eq!(layout(key.features()).fields, alone(text).fields, "{key}"));
     println!("{} structures, {} keys, {} blocks", all.len(), keys.len(), blocks.len());
@@ -117,7 +118,7 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Whether some fragment declares a field of this name.
+/// Whether any fragment declares a field of this name.
 fn is_declared(name: &str) -> bool {
     let is_name = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     let fields =
@@ -125,7 +126,7 @@ fn is_declared(name: &str) -> bool {
     Fragments::default().all().any(|(_, text)| text.lines().any(fields))
 }
 
-/// The reverse: no value is made that no module has a place for.
+/// The reverse: every value that is written has a field in some module.
 #[test]
 fn every_value_has_a_field() {
     let without: Vec<&str> = DrawUniforms::names().filter(|name| !is_declared(name)).collect();
@@ -134,7 +135,7 @@ fn every_value_has_a_field() {
 }
 
 #[test]
-fn values_land_at_their_fields() {
+fn values_are_written_to_their_fields() {
     let all = possible_features(&Catalog::embedded());
     let features = all
         .iter()

@@ -1,4 +1,4 @@
-//! Rings: light through them, shadows, and the light that they send to their planet.
+//! Rings: light through them, shadows, and the light that they reflect onto their planet.
 
 mod pixels;
 mod reference_tables;

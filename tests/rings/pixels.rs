@@ -1,5 +1,5 @@
-//! What a pixel sees of the rings: the same light whichever rings far outside are drawn, the light of the many smaller pixels in its place, and the globe's shadow
-//! by rays.
+//! Light of the rings in a pixel: independent of which distant faint rings are drawn, equal to the light of many smaller pixels in its place, and with the globe's shadow
+//! checked by rays.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -18,7 +18,7 @@ const URANUS: NaifId = NaifId(799);
 const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 const SIDE: u32 = 32;
 
-/// A random view of `orrery stability --sweep needs-display` or `needs-linear`.
+/// A view that the random sweeps of `orrery stability --sweep needs-display` or `needs-linear` found.
 fn view(body: NaifId, time: &str, distance_radii: f64, direction: [f64; 3], fov_deg: f64) -> ViewRequest {
     let catalog = Catalog::embedded();
     let radius_km = catalog.body(body).expect("a body").radii_km.max_element();
@@ -32,8 +32,8 @@ fn view(body: NaifId, time: &str, distance_radii: f64, direction: [f64; 3], fov_
     }
 }
 
-/// At the exposure that the scene meters, with some effects.
-fn with(request: &ViewRequest, effects: &str) -> ViewRequest {
+/// The request at the exposure that the scene meters, with the given effects.
+fn with_effects(request: &ViewRequest, effects: &str) -> ViewRequest {
     let stops = SESSION.scene(request).expect("a scene").exposure.stops;
     ViewRequest { exposure: ExposureRequest::Stops(stops), effects: EffectOverrides::parse(effects).expect("effects"), ..request.clone() }
 }
@@ -47,58 +47,59 @@ fn saturn_views() -> [ViewRequest; 4] {
         view(SATURN, "2037-09-25T05:55:00.345Z", 485.608, [0.633_916, -0.772_559, -0.036_087], 0.394_131),
         view(SATURN, "1964-08-12T13:48:27.695Z", 40.254_2, [-0.954_000, -0.063_082_6, 0.293_093], 9.135_09),
         view(SATURN, "1982-05-07T12:28:12.562Z", 2826.76, [-0.025_513_4, 0.979_060, 0.201_969], 0.074_010_9),
-        // Here the rings far outside are ringlets of a part of a pixel each, which only together can be seen.
+        // Here the outer rings are ringlets narrower than a pixel, visible only together.
         view(SATURN, "2084-12-12T23:15:55.080Z", 2661.186, [0.965_302, 0.206_375, 0.160_007], 0.338_982),
     ]
 }
 
-/// Faint rings far outside neither move the light of the dense ones nor go missing.
+/// Faint outer rings neither change the light of the dense rings nor disappear.
 #[test]
 fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
     let drawn = |request: &ViewRequest| SESSION.draw(request, PLAIN, true).expect("drawn");
     let mut with_the_same_shadow = 0;
     for (k, request) in saturn_views().iter().enumerate() {
-        let [chosen, all, none] = ["", "+rings", "-rings"].map(|effects| drawn(&with(request, effects)));
+        let [chosen, all, none] = ["", "+rings", "-rings"].map(|effects| drawn(&with_effects(request, effects)));
         assert!(levels_apart(&chosen.frame.display, &none.frame.display) > 1, "view {k}: its rings can be seen");
-        let [chosen_alone, all_alone] = ["-body-shadow", "+rings,-body-shadow"].map(|effects| drawn(&with(request, effects)));
-        let apart = levels_apart(&chosen_alone.frame.display, &all_alone.frame.display);
-        assert!(apart <= 1, "view {k} without the globe's shadow: {apart} levels");
-        // A ring far outside may ask for the better model of that shadow, which differs by the simpler one's own stated error.
+        let [chosen_alone, all_alone] = ["-body-shadow", "+rings,-body-shadow"].map(|effects| drawn(&with_effects(request, effects)));
+        let difference_levels = levels_apart(&chosen_alone.frame.display, &all_alone.frame.display);
+        assert!(difference_levels <= 1, "view {k} without the globe's shadow: {difference_levels} levels");
+        // An outer ring may select the better model of the globe's shadow; the models differ by the stated error of the simpler one.
         let shadow = |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == Part::Ring).map(|d| d.features.body_shadow);
         if shadow(&chosen) == shadow(&all) {
-            let apart = levels_apart(&chosen.frame.display, &all.frame.display);
-            assert!(apart <= 1, "view {k}: {apart} levels");
+            let difference_levels = levels_apart(&chosen.frame.display, &all.frame.display);
+            assert!(difference_levels <= 1, "view {k}: {difference_levels} levels");
             with_the_same_shadow += 1;
         }
     }
     assert!(with_the_same_shadow >= 1, "no view has the shadow's same model in both frames");
 }
 
-/// Light of one pixel against the mean of 64 in its place, in the views above, where a pixel spans from a twentieth of the planet's radius to more than all of it: green, as parts of the brightest pixel.
+/// Light of one pixel against the mean of 64 pixels in its place, in the views above, where a pixel spans from a twentieth of the planet's radius to more than the
+/// planet: green, relative to the brightest pixel.
 #[test]
-fn a_pixel_of_the_rings_has_the_light_of_the_smaller_ones_in_its_place() {
+fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
     const FINER: u32 = 8;
     for (k, request) in saturn_views()[..3].iter().enumerate() {
-        let request = with(request, "+rings,+body-shadow");
+        let request = with_effects(request, "+rings,+body-shadow");
         let drawn = |by: u32| {
             let request = ViewRequest { width: SIDE * by, height: SIDE * by, ..request.clone() };
             SESSION.draw(&request, PLAIN, true).expect("drawn").frame.hdr
         };
         let (coarse, fine) = (drawn(1), drawn(FINER));
         let mean = |x: u32, y: u32| {
-            let of = |n: u32| f64::from(fine[((y * FINER + n / FINER) * SIDE * FINER + x * FINER + n % FINER) as usize][1]);
-            (0..FINER * FINER).map(of).sum::<f64>() / f64::from(FINER * FINER)
+            let fine_pixel = |n: u32| f64::from(fine[((y * FINER + n / FINER) * SIDE * FINER + x * FINER + n % FINER) as usize][1]);
+            (0..FINER * FINER).map(fine_pixel).sum::<f64>() / f64::from(FINER * FINER)
         };
         let truth: Vec<f64> = (0..SIDE * SIDE).map(|n| mean(n % SIDE, n / SIDE)).collect();
         let brightest = truth.iter().copied().fold(0.0, f64::max);
-        let apart = coarse.iter().zip(&truth).map(|(c, t)| (f64::from(c[1]) - t).abs() / brightest);
-        let (sum, worst) = apart.fold((0.0, 0.0_f64), |(sum, worst), a| (sum + a, worst.max(a)));
+        let relative_difference = coarse.iter().zip(&truth).map(|(c, t)| (f64::from(c[1]) - t).abs() / brightest);
+        let (sum, worst) = relative_difference.fold((0.0, 0.0_f64), |(sum, worst), a| (sum + a, worst.max(a)));
         println!("view {k}: mean {:.2e}, worst {worst:.3}", sum / f64::from(SIDE * SIDE));
         assert!(worst < 0.2, "view {k}: {worst} of the brightest pixel");
     }
 }
 
-/// Whether any of the rays from a point of the plane to places of the Sun's disc and its rim meets an ellipsoid of equatorial radius 1.
+/// Whether any ray from a point of the ring plane to the Sun's disc or its rim meets an ellipsoid of equatorial radius 1.
 fn meets_globe(point: DVec3, sun: DVec3, tangent: f64, polar: f64) -> bool {
     let axes = DVec3::new(1.0, 1.0, polar);
     let (x, y) = sun.any_orthonormal_pair();
@@ -110,8 +111,8 @@ fn meets_globe(point: DVec3, sun: DVec3, tangent: f64, polar: f64) -> bool {
     })
 }
 
-/// The bound by which the globe's shadow on the rings is left out, radius times sine of the Sun's height against 1 plus radius times tangent of the Sun's radius: past it no ray to the Sun meets the
-/// globe, round or oblate, from any ring from there on; within it some do, in the penumbra too.
+/// The bound beyond which the globe's shadow on the rings is left out compares radius times sine of the Sun's altitude with 1 plus radius times tangent of the Sun's
+/// angular radius. Beyond it no ray from any ring at or outside that radius to the Sun meets the globe, round or oblate; inside it some rays do, in the penumbra too.
 #[test]
 fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
     for tangent in [2.4e-4, 5e-4, 5e-3] {
@@ -132,20 +133,21 @@ fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
                     assert!(!touches(1.0, polar, radius), "tangent {tangent}, inner {inner}, polar {polar}, radius {radius}");
                 }
             }
-            // The Sun's lower rim stands lower by the cosine of its height.
+            // The Sun's lower rim is lower by its radius times the cosine of its altitude.
             let cosine = (1.0 - inner.powi(-2)).sqrt();
             assert!(touches(0.5 * cosine, 1.0, inner), "a bound without the penumbra would pass: tangent {tangent}, inner {inner}");
         }
     }
 }
 
-/// A day on which only the penumbra of Uranus reaches its innermost ring: the shadow is drawn; and half a year later, past it, a frame with the shadow is the same frame.
+/// On a day when only the penumbra of Uranus reaches its innermost ring, the shadow is drawn. Half a year later, beyond the penumbra, a frame with the shadow equals the
+/// frame without.
 #[test]
-fn the_penumbra_of_the_globe_counts() {
+fn the_penumbra_of_the_globe_is_drawn() {
     let catalog = Catalog::embedded();
     let uranus = catalog.body(URANUS).expect("Uranus");
     let inner = uranus.rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min) / uranus.radii_km.x;
-    let at = |jd: f64| ViewRequest {
+    let request_at = |jd: f64| ViewRequest {
         purpose: Purpose::LINEAR,
         width: SIDE,
         height: SIDE,
@@ -154,43 +156,44 @@ fn the_penumbra_of_the_globe_counts() {
         layers: Layers { stars: false, ..Layers::default() },
         ..ViewRequest::of(URANUS, Instant::from_jd_tdb(jd))
     };
-    let aside = |jd: f64| {
-        let scene = SESSION.scene(&at(jd)).expect("a scene");
+    let axis_offset_radii = |jd: f64| {
+        let scene = SESSION.scene(&request_at(jd)).expect("a scene");
         inner * scene.body(URANUS).and_then(|b| b.sub_solar).expect("a Sun").latitude_deg.to_radians().sin().abs()
     };
-    // From the equinox of 2007 to the solstice of 2030 the Sun climbs.
+    // The Sun climbs from the equinox of 2007 to the solstice of 2030.
     let reached = |wanted: f64| {
         let (mut from, mut to) = (2_455_000.0, 2_462_000.0);
         for _ in 0..40 {
             let middle = 0.5 * (from + to);
-            if aside(middle) < wanted { from = middle } else { to = middle }
+            if axis_offset_radii(middle) < wanted { from = middle } else { to = middle }
         }
         to
     };
     let decided = |jd: f64| {
-        let scene = SESSION.scene(&at(jd)).expect("a scene");
+        let scene = SESSION.scene(&request_at(jd)).expect("a scene");
         let body = scene.bodies.iter().find(|b| b.id == URANUS).expect("Uranus");
         body.decisions.iter().find(|d| d.feature == "body-shadow").map(|d| d.on)
     };
-    // The Sun's tangent at Uranus is 2.4e-4.
+    // The tangent of the Sun's angular radius at Uranus is 2.4e-4.
     assert_eq!(decided(reached(1.0 + 1e-4 * inner)), Some(true));
     let past = reached(1.0 + 4e-4 * inner);
     assert_eq!(decided(past), Some(false));
-    let drawn = |effects: &str| SESSION.draw(&with(&at(past), effects), PLAIN, true).expect("drawn").frame.hdr;
+    let drawn = |effects: &str| SESSION.draw(&with_effects(&request_at(past), effects), PLAIN, true).expect("drawn").frame.hdr;
     assert!(drawn("") == drawn("+body-shadow"), "there is no shadow to draw");
     assert!(drawn("") != drawn("-rings"));
 }
 
-/// Where the Sun stands beside a body's air, asking for the refracted limb changes nothing: it took a whole pixel's sunlight away, since the limb crossed that pixel.
+/// Where the Sun is next to a body's air but not refracted, requesting the refracted limb changes nothing. A former fault removed the sunlight of a pixel that the limb
+/// crossed.
 #[test]
 fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
     for (body, time, distance, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
         let request = ViewRequest { purpose: Purpose::LINEAR, ..view(body, time, distance, direction, fov_deg) };
-        let drawn = |effects: &str| SESSION.draw(&with(&request, effects), PLAIN, true).expect("drawn");
+        let drawn = |effects: &str| SESSION.draw(&with_effects(&request, effects), PLAIN, true).expect("drawn");
         let (chosen, asked) = (drawn(""), drawn("+refracted-limb"));
         assert!(chosen.frame.hdr == asked.frame.hdr && asked.scene.limbs.is_empty(), "{time}");
     }
-    // The Moon in the Earth's umbra, 2022-11-08: here it shows the Sun.
+    // The Moon in the Earth's umbra, 2022-11-08: here the refracted limb shows the Sun.
     let eclipsed = ViewRequest {
         position: Position::Centre(NaifId::MOON),
         fov_deg: Some(2.4),

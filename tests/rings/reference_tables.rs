@@ -1,4 +1,4 @@
-//! Rings against tables made outside this program, against geometry, and in whole frames.
+//! Rings against tables made outside this program, against geometry, and in complete frames.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -38,10 +38,10 @@ fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
 }
 
 #[test]
-fn light_through_the_ring_is_what_the_closed_form_says() {
+fn light_through_the_ring_follows_the_closed_form() {
     let (table, stated) = (table(), 1e-3);
-    let steps = |p: &Value| json!({"r_in": p["r_in"], "r_out": p["r_out"], "tau_normal": p["tau_normal"]});
-    let profile: Vec<_> = list(&table, "ring_profile").iter().map(steps).collect();
+    let ring_step = |p: &Value| json!({"r_in": p["r_in"], "r_out": p["r_out"], "tau_normal": p["tau_normal"]});
+    let profile: Vec<_> = list(&table, "ring_profile").iter().map(ring_step).collect();
     for precision in [Precision::F32, Precision::F64] {
         let mut dimmed = 0;
         for row in list(&table, "surface_points") {
@@ -51,17 +51,17 @@ fn light_through_the_ring_is_what_the_closed_form_says() {
             assert!(error.abs() < stated, "{precision:?} {q}: off by {error:e}");
             dimmed += i32::from(expected < 0.99);
         }
-        assert!(dimmed > 10, "the table holds shadows");
+        assert!(dimmed > 10, "the table must contain shadows");
     }
 }
 
-/// The light under an evenly bright Sun about the shadow of a lone opaque edge, where every error shows most, against the sum over 20 000 places of its disc: Suns high and low, the
-/// edge across and along the light, the disc a small part of the ring. From five degrees up within 0.7 %; the worst is an edge along the light of a Sun so low that
-/// the disc's reach bends away from it by more than the penumbra's width.
+/// Light from a uniform Sun near the shadow of a single opaque edge, where every error is largest, against the sum over 20 000 points of the Sun's disc: for high and low
+/// Suns, with the edge across and along the light, the disc projecting onto a small part of the ring. From five degrees up the error is within 0.7 %; it is worst for an
+/// edge along the light of a Sun so low that the edge curves by more than the penumbra's width within the disc's projection.
 #[test]
-fn the_penumbra_is_that_of_the_suns_disc() {
+fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
     const EDGE: f64 = 1.5;
-    const PLACES: i32 = 20_000;
+    const POINTS: i32 = 20_000;
     let stated = tiers::of_ring_shadow(RingShadow::Penumbra).expect("a tier").at_most;
     let profile = json!([{"r_in": EDGE, "r_out": 9.0, "tau_normal": 20.0}]);
     let (mut worst, mut worst_high, mut worst_of_point) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -70,35 +70,35 @@ fn the_penumbra_is_that_of_the_suns_disc() {
         let tangent = radius_deg.to_radians().tan();
         let sun = glam::DVec3::new(cosine, 0.0, sine);
         let up = glam::DVec3::new(-sine, 0.0, cosine);
-        // So far under the plane that half the disc is a fiftieth of a radius along the light.
+        // So far below the plane that half of the projected disc is a fiftieth of a radius long along the light.
         let path = (0.02 * sine / tangent).min(1.0);
         for azimuth in [0.0_f64, 0.5, 0.8, 1.1, 1.4, 1.57] {
             let (across, along) = azimuth.sin_cos();
-            let half = path * tangent * (along / sine).hypot(across);
+            let half_penumbra = path * tangent * (along / sine).hypot(across);
             for offset in (-12..=12).map(|k| f64::from(k) / 10.0) {
-                let met = glam::DVec3::new(along, across, 0.0) * (EDGE + offset * half);
-                let point = met - sun * path;
-                let through = |x: f64, y: f64| {
+                let plane_point = glam::DVec3::new(along, across, 0.0) * (EDGE + offset * half_penumbra);
+                let point = plane_point - sun * path;
+                let transmitted = |x: f64, y: f64| {
                     let towards = (sun + tangent * (x * glam::DVec3::Y + y * up)).normalize();
                     let radius = (point - towards * (point.z / towards.z)).truncate().length();
                     if radius >= EDGE { (-20.0 / towards.z).exp() } else { 1.0 }
                 };
-                // Even over the disc, by steps of the golden angle.
-                let place = |k: i32| {
+                // Uniform over the disc, in steps of the golden angle.
+                let transmitted_at = |k: i32| {
                     let (y, x) = (f64::from(k) * 2.399_963_229_728_653).sin_cos();
-                    let out = ((f64::from(k) + 0.5) / f64::from(PLACES)).sqrt();
-                    through(out * x, out * y)
+                    let out = ((f64::from(k) + 0.5) / f64::from(POINTS)).sqrt();
+                    transmitted(out * x, out * y)
                 };
-                let mean = (0..PLACES).map(place).sum::<f64>() / f64::from(PLACES);
-                let asked = |model: &str| {
+                let mean = (0..POINTS).map(transmitted_at).sum::<f64>() / f64::from(POINTS);
+                let model_error = |model: &str| {
                     let q = json!({"q": "ring-transmission", "profile": profile, "point": point.to_array(), "sun": sun.to_array(),
                         "sun_angular_radius_deg": radius_deg, "model": model});
                     (ask(Precision::F64, &q, "transmission") - mean).abs()
                 };
-                worst = worst.max(asked("penumbra"));
-                worst_of_point = worst_of_point.max(asked("point-sun"));
+                worst = worst.max(model_error("penumbra"));
+                worst_of_point = worst_of_point.max(model_error("point-sun"));
                 if height_deg >= 5.0 {
-                    worst_high = worst_high.max(asked("penumbra"));
+                    worst_high = worst_high.max(model_error("penumbra"));
                 }
             }
         }
@@ -108,9 +108,9 @@ fn the_penumbra_is_that_of_the_suns_disc() {
     assert!(worst_of_point > 0.4, "a point Sun would pass: {worst_of_point}");
 }
 
-/// The edges of a sphere's shadow and of the oblate globe's, found on the ring in many directions for Suns low and high.
+/// The edges of the shadows of a sphere and of the oblate globe, located on the ring in many directions for low and high Suns.
 #[test]
-fn a_spheres_shadow_is_as_far_off_as_its_tier_is_chosen_by() {
+fn the_error_of_a_spheres_shadow_is_the_one_its_tier_states() {
     let (flattening, outer) = (0.098, 2.3);
     for height_deg in [0.5_f64, 4.0, 12.0, 26.7] {
         let (sine, cosine) = height_deg.to_radians().sin_cos();
@@ -120,7 +120,7 @@ fn a_spheres_shadow_is_as_far_off_as_its_tier_is_chosen_by() {
                 "sun_angular_radius_deg": 1e-3, "model": model});
             ask(Precision::F64, &q, "blocked") > 0.5
         };
-        // Outwards along each direction the shadow ends once.
+        // Going outwards in each direction, there is one shadow edge.
         let edge = |model: &str, angle: f64| {
             let (mut from, mut to) = (1.01, outer);
             if !hidden(model, from, angle) || hidden(model, to, angle) {
@@ -132,13 +132,13 @@ fn a_spheres_shadow_is_as_far_off_as_its_tier_is_chosen_by() {
             }
             from
         };
-        // Across the edge: the sphere's is an ellipse, 1 wide and 1 / sine long.
-        let apart = |angle: f64| {
+        // Distance across the edge: the sphere's shadow is an ellipse, 1 wide and 1 / sine long.
+        let edge_distance = |angle: f64| {
             let [x, y] = [angle.cos() * sine * sine, angle.sin()];
             let slant = (x * angle.cos() + y * angle.sin()) / x.hypot(y);
             (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * slant
         };
-        let worst = (0..40).map(|k| apart(f64::from(k) * 0.0389)).fold(0.0, f64::max);
+        let worst = (0..40).map(|k| edge_distance(f64::from(k) * 0.0389)).fold(0.0, f64::max);
         let stated = tiers::sphere_shadow_offset(1.0 - flattening, sine, outer);
         println!("{height_deg} degrees: {worst:.4} of {stated:.4} radii");
         assert!(worst <= stated + 1e-5, "{height_deg} degrees: {worst} radii, {stated} stated");
@@ -147,7 +147,7 @@ fn a_spheres_shadow_is_as_far_off_as_its_tier_is_chosen_by() {
 }
 
 #[test]
-fn the_oblate_planet_hides_what_the_chords_say() {
+fn the_oblate_planet_hides_the_fraction_given_by_chords() {
     let (table, stated) = (table(), tiers::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a tier").at_most);
     let mut sphere_off: f64 = 0.0;
     for row in list(&table, "ring_points") {
@@ -169,22 +169,22 @@ fn the_oblate_planet_hides_what_the_chords_say() {
 }
 
 #[test]
-fn a_narrow_ringlet_keeps_its_place_in_the_table() {
+fn a_narrow_ringlet_keeps_its_position_in_the_table() {
     let profile = json!([{"r_in": 1.5, "r_out": 1.6, "tau_normal": 0.5}, {"r_in": 1.55, "r_out": 1.55005, "tau_normal": 3.0}]);
-    let through = |radius: f64| {
+    let transmission_at = |radius: f64| {
         let q = json!({"q": "ring-transmission", "profile": profile, "point": [radius - 0.5, 0.0, -0.5], "sun": [1.0, 0.0, 1.0]});
         ask(Precision::F64, &q, "transmission")
     };
     let slope = 2.0_f64.sqrt();
     for (radius, tau) in [(1.49999, 0.0), (1.5001, 0.5), (1.54999, 0.5), (1.550025, 3.0), (1.5501, 0.5), (1.5999, 0.5), (1.6001, 0.0)] {
-        let (found, expected) = (through(radius), (-tau * slope).exp());
+        let (found, expected) = (transmission_at(radius), (-tau * slope).exp());
         assert!((found - expected).abs() < 1e-3, "{radius}: {found}, not {expected}");
     }
 }
 
-/// A pixel's stretch of the plane is summed in pieces of a sixteenth of a radius, in as many as it takes: where one more begins nothing jumps.
+/// A pixel's stretch of the ring plane is divided into pieces of a sixteenth of a radius, as many as necessary: when their number changes, the light must not jump.
 #[test]
-fn a_pixel_that_takes_one_piece_more_looks_the_same() {
+fn one_more_ring_piece_in_a_pixel_changes_nothing_visible() {
     use orrery::session::sample_plan;
     const SIDE: u32 = 40;
     let key = "ring.sun1.bodyshadow-sphere.sphere".parse().expect("a key");
@@ -197,7 +197,7 @@ fn a_pixel_that_takes_one_piece_more_looks_the_same() {
         a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
     };
     for pieces in [1.0, 2.0, 3.0, 5.0] {
-        // The sample ring is seen from 25 degrees over its plane.
+        // The sample ring is seen from 25 degrees above its plane.
         let half = pieces / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
         let jump = change(half * (1.0 - 1e-5), half * (1.0 + 1e-5));
         assert!(jump < 1e-3, "{pieces} pieces: {jump}");
@@ -246,7 +246,7 @@ fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
     (drawn.scene, hdr)
 }
 
-/// Light that the rings add: the picture with them minus that without, summed over the solid angle of the pixels.
+/// Light that the rings add: the picture with rings minus the picture without, summed over the solid angle of the pixels.
 fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
     let sum = |effects: &str| {
         let (_, hdr) = pixels(&request(target, time, radii, size, effects));
@@ -257,7 +257,7 @@ fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
 
 #[test]
 fn narrow_rings_keep_their_light_at_any_size() {
-    // Uranus' rings, few kilometres wide: from 20 to 640 pixels across the whole. Only what they lie over differs, and that is the same.
+    // Uranus' rings are a few kilometres wide: the system is drawn from 20 to 640 pixels across. Pixels outside the rings are equal in both pictures and cancel.
     let full = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, 800);
     assert!(full > 0.0);
     for size in [25, 50, 100, 250] {
@@ -268,13 +268,13 @@ fn narrow_rings_keep_their_light_at_any_size() {
 
 #[test]
 fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunlight() {
-    // The Earth crosses the plane on 2025-03-23, the Sun on 2025-05-06.
+    // The Earth crosses the ring plane on 2025-03-23, the Sun on 2025-05-06.
     let times = ["2017-05-17T00:00:00Z", "2025-03-23T17:46:00Z", "2025-03-23T18:30:00Z", "2025-05-06T14:15:00Z", "2025-05-06T20:00:00Z"];
     for time in times {
         for (size, radii) in [(300, 70.0), (64, 90.0)] {
             let (scene, hdr) = pixels(&request(SATURN, time, radii, size, "+rings"));
             assert!(scene.draws.iter().any(|d| d.part == Part::Ring), "{time}");
-            // Sunlight at 9 au and more is 0.0125 of that at 1 au; Enceladus, the brightest, reflects 1.4 of a white plane.
+            // At 9 au and beyond, sunlight is at most 0.0125 of that at 1 au; Enceladus, the brightest body, reflects 1.4 times as much as a white plane.
             let worst = hdr.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
             assert!(hdr.iter().all(|p| p.iter().all(|v| v.is_finite() && *v >= 0.0)), "{time} {size}");
             assert!(worst < 0.0125 * 1.5 && worst > 0.001, "{time} {size}: {worst}");
@@ -284,24 +284,24 @@ fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunli
 
 #[test]
 fn the_side_away_from_the_sun_is_darker() {
-    // Between the Earth's and the Sun's crossing the Earth looks at the unlit side.
+    // Between the Earth's crossing and the Sun's, the Earth sees the unlit side.
     let per_opening = |time: &str| ring_light(SATURN, time, 70.0, 200);
     let (unlit, lit) = (per_opening("2025-04-20T00:00:00Z"), per_opening("2017-05-17T00:00:00Z"));
     assert!(unlit < 0.05 * lit && lit > 0.0, "unlit {unlit:e}, lit {lit:e}");
 }
 
 #[test]
-fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
+fn without_rings_the_picture_is_plain_bit_for_bit() {
     let (bare, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
     assert!(
         bare.draws.iter().all(|d| d.part == Part::Globe && d.features.ring_shadow == RingShadow::None && d.uniforms.ring.table.is_none())
     );
-    let asked = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
-    let (scene, ringed) = pixels(&asked);
+    let model_error = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
+    let (scene, ringed) = pixels(&model_error);
     let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
     assert_eq!(parts, [Part::RingBehind, Part::Globe, Part::Ring]);
     assert_ne!(hdr, ringed);
-    // From the pole's ground the rings stand below the horizon.
+    // From the ground at the pole the rings are below the horizon.
     let ground = |effects: &str| {
         let standing = ViewRequest {
             target: Some(TITAN),
@@ -318,18 +318,19 @@ fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
 fn ring_shadows_are_decided_by_the_light_they_block() {
     let features = |target, time: &str, size| {
         let scene = SESSION.scene(&request(target, time, 70.0, size, "")).expect("a scene");
-        let of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.features);
-        (of(Part::Globe).expect("a globe"), of(Part::Ring))
+        let features_of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.features);
+        (features_of(Part::Globe).expect("a globe"), features_of(Part::Ring))
     };
     let (globe, ring) = features(SATURN, "2017-05-17T00:00:00Z", 400);
     assert_eq!((globe.ring_shadow, ring.map(|n| n.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));
-    // Near the Sun's crossing the penumbra is wide.
+    // Near the Sun's crossing of the ring plane the penumbra is wide.
     assert_eq!(features(SATURN, "2025-05-01T00:00:00Z", 400).0.ring_shadow, RingShadow::Penumbra);
-    // Under a high Sun Uranus' rings throw their shadow past the globe.
+    // Under a high Sun the shadow of Uranus' rings misses the globe.
     assert_eq!(features(URANUS, "2030-01-01T00:00:00Z", 400).0.ring_shadow, RingShadow::None);
 }
 
-/// Green radiance of Saturn's ring plane at some radii (km), on the darker of its two ansae, by the phase angle: the camera goes from the Sun's side over the pole.
+/// Green radiance of Saturn's ring plane at some radii (km), on the darker of the two ansae, as a function of phase angle: the camera moves from the Sun's side over the
+/// pole.
 fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     const SIZE: u32 = 161;
     const FOV_DEG: f64 = 6.0;
@@ -353,26 +354,26 @@ fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     let (_, hdr) = pixels(&seen);
     let pixel = 2.0 * (0.5 * FOV_DEG).to_radians().tan() / f64::from(SIZE);
     let middle = f64::from(SIZE / 2);
-    let at = |x: f64| f64::from(hdr[(SIZE / 2 * SIZE + x.round() as u32) as usize][1]);
-    radii_km.iter().map(|r| r / distance_km / pixel).map(|px| at(middle - px).min(at(middle + px))).collect()
+    let green_at = |x: f64| f64::from(hdr[(SIZE / 2 * SIZE + x.round() as u32) as usize][1]);
+    radii_km.iter().map(|r| r / distance_km / pixel).map(|px| green_at(middle - px).min(green_at(middle + px))).collect()
 }
 
-/// Cassini's picture of 2013-07-19: against the Sun the E and G rings shine; at the same exposure the side that the Sun lights shows none of them.
+/// Cassini's picture of 2013-07-19: seen against the Sun the E and G rings are bright; at the same exposure they are invisible from the Sun's side.
 #[test]
-fn dusty_rings_shine_against_the_sun_alone() {
+fn dusty_rings_are_bright_only_in_forward_scattering() {
     let places = [239_000.0, 168_500.0, 152_000.0, 110_000.0];
     let ([e_back, g_back, _, b_back], [e, g, between, b]) =
         (<[f64; 4]>::try_from(ring_plane(5.0, &places)).expect("four"), <[f64; 4]>::try_from(ring_plane(175.0, &places)).expect("four"));
     println!("E {e_back:.2e} {e:.2e}, G {g_back:.2e} {g:.2e}, B {b_back:.2e} {b:.2e}");
-    // At an exposure that makes E a tenth of white it is below half a level of 255 from the other side.
+    // At an exposure for which E is a tenth of white from behind, it is below half a level of 255 from the Sun's side.
     assert!(e > 25.0 * e_back && 0.1 * e_back / e < 0.5 / 255.0 * 4.0, "E: {e_back} becomes {e}");
     assert!(g > 10.0 * g_back && g > 1e-7, "G: {g_back} becomes {g}");
     assert!(between < 0.02 * e, "nothing lies between F and G: {between}");
-    // The B ring of large bodies is the other way round.
+    // The B ring consists of large bodies: it is brighter from the Sun's side.
     assert!(b < 0.1 * b_back, "B: {b_back} becomes {b}");
 }
 
-/// From the Sun's side to where the camera meets the plane: no jump, and light is never negative.
+/// From the Sun's side to where the camera crosses the plane: no jump, and light is never negative.
 #[test]
 fn a_dusty_ring_changes_smoothly_with_the_phase_angle() {
     let all: Vec<f64> = (0..=38).map(|k| ring_plane(f64::from(4 * k) + 1.0, &[239_000.0])[0]).collect();
@@ -412,6 +413,6 @@ fn saturns_profile_has_the_published_edges_gaps_and_depths() {
         let (inside, outside) = (mean(edge - 150.0, edge - 50.0), mean(edge + 50.0, edge + 150.0));
         assert!((inside > 2.0 * outside) == outward_falls && (inside / outside - 1.0).abs() > 0.5, "{name} edge: {inside}, {outside}");
     }
-    // One dusty ring more and another less would be seen.
+    // The comparison distinguishes dusty from dust-free rings.
     assert!(rings.iter().filter(|r| r.dust > 0.9).count() > 80 && rings.iter().any(|r| r.name.starts_with('B') && r.dust == 0.0));
 }

@@ -1,4 +1,4 @@
-//! Light of rings on their planet: the program's table, as its shader reads it, against a plain sum over the rings' area, and its limits.
+//! Ring-shine on the planet: the program's table, as its shader reads it, against a plain sum over the rings' area, and its limits.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -14,11 +14,11 @@ use std::f64::consts::{PI, TAU};
 
 const SATURN: NaifId = NaifId(699);
 const SIDE: u32 = 96;
-/// The Sun 26 degrees north of the plane, and 3.
+/// The Sun 26 degrees north of the ring plane; in `NEARLY_CLOSED`, 3 degrees.
 const OPEN: &str = "2017-05-17T00:00:00Z";
 const NEARLY_CLOSED: &str = "2024-09-08T00:00:00Z";
 
-/// Light on Saturn's ground seen from 3 radii, beyond or before it as seen from the Sun.
+/// Light on Saturn's ground seen from 3 radii, from the side away from the Sun (`night`) or towards it.
 fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
     let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let mut request = ViewRequest {
@@ -40,14 +40,14 @@ fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene
     (drawn.scene, drawn.frame.hdr)
 }
 
-/// Whether the limb is more than a pixel away.
-fn within(scene: &Scene, middle: DVec2) -> bool {
+/// Whether a pixel is on the disc and more than a pixel from the limb.
+fn is_well_inside(scene: &Scene, middle: DVec2) -> bool {
     let placement = &scene.body(SATURN).expect("Saturn").placement;
     let around = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
     around.iter().all(|step| scene.camera.surface_under_pixel(placement, middle + 1.5 * step).is_some())
 }
 
-/// What is left out of the sum, to see that the comparison notices.
+/// An effect left out of the sum, to check that the comparison detects it.
 #[derive(Clone, Copy, PartialEq)]
 enum Without {
     Nothing,
@@ -55,20 +55,20 @@ enum Without {
     OtherSide,
 }
 
-/// Optical depth and colour by radius; the last ring that holds a radius counts.
+/// Optical depth and colour by radius; where rings overlap, the last one counts.
 fn profile(rings: &[Ring], unit_km: f64, from: f64, to: f64, count: usize) -> Vec<(f64, f64, DVec3)> {
-    let of = |k: usize| {
+    let ring_at = |k: usize| {
         let r = from + (to - from) * (k as f64 + 0.5) / count as f64;
         let ring = rings.iter().rfind(|g| (g.inner_km..g.outer_km).contains(&(r * unit_km)));
         ring.filter(|g| g.tau_normal > 0.0).map(|g| (r, g.tau_normal, DVec3::from_array(g.albedo)))
     };
-    (0..count).filter_map(of).collect()
+    (0..count).filter_map(ring_at).collect()
 }
 
-/// Irradiance at a place on the ellipsoid (equatorial radii) per unit of sunlight: every piece of ring that it sees, piece by piece.
+/// Irradiance at a point on the ellipsoid (equatorial radii) per unit of sunlight, summed over every visible piece of ring.
 fn summed(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, sun: DVec3, without: Without) -> DVec3 {
     const AROUND: usize = 300;
-    // (pi - phase angle)^3.09 with the mean 1 over all directions, and the opposition's peak.
+    // (pi - phase angle)^3.09, normalised to the mean 1 over all directions, and the opposition peak.
     let mean = (0..2000).map(|k| (f64::from(k) + 0.5) * PI / 2000.0).map(|y| 0.5 * y.powf(3.09) * y.sin() * PI / 2000.0).sum::<f64>();
     let normal = DVec3::new(place.x, place.y, place.z / (polar * polar)).normalize();
     let mut sum = DVec3::ZERO;
@@ -76,38 +76,39 @@ fn summed(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, s
         for k in 0..AROUND {
             let (sin, cos) = (TAU * (k as f64 + 0.5) / AROUND as f64).sin_cos();
             let q = DVec3::new(r * cos, r * sin, 0.0);
-            let away = q - place;
-            let cos_incidence = normal.dot(away.normalize());
+            let to_ring = q - place;
+            let cos_incidence = normal.dot(to_ring.normalize());
             if cos_incidence <= 0.0 {
                 continue;
             }
-            // Towards the Sun from q: does the way meet the ellipsoid?
-            let squash = DVec3::new(1.0, 1.0, 1.0 / polar);
-            let (from, along) = (q * squash, (sun * squash).normalize());
-            let nearest = from - along * from.dot(along);
-            if without != Without::Shadow && from.dot(along) < 0.0 && nearest.length() < 1.0 {
+            // Whether the path from q towards the Sun meets the ellipsoid.
+            let to_unit_sphere = DVec3::new(1.0, 1.0, 1.0 / polar);
+            let (from, along) = (q * to_unit_sphere, (sun * to_unit_sphere).normalize());
+            let perigee = from - along * from.dot(along);
+            if without != Without::Shadow && from.dot(along) < 0.0 && perigee.length() < 1.0 {
                 continue;
             }
-            let back = -away.normalize();
-            let (mu, mu0) = (back.z.abs(), sun.z.abs());
-            let alpha = back.dot(sun).clamp(-1.0, 1.0).acos();
+            let to_planet = -to_ring.normalize();
+            let (mu, mu0) = (to_planet.z.abs(), sun.z.abs());
+            let alpha = to_planet.dot(sun).clamp(-1.0, 1.0).acos();
             let phase = (PI - alpha).powf(3.09) / mean * (1.0 + 0.32 / (1.0 + (alpha / 2.0).tan() / 0.0045));
-            let same_side = (back.z * sun.z > 0.0) != (without == Without::OtherSide);
-            let passes = if same_side {
+            let same_side = (to_planet.z * sun.z > 0.0) != (without == Without::OtherSide);
+            let scattered = if same_side {
                 mu0 / (mu + mu0) * (1.0 - (-tau / mu - tau / mu0).exp())
             } else if (mu - mu0).abs() < 1e-6 {
                 tau / mu * (-tau / mu).exp()
             } else {
                 mu0 / (mu - mu0) * ((-tau / mu).exp() - (-tau / mu0).exp())
             };
-            let solid_angle = r * width * TAU / AROUND as f64 * mu / away.length_squared();
-            sum += albedo * (0.25 * phase * passes * solid_angle * cos_incidence / PI);
+            let solid_angle = r * width * TAU / AROUND as f64 * mu / to_ring.length_squared();
+            sum += albedo * (0.25 * phase * scattered * solid_angle * cos_incidence / PI);
         }
     }
     sum
 }
 
-/// The greatest difference between the picture and the sum over the brightest place, over the dark pixels of a grid.
+/// The greatest difference between picture and sum, relative to the brightest point, and that point's light, over the dark pixels of a
+/// grid.
 fn worst(time: &str, without: Without) -> (f64, f64) {
     const COUNT: usize = 600;
     let (scene, hdr) = view(time, true, "", PixelView::Sunlight);
@@ -122,7 +123,7 @@ fn worst(time: &str, without: Without) -> (f64, f64) {
     let sun = light.direction_in_body.as_dvec3().normalize();
     let placement = &scene.body(SATURN).expect("Saturn").placement;
     let brightest = hdr.iter().map(|p| f64::from(p[0] / light.irradiance.x)).fold(0.0, f64::max);
-    let (mut off, mut compared): (f64, usize) = (0.0, 0);
+    let (mut greatest, mut compared): (f64, usize) = (0.0, 0);
     for (k, pixel) in hdr.iter().enumerate() {
         let (x, y) = (k as u32 % SIDE, k as u32 / SIDE);
         if x % 9 != 4 || y % 5 != 2 {
@@ -131,8 +132,8 @@ fn worst(time: &str, without: Without) -> (f64, f64) {
         let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let Some(hit) = scene.camera.surface_under_pixel(placement, middle) else { continue };
         let normal = (hit / placement.radii_km).normalize();
-        // By day the Sun's own light is there.
-        if normal.dot(sun) > 0.0 || !within(&scene, middle) {
+        // Skip the day side, which has direct sunlight.
+        if normal.dot(sun) > 0.0 || !is_well_inside(&scene, middle) {
             continue;
         }
         let polar = placement.radii_km.z / unit_km;
@@ -140,30 +141,30 @@ fn worst(time: &str, without: Without) -> (f64, f64) {
         let expected = summed(&profile, (to - from) / COUNT as f64, polar, place, sun, without);
         for c in 0..3 {
             let found = f64::from(pixel[c] / light.irradiance.x);
-            off = off.max((found - expected[c]).abs() / brightest);
+            greatest = greatest.max((found - expected[c]).abs() / brightest);
         }
         compared += 1;
     }
     assert!(compared > 50, "{compared} places");
-    (off, brightest)
+    (greatest, brightest)
 }
 
 #[test]
-fn the_night_is_lit_as_the_sum_over_the_rings_says() {
+fn night_light_agrees_with_the_sum_over_the_rings() {
     for time in [OPEN, NEARLY_CLOSED] {
         let (off, brightest) = worst(time, Without::Nothing);
         println!("{time}: {off:.2e} of the brightest place, {brightest:.3e} of sunlight");
         assert!(off < 0.01, "{time}: {off:e} of the brightest place");
-        // A per cent to a tenth of sunlight: the rings are as bright as the globe and fill up to half of its sky.
+        // A per cent to a tenth of sunlight: the rings are as bright as the globe and fill up to half of the sky.
         assert!((2e-4..0.2).contains(&brightest), "{time}: {brightest:e}");
     }
-    // Without the globe's shadow, or with the sides taken for each other, it is another light.
+    // Without the globe's shadow, or with the ring's two sides exchanged, the light differs.
     assert!(worst(OPEN, Without::Shadow).0 > 0.03);
     assert!(worst(OPEN, Without::OtherSide).0 > 0.03);
 }
 
 #[test]
-fn the_equator_and_the_poles_get_none_and_switched_off_there_is_night() {
+fn equator_and_poles_get_no_ring_shine() {
     let (scene, lit) = view(OPEN, true, "", PixelView::Final);
     let (_, dark) = view(OPEN, true, "-ring-shine", PixelView::Final);
     let placement = &scene.body(SATURN).expect("Saturn").placement;
@@ -172,27 +173,28 @@ fn the_equator_and_the_poles_get_none_and_switched_off_there_is_night() {
     for k in 0..lit.len() {
         let middle = DVec2::new(f64::from(k as u32 % SIDE) + 0.5, f64::from(k as u32 / SIDE) + 0.5);
         let Some(unit) = scene.camera.surface_under_pixel(placement, middle) else { continue };
-        if (unit / placement.radii_km).normalize().dot(sun) > -0.02 || !within(&scene, middle) {
+        if (unit / placement.radii_km).normalize().dot(sun) > -0.02 || !is_well_inside(&scene, middle) {
             continue;
         }
         assert_eq!(&dark[k][..3], &[0.0; 3], "a night without moons, air and rings is black");
         glowing += usize::from(lit[k][0] > 0.0);
-        // The outermost ring that counts, F at 2.33 radii, sets at 64.6 degrees of parametric latitude.
+        // F at 2.33 radii, the outermost ring included, sets at 64.6 degrees of parametric latitude.
         if unit.z.abs() > 0.91 {
             assert_eq!(&lit[k][..3], &[0.0; 3], "rings are below the horizon");
             poles += 1;
         }
     }
     assert!(glowing > 1000 && poles > 5, "{glowing} {poles}");
-    // Light over height is finite, so that it vanishes with the height: a hundredth of a degree from the equator, a fiftieth of the most.
+    // Light divided by height is finite, so the light vanishes with the height: a hundredth of a degree from the equator it is a fiftieth
+    // of the maximum.
     let shine = scene.draws[0].uniforms.ring.shine.clone().expect("a table");
     let at_equator = shine.texels[..4 * orrery::scene::ring_shine::COLUMNS].iter().copied().fold(0.0, f32::max);
     assert!(f64::from(at_equator) * 0.01f64.to_radians() < 0.02 * shine.brightest, "{at_equator}");
 }
 
-/// All that falls on the globe, against all sunlight that falls on the rings.
+/// The total ring-shine on the globe against the total sunlight on the rings.
 #[test]
-fn no_more_light_than_falls_on_the_rings() {
+fn ring_shine_never_exceeds_the_sunlight_on_the_rings() {
     use orrery::scene::ring_shine::{COLUMNS, ROWS, RingShines};
     let rings = [Ring { name: "x".into(), inner_km: 1.05, outer_km: 2.5, tau_normal: 3.0, albedo: [1.0; 3], dust: 0.0 }];
     let rings: Vec<&Ring> = rings.iter().collect();
@@ -201,7 +203,7 @@ fn no_more_light_than_falls_on_the_rings() {
         let shine = lit.shine(&RingShines::default()).expect("a table");
         let mut power = 0.0;
         for row in 0..2 * ROWS {
-            // Rows are squares of height: half the stretch to either neighbour.
+            // Rows are spaced by the square of the height; each covers half the interval to either neighbour.
             let place = |k: f64| shine.reach * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
             let k = (row % ROWS) as f64;
             let (height, band) = (place(k), place(k + 0.5) - place(k - 0.5));
@@ -225,16 +227,16 @@ fn ring_shine_is_drawn_where_visible_and_its_reason_is_given() {
         };
         let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
         let features = scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == Part::Globe).expect("a globe").features;
-        let told = scene.body(NaifId(body)).expect("a body").decisions.iter().find(|d| d.feature == "ring-shine").cloned();
-        (features.ring_shine, told)
+        let ring_shine_decision = scene.body(NaifId(body)).expect("a body").decisions.iter().find(|d| d.feature == "ring-shine").cloned();
+        (features.ring_shine, ring_shine_decision)
     };
-    let (on, told) = decision(699, "");
-    assert!(on && told.is_some_and(|d| d.on && d.reason.contains("of white against")));
+    let (on, ring_shine_decision) = decision(699, "");
+    assert!(on && ring_shine_decision.is_some_and(|d| d.on && d.reason.contains("of white against")));
     for body in [599, 799, 899] {
-        let (on, told) = decision(body, "");
-        assert!(!on && told.is_some_and(|d| !d.on && d.reason.contains("of white against")), "{body}");
+        let (on, ring_shine_decision) = decision(body, "");
+        assert!(!on && ring_shine_decision.is_some_and(|d| !d.on && d.reason.contains("of white against")), "{body}");
     }
     assert!(!decision(699, "-ring-shine").0);
-    assert!(decision(799, "+ring-shine").0, "the rings of Uranus light it, though nobody sees it");
+    assert!(decision(799, "+ring-shine").0, "the rings of Uranus light it, although invisibly");
     assert_eq!(decision(499, "+ring-shine"), (false, None), "Mars has none");
 }

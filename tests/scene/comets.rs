@@ -1,6 +1,6 @@
-//! Comets: dates and distances of well-known passages, total magnitude, and where tails point.
+//! Comets: dates and distances of well-known passages, total magnitude, and directions of tails.
 //!
-//! Passages are published facts (IAU Circulars and the JPL's Small-Body Database); the orbits that ship are osculating near each passage.
+//! Passages are published facts (IAU Circulars and the JPL's Small-Body Database); the shipped orbits are osculating elements near each passage.
 
 use glam::DVec3;
 use orrery::catalog::small_bodies::{BrightnessLaw, SmallBodies, SmallBody};
@@ -21,16 +21,16 @@ fn days(time: &str) -> f64 {
     Instant::parse(time).expect("a time").tdb_seconds_past_j2000() / SECONDS_PER_DAY
 }
 
-/// From the Earth to the comet, au.
+/// Vector from the Earth to the comet, au.
 fn from_earth(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
     let time = Instant::from_tdb_seconds_past_j2000(days * SECONDS_PER_DAY);
     let sun = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
     sun + heliocentric_state(&comet.orbit, days).position
 }
 
-/// Perihelion: day and distance from the Sun. Least distance from the Earth: day and distance.
+/// Checks the day and solar distance of perihelion, and the day and distance of the closest approach to the Earth.
 #[test]
-fn passages_are_those_of_the_almanacs() {
+fn passages_agree_with_the_almanacs() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
     for (name, time, q_au) in [
@@ -58,17 +58,17 @@ fn passages_are_those_of_the_almanacs() {
             (-400..=400).map(|k| days(time) + 0.05 * f64::from(k)).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).expect("some");
         assert!((nearest - days(time)).abs() < 1.0, "{name}: {} days off", nearest - days(time));
         assert!((distance(nearest) - least_au).abs() < 0.003, "{name}: {} au", distance(nearest));
-        // Ten days beside it is farther.
+        // Ten days later the comet is farther away.
         assert!(distance(nearest + 10.0) > distance(nearest) + 0.002);
     }
-    // On 10 April 1986 Halley stood in Lupus, as far south as it came: -47.5 degrees.
+    // On 10 April 1986 Halley was in Lupus at its southernmost declination, -47.5 degrees.
     let south = from_earth(&ephemeris, &comet("Halley"), days("1986-04-10T12:00:00Z"));
     let declination_deg = (south.z / south.length()).asin().to_degrees();
     assert!((declination_deg + 47.5).abs() < 0.3, "{declination_deg}");
 }
 
 #[test]
-fn brightness_is_the_total_magnitudes_law() {
+fn brightness_follows_the_law_of_total_magnitude() {
     let law = BrightnessLaw::Comet { m1: 5.5, k1: 8.0 };
     assert_eq!(total_magnitude(law, 1.0, 1.0), Some(5.5));
     assert!((total_magnitude(law, 10.0, 1.0).expect("a comet") - 10.5).abs() < 1e-12);
@@ -76,8 +76,8 @@ fn brightness_is_the_total_magnitudes_law() {
     assert_eq!(total_magnitude(BrightnessLaw::Asteroid { h: 1.0, g: 0.15 }, 1.0, 1.0), None);
 }
 
-/// The ions' tail lags behind the line from the Sun by the angle whose tangent is the comet's speed across it over the wind's; dust lies in the orbit's plane, behind
-/// that line, the farther the older the grain, and lighter grains go farther.
+/// The ion tail lags behind the antisolar direction by the angle whose tangent is the comet's transverse speed divided by the wind's speed. Dust lies in the orbital
+/// plane and lags too, older grains more; lighter grains drift farther out.
 #[test]
 fn tails_point_away_from_the_sun_and_lag() {
     for name in ["Halley", "Hale-Bopp", "Hyakutake", "McNaught", "Encke"] {
@@ -92,17 +92,22 @@ fn tails_point_away_from_the_sun_and_lag() {
             let lag = (-ions.dot(along)).atan2(ions.dot(outward));
             let expected = (speed(now.velocity).dot(along) / (SOLAR_WIND_KM_S - speed(now.velocity).dot(outward))).atan();
             assert!((lag - expected).abs() < 1e-9 && lag > 0.0 && ions.dot(normal).abs() < 1e-12, "{name} {offset}: {lag} {expected}");
-            let behind = |age: f64, beta: f64| {
+            let lag_behind_sun_line = |age: f64, beta: f64| {
                 let from_comet = grain(&orbit, day, age, beta) - now.position;
                 assert!(from_comet.normalize().dot(normal).abs() < 1e-6, "{name}: out of the plane");
                 (-from_comet.dot(along)).atan2(from_comet.dot(outward))
             };
-            // A few days after it left a grain is outward of the comet, and lags.
-            assert!((0.0..1.6).contains(&behind(5.0, 0.5)), "{name} {offset}: {}", behind(5.0, 0.5));
-            assert!(behind(20.0, 0.5) > behind(5.0, 0.5), "{name} {offset}: {} {}", behind(20.0, 0.5), behind(5.0, 0.5));
+            // A few days after release, a grain is farther from the Sun than the comet, and lags.
+            assert!((0.0..1.6).contains(&lag_behind_sun_line(5.0, 0.5)), "{name} {offset}: {}", lag_behind_sun_line(5.0, 0.5));
+            assert!(
+                lag_behind_sun_line(20.0, 0.5) > lag_behind_sun_line(5.0, 0.5),
+                "{name} {offset}: {} {}",
+                lag_behind_sun_line(20.0, 0.5),
+                lag_behind_sun_line(5.0, 0.5)
+            );
             let far = |beta: f64| grain(&orbit, day, 10.0, beta).distance(now.position);
-            assert!(far(0.1) < far(0.4) && far(0.4) < far(0.9), "{name} {offset}: sunlight presses light grains more");
-            // Grains that sunlight does not press stay with the comet; those that it presses do not.
+            assert!(far(0.1) < far(0.4) && far(0.4) < far(0.9), "{name} {offset}: radiation pressure moves light grains farther");
+            // Grains without radiation pressure stay with the comet; the others do not.
             assert!(
                 grain(&orbit, day, 30.0, 0.0).distance(now.position) < 1e-9 && grain(&orbit, day, 30.0, 0.3).distance(now.position) > 1e-3
             );
@@ -110,7 +115,7 @@ fn tails_point_away_from_the_sun_and_lag() {
     }
 }
 
-/// Halley from the Earth on 16 March 1986: its tails lie on the side away from the Sun, and bodies hide them.
+/// Halley from the Earth on 16 March 1986: its tails are on the side away from the Sun, and bodies hide them.
 #[test]
 fn a_picture_shows_the_tails_away_from_the_sun() {
     let session = &*crate::support::session::SESSION;
@@ -130,15 +135,15 @@ fn a_picture_shows_the_tails_away_from_the_sun() {
         ..ViewRequest::of(NaifId::EARTH, time)
     };
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, true).expect("drawn");
-    let said = drawn.scene.sky.iter().find(|d| d.feature == "comets").expect("a reason");
-    assert!(said.on && said.reason.contains("1P/Halley"), "{}", said.reason);
+    let decision = drawn.scene.sky.iter().find(|d| d.feature == "comets").expect("a reason");
+    assert!(decision.on && decision.reason.contains("1P/Halley"), "{}", decision.reason);
     let sun = session.ephemeris().state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km.normalize();
     let camera = &drawn.scene.camera;
     let away = camera.clip(direction - sun * 0.01).expect("ahead").normalize();
     let (mut on_side, mut other) = (0.0, 0.0);
     for (k, p) in drawn.frame.hdr.iter().enumerate() {
         let at = glam::DVec2::new((k % 160) as f64 + 0.5 - 80.0, 80.0 - (k / 160) as f64 - 0.5);
-        // Beside the head's own glare.
+        // Skip the glare of the head.
         if at.length() > 10.0 {
             *(if at.dot(away) > 0.0 { &mut on_side } else { &mut other }) += f64::from(p[1]);
         }

@@ -1,4 +1,4 @@
-//! Custom surfaces: what they colour, that they touch no other body, that they can be switched off, and how faults are told.
+//! Custom surfaces: which bodies they colour, that they can be switched off, and how errors are reported.
 
 use orrery::catalog::NaifId;
 use orrery::scene::effects::Effect;
@@ -38,8 +38,8 @@ fn light(session: &Session, request: &ViewRequest) -> Vec<[f32; 4]> {
     session.draw(request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn").frame.hdr
 }
 
-/// Greatest difference of a channel.
-fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+/// Greatest difference in any channel.
+fn greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
 }
 
@@ -50,18 +50,21 @@ fn a_surface_colours_its_body_alone_and_can_be_switched_off() {
     let own = open(folder.path(), &[("moon", "checkers.wesl", CHECKERS)]).expect("a session");
     let (moon, mars) = (view(NaifId::MOON), view(NaifId(499)));
     let before = light(&plain, &moon);
-    assert!(apart(&before, &light(&own, &moon)) > 0.1 * before.iter().map(|p| p[1]).fold(0.0, f32::max), "the Moon is chequered");
-    assert_eq!(apart(&light(&plain, &mars), &light(&own, &mars)), 0.0, "Mars has no surface of its own");
+    assert!(
+        greatest_difference(&before, &light(&own, &moon)) > 0.1 * before.iter().map(|p| p[1]).fold(0.0, f32::max),
+        "the Moon is chequered"
+    );
+    assert_eq!(greatest_difference(&light(&plain, &mars), &light(&own, &mars)), 0.0, "Mars has no surface of its own");
     let mut without = moon.clone();
     without.effects.set(Effect::CustomSurface, false);
-    assert_eq!(apart(&before, &light(&own, &without)), 0.0, "switched off it changes nothing");
+    assert_eq!(greatest_difference(&before, &light(&own, &without)), 0.0, "switched off it changes nothing");
     let decisions = own.scene(&moon).expect("a scene").bodies.into_iter().flat_map(|b| b.decisions);
     assert!(decisions.into_iter().any(|d| d.feature == "custom-surface" && d.on));
 }
 
-/// Light of its own needs no Sun: the night side shows it.
+/// A surface that emits light needs no Sun: it is visible on the night side.
 #[test]
-fn a_surface_may_shine() {
+fn a_surface_may_emit_light() {
     let folder = tempfile::tempdir().expect("temp");
     let glowing = CHECKERS.replace("vec3f(0.0));", "vec3f(0.25, 0.0, 0.0));");
     let own = open(folder.path(), &[("moon", "glowing.wesl", &glowing)]).expect("a session");
@@ -71,7 +74,7 @@ fn a_surface_may_shine() {
         let position = Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(4.0) };
         ViewRequest { position, time: Instant::parse(time).expect("a time"), ..view }
     };
-    // New moon: the Earth sees the night side.
+    // At new moon the Earth sees the Moon's night side.
     let request = night("2024-06-06T12:38:00Z");
     let (dark, lit) = (light(&plain, &request), light(&own, &request));
     let middle = 48 * 96 + 48;
@@ -81,20 +84,21 @@ fn a_surface_may_shine() {
 }
 
 #[test]
-fn faults_are_told_with_the_file_of_the_user() {
+fn errors_name_the_users_file() {
     let folder = tempfile::tempdir().expect("temp");
-    let told = |surfaces: &[(&str, &str, &str)]| open(folder.path(), surfaces).err().unwrap_or_else(|| panic!("{surfaces:?} is taken"));
+    let error_of =
+        |surfaces: &[(&str, &str, &str)]| open(folder.path(), surfaces).err().unwrap_or_else(|| panic!("{surfaces:?} was accepted"));
     let broken = CHECKERS.replace("vec3f(0.8)", "vec3f(0.8");
     let lacking = CHECKERS.replace("fn custom_surface", "fn my_surface");
     let mistyped = CHECKERS.replace("-> CustomSurface", "-> vec3f");
     for (text, what) in [(&broken, "surface.wesl:"), (&lacking, "custom_surface"), (&mistyped, "surface.wesl:")] {
-        let message = told(&[("moon", "surface.wesl", text)]);
+        let message = error_of(&[("moon", "surface.wesl", text)]);
         assert!(message.contains(what) && !message.contains('\n') && !message.contains("lib/custom/surface_1"), "{message}");
     }
-    assert!(told(&[("moom", "a.wesl", CHECKERS)]).contains("Moon"), "the nearest name is offered");
-    assert!(told(&[("moon", "a.wesl", CHECKERS), ("MOON", "b.wesl", CHECKERS)]).contains("MOON"));
+    assert!(error_of(&[("moom", "a.wesl", CHECKERS)]).contains("Moon"), "the nearest name is offered");
+    assert!(error_of(&[("moon", "a.wesl", CHECKERS), ("MOON", "b.wesl", CHECKERS)]).contains("MOON"));
     let five: Vec<(&str, &str, &str)> = ["moon", "mars", "io", "europa", "titan"].iter().map(|b| (*b, "a.wesl", CHECKERS)).collect();
-    assert_eq!(told(&five), SurfaceError::TooMany(5).to_string());
+    assert_eq!(error_of(&five), SurfaceError::TooMany(5).to_string());
     let missing = Sources { surfaces: vec!["moon=no-such-file.wesl".parse().expect("words")], ..Sources::default() };
     assert!(Session::open(&missing, |_| ()).is_err_and(|e| e.to_string().contains("no-such-file.wesl")));
 }

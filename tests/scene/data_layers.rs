@@ -1,4 +1,4 @@
-//! One's own data: points, outlines and images of a catalog's layers, on the right ground or in the right place of the sky, at their times.
+//! User data in catalog layers: points, outlines and images at the right position on the ground or in the sky, at the right times.
 
 use crate::support::session::session_over;
 use glam::{DVec2, DVec3};
@@ -18,7 +18,7 @@ const LAYER: &str =
     "[[layer]]\nname = \"quakes\"\nfile = \"quakes.csv\"\nbody = \"Earth\"\nfade_days = 2.0\ncolour = \"#ff0000\"\nsize_px = 12.0\n";
 
 fn view(time: &str) -> ViewRequest {
-    // Over Tohoku at noon of its longitude.
+    // Above Tohoku, at its local noon.
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     ViewRequest { position, ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time")) }
 }
@@ -34,13 +34,13 @@ fn dots(session: &Session, request: &ViewRequest) -> (Scene, Vec<Dot>) {
     (scene, dots)
 }
 
-/// A point appears at its time where the camera sees its ground, fades over its days, and never shows on the far side.
+/// A point appears at its time where the camera sees its ground, fades over the given days, and is never visible on the far side.
 #[test]
 fn points_appear_at_their_time_and_place_and_fade() {
     let folder = tempfile::tempdir().expect("a folder");
     with_tables(folder.path(), LAYER, "time,lat_deg,lon_deg\n2024-03-11T03:00:00Z,38.3,142.4\n2024-03-11T03:00:00Z,-38.3,-37.6\n");
     let (session, said) = session_over(folder.path());
-    assert!(dots(&session, &view("2024-03-11T02:59:00Z")).1.is_empty(), "before its time");
+    assert!(dots(&session, &view("2024-03-11T02:59:00Z")).1.is_empty(), "the point is visible before its time");
     let mut last = 1.0;
     for hours in [0, 6, 12, 24, 36] {
         let request = ViewRequest {
@@ -52,7 +52,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
         let ground = ground_point_km(earth.radii_km, 38.3, 142.4, 0.0).0 / earth.radii_km;
         match scene.camera.pixel_of_surface(&earth, ground) {
             Some(expected) => {
-                assert_eq!(dots.len(), 1, "{hours} h: the other is on the far side");
+                assert_eq!(dots.len(), 1, "{hours} h: only one point is on the near side");
                 assert!(dots[0].centre_px.distance(expected) < 0.01, "{hours} h: {:?} for {expected}", dots[0]);
                 let wanted = 0.9 * (1.0 - f64::from(hours) / 48.0);
                 assert!((dots[0].opacity - wanted).abs() < 1e-6 && dots[0].opacity < last, "{hours} h: {}", dots[0].opacity);
@@ -65,7 +65,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
     assert!(much_later.is_empty(), "{much_later:?}");
     let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };
     assert!(dots(&session, &off).1.is_empty());
-    // In the picture: red where the point is.
+    // In the picture, the pixel at the point is red.
     let request = view("2024-03-11T03:00:00Z");
     let drawn = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, false).expect("drawn");
     let at = dots(&session, &request).1[0].centre_px;
@@ -74,7 +74,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
     assert!(said.lock().expect("a list").is_empty());
 }
 
-/// What is wrong is said with file, line and field, and no session opens.
+/// Errors name file, line and field, and no session opens.
 #[test]
 fn wrong_layers_are_refused() {
     let refused = |layer: &str, table: &str| {
@@ -91,7 +91,7 @@ fn wrong_layers_are_refused() {
 
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
-/// A FITS image of bytes.
+/// A FITS image with the given header cards and bytes.
 fn fits(cards: &[(&str, &str)], [width, height]: [usize; 2], data: &[u8]) -> Vec<u8> {
     let mut text = format!("{:<80}", "SIMPLE  =                    T");
     let size = [("BITPIX", "8".to_owned()), ("NAXIS", "2".to_owned()), ("NAXIS1", width.to_string()), ("NAXIS2", height.to_string())];
@@ -111,9 +111,9 @@ fn session_with(layer: &str, files: &[(&str, &[u8])]) -> (Session, tempfile::Tem
     (session_over(folder.path()).0, folder)
 }
 
-/// The outline of a field of some degrees lies on its parallels and meridians, ends at the limb, and is hidden with its layer.
+/// The outline of a square region lies on its parallels and meridians, ends at the limb, and disappears with its layer.
 #[test]
-fn outlines_lie_on_their_ground() {
+fn outlines_follow_their_coordinates() {
     let layer = "[[layer]]\nname = \"field\"\nfile = \"field.geojson\"\nbody = \"Earth\"\ncolour = \"#00ff00\"\n";
     let json = r#"{"type":"Polygon","coordinates":[[[130,20],[150,20],[150,40],[130,40],[130,20]]]}"#;
     let (session, _folder) = session_with(layer, &[("field.geojson", json.as_bytes())]);
@@ -125,7 +125,7 @@ fn outlines_lie_on_their_ground() {
     let half = scene.camera.half_size();
     let ends: Vec<DVec2> =
         pieces.iter().flat_map(|p| p.ends).map(|e| (e.truncate().as_dvec2() * DVec2::new(1.0, -1.0) + 1.0) * half).collect();
-    // Each end lies on a side: on one of the two parallels or meridians.
+    // Each end lies on one of the two parallels or meridians.
     for end in &ends {
         let ground = scene.camera.surface_under_pixel(&earth, *end).expect("on the disc");
         let normal = (ground / earth.radii_km).normalize();
@@ -133,13 +133,13 @@ fn outlines_lie_on_their_ground() {
         let off = [lat - 20.0, lat - 40.0, lon - 130.0, lon - 150.0].into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
         assert!(off < 0.05 && (19.9..40.1).contains(&lat) && (129.9..150.1).contains(&lon), "{end}: {lat} {lon}");
     }
-    // Each corner, and the middle of each side, has a piece on it.
+    // There is a line segment at each corner and at the middle of each side.
     for (lat, lon) in
         [(20.0, 130.0), (20.0, 150.0), (40.0, 150.0), (40.0, 130.0), (20.0, 140.0), (30.0, 150.0), (40.0, 140.0), (30.0, 130.0)]
     {
         let ground = ground_point_km(earth.radii_km, lat, lon, 0.0).0 / earth.radii_km;
         let at = scene.camera.pixel_of_surface(&earth, ground).expect("on the near side");
-        let off = ends.chunks(2).map(|p| beside(p[0], p[1], at)).fold(f64::INFINITY, f64::min);
+        let off = ends.chunks(2).map(|p| distance_to_segment(p[0], p[1], at)).fold(f64::INFINITY, f64::min);
         assert!(off < 0.15, "{lat} {lon}: {off} pixels");
     }
     let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
@@ -152,21 +152,21 @@ fn outlines_lie_on_their_ground() {
     let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..request.clone() };
     assert!(session.scene(&off).expect("a scene").ground_lines.is_empty());
     assert!(!around(&session.draw(&off, SAMPLING, false).expect("drawn")));
-    // From the other side nothing is seen of it.
+    // From the other side none of the outline is visible.
     let night = view("2024-03-11T15:00:00Z");
     assert!(session.scene(&night).expect("a scene").ground_lines.is_empty());
 }
 
-/// Distance of a place from a piece.
-fn beside(a: DVec2, b: DVec2, at: DVec2) -> f64 {
+/// Distance from a point to a line segment.
+fn distance_to_segment(a: DVec2, b: DVec2, at: DVec2) -> f64 {
     let along = b - a;
     let t = if along.length_squared() > 0.0 { ((at - a).dot(along) / along.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
     at.distance(a + along * t)
 }
 
-/// One white pixel of an image of the sky stands where a star of its coordinates would: at any exposure, and with the viewer's aberration.
+/// A single white pixel of a sky image appears where a star with its coordinates would, at any exposure and with the viewer's aberration.
 #[test]
-fn an_image_lies_among_its_stars() {
+fn a_sky_image_is_aligned_with_the_stars() {
     let (ra, dec) = (152.093_f64, 11.967_f64);
     let cards = [
         ("CTYPE1", "'RA---TAN'"),
@@ -178,13 +178,13 @@ fn an_image_lies_among_its_stars() {
         ("CDELT1", "-0.005"),
         ("CDELT2", "0.005"),
     ];
-    // By the textbook's formula of the projection.
+    // The gnomonic projection, by the textbook's formula.
     let (da, d, d0) = ((ra - 151.9).to_radians(), dec.to_radians(), 11.9_f64.to_radians());
     let cos_c = d0.sin() * d.sin() + d0.cos() * d.cos() * da.cos();
     let x = 50.5 - (d.cos() * da.sin() / cos_c).to_degrees() / 0.005;
     let y = 30.5 + ((d0.cos() * d.sin() - d0.sin() * d.cos() * da.cos()) / cos_c).to_degrees() / 0.005;
     let mut data = vec![0_u8; 100 * 60];
-    // The four pixels around the place, so that its centroid is there.
+    // The four pixels around the position, weighted so that their centroid lies there.
     let (x0, y0) = (x.floor(), y.floor());
     for (k, weight) in
         [(1.0 - x.fract()) * (1.0 - y.fract()), x.fract() * (1.0 - y.fract()), (1.0 - x.fract()) * y.fract(), x.fract() * y.fract()]
@@ -228,15 +228,15 @@ fn an_image_lies_among_its_stars() {
         let off = (moment / sum).distance(at);
         assert!(off < 0.1, "{fov_deg} degrees: {off} pixels");
         assert!((moment / sum).distance(expected(direction)) > 2.0, "aberration is some 20 arcsec");
-        // White is white at any exposure: the four pixels sum to one.
+        // White stays white at any exposure: the four pixels sum to one.
         let white = sum / texel_px.powi(2) / drawn.scene.exposure.white();
         assert!((white - 1.0).abs() < 0.05, "{fov_deg} degrees: {white}");
     }
 }
 
-/// An image of a body lies over its ground, on the side and in the place that its header says.
+/// An image of a body covers its ground at the position and orientation that the FITS header gives.
 #[test]
-fn an_image_of_a_body_lies_over_its_ground() {
+fn an_image_of_a_body_covers_its_ground() {
     let cards = [
         ("CTYPE1", "'EALN-CAR'"),
         ("CTYPE2", "'EALT-CAR'"),
@@ -246,7 +246,7 @@ fn an_image_of_a_body_lies_over_its_ground() {
         ("CDELT1", "10"),
         ("CDELT2", "10"),
     ];
-    // Longitude 130 to 150, latitude 20 to 40; the north-east quarter alone is white.
+    // Longitude 130 to 150, latitude 20 to 40; only the north-east quarter is white.
     let layer = "[[layer]]\nname = \"map\"\nfile = \"map.fits\"\nbody = \"Earth\"\npercentiles = [0.0, 100.0]\n";
     let (session, _folder) = session_with(layer, &[("map.fits", &fits(&cards, [2, 2], &[0, 0, 0, 255]))]);
     let request = ViewRequest {
@@ -264,7 +264,7 @@ fn an_image_of_a_body_lies_over_its_ground() {
     assert!(black.iter().all(|b| *b < 20 && white > b + 100), "{white} {black:?}");
 }
 
-/// Each format says file, line and field, and no session opens.
+/// Errors of each format name file, line and field, and no session opens.
 #[test]
 fn wrong_files_of_each_format_are_refused() {
     let refused = |name: &str, body: &str, bytes: &[u8]| {

@@ -1,5 +1,5 @@
-//! Who hides whom at any distance: from close by to a hundred astronomical units the layers of a body lie over one another in one order, whatever depth can
-//! tell, and a moon before or behind a ring is seen before or behind it.
+//! Which layer or body hides which at any distance: from near the body to a hundred astronomical units its layers keep one order, whatever the resolution of depth, and
+//! a moon in front of a ring or behind it is drawn in that order.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -20,9 +20,9 @@ static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
         .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
 });
 
-/// A body from a place `offset` (body axes) of `distance_km`, its disc `disc_px` across in a picture of 1.5 times that. The light left the body at the same
-/// instant whatever the distance.
-fn view(body: NaifId, left: Instant, offset: DVec3, distance_km: f64, disc_px: f64, effects: &str) -> ViewRequest {
+/// A body seen from a distance of `distance_km` in the direction `offset` (body axes). Its disc is `disc_px` across, in a picture 1.5 times that size. The light left
+/// the body at the same instant for every distance.
+fn view(body: NaifId, emitted: Instant, offset: DVec3, distance_km: f64, disc_px: f64, effects: &str) -> ViewRequest {
     let radius_km = SESSION.catalog().body(body).expect("a body").radii_km.x;
     let size = (1.5 * disc_px).round() as u32;
     let tangent = (radius_km / distance_km).asin().tan() * f64::from(size) / disc_px;
@@ -33,7 +33,7 @@ fn view(body: NaifId, left: Instant, offset: DVec3, distance_km: f64, disc_px: f
         fov_deg: Some(2.0 * tangent.atan().to_degrees()),
         exposure: ExposureRequest::Stops(0.0),
         effects: EffectOverrides::parse(effects).expect("effects"),
-        ..ViewRequest::of(body, left.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S))
+        ..ViewRequest::of(body, emitted.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S))
     }
 }
 
@@ -44,10 +44,10 @@ fn drawn(request: &ViewRequest, samples: u8, precision: Precision) -> (Scene, Ve
     (scene, hdr)
 }
 
-/// Greatest difference of two pictures over the brightest pixel of the first, where no other body stands.
-fn apart(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other, b): &(Scene, Vec<[f32; 4]>)) -> f32 {
+/// Greatest difference of two pictures relative to the brightest pixel of the first, outside other bodies.
+fn relative_difference(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other, b): &(Scene, Vec<[f32; 4]>)) -> f32 {
     let brightest = a.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
-    let beside = |scene: &Scene, at: DVec2| {
+    let is_near_other_body = |scene: &Scene, at: DVec2| {
         let near = |c: &orrery::scene::BodyInView| {
             let middle = scene.camera.clip(c.placement.centre_km).map(|clip| scene.camera.pixel_from_clip(clip));
             c.id != body && middle.is_some_and(|m| m.distance(at) < 3.0 + c.diameter_px)
@@ -59,34 +59,34 @@ fn apart(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other, b): &(Scene,
     for (k, (a, b)) in a.iter().zip(b).enumerate() {
         let at = DVec2::new((k % width) as f64 + 0.5, (k / width) as f64 + 0.5);
         let change = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-        if change > worst * brightest && !beside(scene, at) && !beside(other, at) {
+        if change > worst * brightest && !is_near_other_body(scene, at) && !is_near_other_body(other, at) {
             worst = change / brightest;
         }
     }
     worst
 }
 
-/// From 3000 radii to 100 au, three steps a decade. What may change is the perspective: places of a ring move by their distance squared over the camera's, a pixel is a
-/// twentieth of the radius, and contrasts between neighbours may be all of white; from 1e5 radii on that is nothing.
+/// From 3000 radii to 100 au, three steps a decade. Only the perspective may change: points of a ring move by the square of their distance over the camera's distance,
+/// a pixel is a twentieth of the radius, and contrasts between neighbours may reach full white. From 1e5 radii on, this change is negligible.
 #[test]
 fn layers_of_a_body_look_the_same_from_any_distance() {
     let earth = (NaifId::EARTH, "2024-06-08T06:00:00Z", "+clouds,+atmosphere,-planet-shine,-eclipse");
     let saturn = (SATURN, "2017-05-17T00:00:00Z", "+rings,+atmosphere,-planet-shine,-eclipse");
-    for (body, left, effects) in [earth, saturn] {
+    for (body, emitted, effects) in [earth, saturn] {
         for (samples, precision) in [(1, Precision::F32), (4, Precision::F32), (1, Precision::F64)] {
-            let left = Instant::parse(left).expect("a time");
+            let emitted = Instant::parse(emitted).expect("a time");
             let radius_km = SESSION.catalog().body(body).expect("a body").radii_km.x;
-            // From the Sun's side, over the rings.
-            let sun = SESSION.ephemeris().state(NaifId::SUN, body, left, None).expect("the Sun").state.pos_km.normalize();
+            // From the Sun's direction, above the rings.
+            let sun = SESSION.ephemeris().state(NaifId::SUN, body, emitted, None).expect("the Sun").state.pos_km.normalize();
             let towards = sun + DVec3::new(0.1, -0.2, 0.3);
             let mut before = None;
             let mut distance_km = 3000.0 * radius_km;
             while distance_km < 100.0 * KM_PER_AU {
-                let picture = drawn(&view(body, left, towards, distance_km, 40.0, effects), samples, precision);
+                let picture = drawn(&view(body, emitted, towards, distance_km, 40.0, effects), samples, precision);
                 assert!(picture.0.draws.iter().filter(|d| d.body == body).count() > 1, "layers");
                 if let Some((at_km, before)) = &before {
                     let perspective = (500.0 * radius_km / at_km) as f32;
-                    let change = apart(body, before, &picture);
+                    let change = relative_difference(body, before, &picture);
                     let radii = distance_km / radius_km;
                     assert!(change < 2e-3 + perspective, "{body:?}, {samples} samples, {precision:?}: {change} at {radii:.0} radii");
                 }
@@ -97,36 +97,37 @@ fn layers_of_a_body_look_the_same_from_any_distance() {
     }
 }
 
-/// A moon with a ring behind it is seen whole, and one behind a ring is seen through it, from near and from 100 au; with its planet's far half and near half.
+/// A moon in front of a ring is entirely visible, and a moon behind a ring is seen through it, from nearby and from 100 au; the same for the near and far half of the
+/// planet.
 #[test]
-fn a_moon_stands_before_or_behind_the_ring() {
-    let left = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
-    let to_icrf = SESSION.ephemeris().body_from_icrf(SATURN, left).expect("turned").transpose();
+fn a_moon_is_drawn_in_front_of_or_behind_the_ring() {
+    let emitted = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+    let to_icrf = SESSION.ephemeris().body_from_icrf(SATURN, emitted).expect("turned").transpose();
     let radius_km = SESSION.catalog().body(SATURN).expect("Saturn").radii_km.x;
     let mut seen = 0;
     for name in ["Tethys", "Dione", "Rhea"] {
         let moon = SESSION.catalog().find_body_or_barycenter(name).expect(name);
-        let moon_km = SESSION.ephemeris().state(moon, SATURN, left, None).expect(name).state.pos_km;
+        let moon_km = SESSION.ephemeris().state(moon, SATURN, emitted, None).expect(name).state.pos_km;
         let moon_radius_km = SESSION.catalog().body(moon).expect(name).radii_km.max_element();
         for turn in 0..8 {
-            // A place of the B ring, and the camera on the line through it and the moon: beyond the moon, or beyond the ring.
+            // The camera is on the line through a point of the B ring and the moon, either beyond the moon or beyond the ring.
             let (sin, cos) = (f64::from(turn) * 0.785).sin_cos();
             let on_ring_km = to_icrf * (DVec3::new(cos, sin, 0.0) * (1.75 * radius_km));
             let line = (moon_km - on_ring_km).normalize();
             let slope = (to_icrf.transpose() * line).z.abs();
-            // Clear of the planet, and of a plane that cuts the moon.
-            let past = |from_km: DVec3| (from_km - line * from_km.dot(line)).length() > 1.1 * radius_km;
-            if (to_icrf.transpose() * moon_km).z.abs() < 1.5 * moon_radius_km || slope < 1e-3 || !past(moon_km) {
+            // Keep clear of the planet, and of positions where the ring plane cuts the moon.
+            let clears_planet = |from_km: DVec3| (from_km - line * from_km.dot(line)).length() > 1.1 * radius_km;
+            if (to_icrf.transpose() * moon_km).z.abs() < 1.5 * moon_radius_km || slope < 1e-3 || !clears_planet(moon_km) {
                 continue;
             }
             for distance_km in [2e6, 3e8, 90.0 * KM_PER_AU] {
                 for (before, towards) in [(true, line), (false, -line)] {
-                    let request = |effects: &str| view(moon, left, towards, distance_km, 16.0, effects);
+                    let request = |effects: &str| view(moon, emitted, towards, distance_km, 16.0, effects);
                     let effects = "-points,-eclipse,-planet-shine";
                     let (scene, with) = drawn(&request(&format!("+rings,{effects}")), 1, Precision::F32);
                     let (_, without) = drawn(&request(&format!("-rings,{effects}")), 1, Precision::F32);
                     if without[12 * 24 + 12][1] == 0.0 {
-                        // Night: nothing to be told.
+                        // The moon's night side: nothing to compare.
                         continue;
                     }
                     assert!(scene.draws.iter().any(|d| d.body == SATURN), "{name}: the rings are drawn");
@@ -138,7 +139,7 @@ fn a_moon_stands_before_or_behind_the_ring() {
                             continue;
                         }
                         if before {
-                            assert_eq!(a, b, "{name} before the ring, {distance_km:e} km, pixel {at}");
+                            assert_eq!(a, b, "{name} in front of the ring, {distance_km:e} km, pixel {at}");
                         } else if b[1] > 1e-4 {
                             assert_ne!(a, b, "{name} behind the ring, {distance_km:e} km, pixel {at}");
                         }
@@ -151,16 +152,17 @@ fn a_moon_stands_before_or_behind_the_ring() {
     assert!(seen > 3000, "{seen} pixels");
 }
 
-/// The Moon before the Earth's deck of clouds hides it, the Moon behind it is hidden.
+/// A Moon in front of the Earth's cloud deck hides it; a Moon behind the deck is hidden.
 #[test]
-fn a_moon_stands_before_or_behind_the_deck() {
-    let left = Instant::parse("2024-06-08T06:00:00Z").expect("a time");
-    let moon_km = SESSION.ephemeris().state(NaifId::MOON, NaifId::EARTH, left, None).expect("the Moon").state.pos_km;
+fn a_moon_hides_the_clouds_or_is_hidden_by_them() {
+    let emitted = Instant::parse("2024-06-08T06:00:00Z").expect("a time");
+    let moon_km = SESSION.ephemeris().state(NaifId::MOON, NaifId::EARTH, emitted, None).expect("the Moon").state.pos_km;
     for distance_km in [2e6, 1e9, 90.0 * KM_PER_AU] {
         for before in [true, false] {
             let towards = if before { moon_km } else { -moon_km };
             let picture = |effects: &str| {
-                let request = view(NaifId::EARTH, left, towards, distance_km, 40.0, &format!("{effects},-points,-planet-shine,-eclipse"));
+                let request =
+                    view(NaifId::EARTH, emitted, towards, distance_km, 40.0, &format!("{effects},-points,-planet-shine,-eclipse"));
                 drawn(&ViewRequest { exposure: ExposureRequest::Stops(4.0), ..request }, 1, Precision::F32)
             };
             let (scene, with) = picture("+clouds");
@@ -173,7 +175,7 @@ fn a_moon_stands_before_or_behind_the_deck() {
             let place = |id: NaifId| order.iter().position(|b| *b == id).expect("drawn");
             assert_eq!(place(NaifId::MOON) > place(NaifId::EARTH), before, "{distance_km:e} km");
             if before {
-                assert_eq!(with[k], without[k], "{distance_km:e} km: the deck shows through the Moon");
+                assert_eq!(with[k], without[k], "{distance_km:e} km: the cloud deck is visible through the Moon");
             }
         }
     }

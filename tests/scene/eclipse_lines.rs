@@ -1,4 +1,5 @@
-//! Shadows of eclipses as lines: their outlines lie where the shader's light changes, the path runs through places of printed tables, and cones reach from body to body.
+//! Shadows of eclipses as lines: outlines lie where the shader's light changes, the path runs through the points of published tables, and cones reach from body to
+//! body.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -17,7 +18,7 @@ const GREATEST: &str = "2024-04-08T18:17:16Z";
 fn view(target: i32, time: &str, layers: Layers) -> ViewRequest {
     ViewRequest {
         position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) },
-        // A disc of 800 pixels: the Moon's umbra is a dozen wide.
+        // A disc of 800 pixels, on which the Moon's umbra is a dozen pixels wide.
         fov_deg: Some(6.5),
         width: 900,
         height: 900,
@@ -30,17 +31,17 @@ fn path() -> Layers {
     Layers { eclipse_path: true, ..Layers::NONE }
 }
 
-fn pieces(made: &Scene) -> &[LineSegment] {
-    made.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces)
+fn pieces(built: &Scene) -> &[LineSegment] {
+    built.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces)
 }
 
-fn ends_px(made: &Scene, piece: &LineSegment) -> [DVec2; 2] {
-    piece.ends.map(|e| made.camera.pixel_from_clip(e.truncate().as_dvec2()))
+fn ends_px(built: &Scene, piece: &LineSegment) -> [DVec2; 2] {
+    piece.ends.map(|e| built.camera.pixel_from_clip(e.truncate().as_dvec2()))
 }
 
-/// Pieces of umbra, penumbra or path, by their colour.
-fn of_colour(made: &Scene, is: fn(DVec3) -> bool) -> Vec<LineSegment> {
-    pieces(made).iter().filter(|p| is(p.colour.as_dvec3())).copied().collect()
+/// The line segments of the umbra, penumbra or path, selected by colour.
+fn of_colour(built: &Scene, is: fn(DVec3) -> bool) -> Vec<LineSegment> {
+    pieces(built).iter().filter(|p| is(p.colour.as_dvec3())).copied().collect()
 }
 
 fn is_umbra(colour: DVec3) -> bool {
@@ -55,8 +56,8 @@ fn is_path(colour: DVec3) -> bool {
     colour.x < 0.5
 }
 
-/// On both sides of each outline the shader's light is what it must be: none within the umbra and some outside, all outside of the penumbra and less within. For the Moon's shadow
-/// on the Earth and the shadow of a moon on Jupiter.
+/// On both sides of each outline the shader's light is as expected: none inside the umbra and some outside; full light outside the penumbra and less inside. Tested
+/// for the Moon's shadow on the Earth and for the shadow of a moon on Jupiter.
 #[test]
 fn outlines_lie_where_the_shaders_light_changes() {
     for (target, time) in [(399, GREATEST), (399, "2024-04-08T16:50:00Z"), (599, "2004-03-28T07:40:00Z")] {
@@ -67,18 +68,19 @@ fn outlines_lie_where_the_shaders_light_changes() {
         };
         let drawn = SESSION.draw(&shaded, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
         let light = |at: DVec2| f64::from(drawn.frame.hdr[at.y as usize * 900 + at.x as usize][1]);
-        let made = SESSION.scene(&view(target, time, path())).expect("a scene");
-        let placement = made.body(NaifId(target)).expect("in the catalog").placement;
+        let built = SESSION.scene(&view(target, time, path())).expect("a scene");
+        let placement = built.body(NaifId(target)).expect("in the catalog").placement;
         for (edge, what) in [(is_umbra as fn(DVec3) -> bool, "umbra"), (is_penumbra, "penumbra")] {
-            let outline = of_colour(&made, edge);
+            let outline = of_colour(&built, edge);
             assert!(outline.len() > 10, "{target} {time}: {} pieces of the {what}", outline.len());
             let (mut seen, mut wrong) = (0, 0);
             for piece in &outline {
-                let [a, b] = ends_px(&made, piece);
+                let [a, b] = ends_px(&built, piece);
                 let (middle, across) = (0.5 * (a + b), (b - a).perp().normalize_or_zero());
-                // Steep ground near the limb turns a pixel into a long way.
+                // On steep ground near the limb, a pixel covers a long distance.
                 let steep = |at: DVec2| {
-                    made.camera
+                    built
+                        .camera
                         .surface_under_pixel(&placement, at)
                         .is_none_or(|unit| unit.dot(placement.camera_in_unit_sphere().normalize()) < 0.3)
                 };
@@ -94,12 +96,12 @@ fn outlines_lie_where_the_shaders_light_changes() {
                 wrong += usize::from(if what == "umbra" { low > 1e-6 || high < 1e-5 } else { high < 1.0 - 1e-4 || low > 1.0 - 1e-6 });
             }
             println!("{target} {time}: {what}: {seen} pieces, {wrong} wrong");
-            // The umbra is a few pixels wide where it is small: some points two pixels aside lie beyond its other edge.
+            // A small umbra is only a few pixels wide: some points two pixels to the side lie beyond its other edge.
             assert!(seen > 5 && wrong * 20 <= seen, "{target} {time}, {what}: {wrong} of {seen}");
         }
-        // The comparison must be able to fail, where there is one umbra: a pixel in its middle is not on its edge.
-        let outline = of_colour(&made, is_umbra);
-        let middle = outline.iter().map(|p| ends_px(&made, p)[0]).sum::<DVec2>() / outline.len() as f64;
+        // The comparison must be able to fail: where there is one umbra, a pixel in its middle is not on its edge.
+        let outline = of_colour(&built, is_umbra);
+        let middle = outline.iter().map(|p| ends_px(&built, p)[0]).sum::<DVec2>() / outline.len() as f64;
         assert!(
             target == 599 || light(middle) < 2e-3 && light(middle + DVec2::new(300.0, 0.0)) > 2e-3,
             "{target} {time}: {}",
@@ -108,35 +110,35 @@ fn outlines_lie_where_the_shaders_light_changes() {
     }
 }
 
-/// NASA's path table of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April 08): places of the centre line by hour; each is within 4 km of the
-/// drawn line (the table's lunar radius differs by 0.1 km, its Delta T by a second).
+/// NASA's path table of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April 08): points of the centre line by time; each is within 4 km of
+/// the drawn line (the table's lunar radius differs by 0.1 km, its Delta T by a second).
 #[test]
-fn the_path_of_2024_runs_through_the_places_of_the_table() {
-    let made = SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(399, GREATEST, path()) }).expect("a scene");
-    let placement = made.body(NaifId::EARTH).expect("in the catalog").placement;
-    let line = of_colour(&made, is_path);
-    let off_km = |latitude_deg: f64, longitude_deg: f64| {
+fn the_path_of_2024_runs_through_the_points_of_the_table() {
+    let built = SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(399, GREATEST, path()) }).expect("a scene");
+    let placement = built.body(NaifId::EARTH).expect("in the catalog").placement;
+    let line = of_colour(&built, is_path);
+    let distance_km = |latitude_deg: f64, longitude_deg: f64| {
         let (ground, _) = ground_point_km(placement.radii_km, latitude_deg, longitude_deg, 0.0);
-        let at = made.camera.pixel_of_surface(&placement, ground / placement.radii_km).expect("on the near side");
-        let to = |p: &LineSegment| {
-            let [a, b] = ends_px(&made, p);
+        let at = built.camera.pixel_of_surface(&placement, ground / placement.radii_km).expect("on the near side");
+        let distance_to = |p: &LineSegment| {
+            let [a, b] = ends_px(&built, p);
             let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
             at.distance(a.lerp(b, t))
         };
-        let pixel_km = made.camera.pixel_tangent() * (placement.centre_km.length() - placement.radii_km.x);
-        line.iter().map(to).fold(f64::INFINITY, f64::min) * pixel_km
+        let pixel_km = built.camera.pixel_tangent() * (placement.centre_km.length() - placement.radii_km.x);
+        line.iter().map(distance_to).fold(f64::INFINITY, f64::min) * pixel_km
     };
     // Greatest eclipse 18:17:16: 25 deg 17.4' N, 104 deg 08.3' W.
-    assert!(off_km(25.29, -104.138) < 4.0, "{}", off_km(25.29, -104.138));
-    // Half the path's 198 km beside it are the limits, and between them nothing.
-    assert!(off_km(25.29 + 0.45, -104.138) > 20.0);
-    assert!(made.sky.iter().any(|d| d.feature == "eclipse-path" && d.on && d.reason.contains("Moon")), "{:?}", made.sky);
-    // A day before there is none, and the reason says so.
+    assert!(distance_km(25.29, -104.138) < 4.0, "{}", distance_km(25.29, -104.138));
+    // The limits lie half the path's width of 198 km to either side of the centre line; between limit and centre line there is no line.
+    assert!(distance_km(25.29 + 0.45, -104.138) > 20.0);
+    assert!(built.sky.iter().any(|d| d.feature == "eclipse-path" && d.on && d.reason.contains("Moon")), "{:?}", built.sky);
+    // One day earlier there is no path, and the reason says so.
     let before = SESSION.scene(&view(399, "2024-04-07T12:00:00Z", path())).expect("a scene");
     assert!(pieces(&before).is_empty() && before.sky.iter().any(|d| d.feature == "eclipse-path" && !d.on), "{:?}", before.sky);
 }
 
-/// A cone's lines begin at the Moon and end at the Earth; the Moon alone has its own cone, which holds the Earth at an eclipse.
+/// The lines of a cone begin at the Moon and end at the Earth. With the Moon as target the cone is the Moon's own, which contains the Earth during an eclipse.
 #[test]
 fn cones_reach_from_the_moon_to_the_earth() {
     let request = |target: NaifId| ViewRequest {
@@ -150,19 +152,23 @@ fn cones_reach_from_the_moon_to_the_earth() {
         ..ViewRequest::of(target, Instant::parse(GREATEST).expect("a time"))
     };
     for target in [NaifId::EARTH, NaifId::MOON] {
-        let made = SESSION.scene(&request(target)).expect("a scene");
-        assert!(!made.lines.is_empty() && made.lines.len() < 20_000, "{}", made.lines.len());
+        let built = SESSION.scene(&request(target)).expect("a scene");
+        assert!(!built.lines.is_empty() && built.lines.len() < 20_000, "{}", built.lines.len());
         let px = |id: NaifId| {
-            made.camera.pixel_from_clip(made.camera.clip(made.body(id).expect("placed").placement.centre_km).expect("in front"))
+            built.camera.pixel_from_clip(built.camera.clip(built.body(id).expect("placed").placement.centre_km).expect("in front"))
         };
-        let pixel_km = made.camera.pixel_tangent() * 9.5e5;
+        let pixel_km = built.camera.pixel_tangent() * 9.5e5;
         for (body, radius_km) in [(NaifId::MOON, 1737.0), (NaifId::EARTH, 6378.0)] {
-            let ends =
-                made.lines.iter().flat_map(|p| ends_px(&made, p)).map(|at| at.distance(px(body)) * pixel_km).fold(f64::INFINITY, f64::min);
+            let ends = built
+                .lines
+                .iter()
+                .flat_map(|p| ends_px(&built, p))
+                .map(|at| at.distance(px(body)) * pixel_km)
+                .fold(f64::INFINITY, f64::min);
             assert!(ends < 1.2 * radius_km, "{target:?}: nearest line {ends} km from {body:?}");
         }
-        assert!(made.lines.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
-        assert!(made.sky.iter().any(|d| d.feature == "eclipse-cones" && d.on), "{:?}", made.sky);
+        assert!(built.lines.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
+        assert!(built.sky.iter().any(|d| d.feature == "eclipse-cones" && d.on), "{:?}", built.sky);
     }
     let off = SESSION.scene(&ViewRequest { layers: Layers::NONE, ..request(NaifId::EARTH) }).expect("a scene");
     assert!(off.lines.is_empty());

@@ -1,4 +1,4 @@
-//! The automatic exposure of what lies in a shadow, beside what does not; and the glow of a Sun that is partly hidden.
+//! Automatic exposure of bodies in a shadow, alone and next to lit bodies; and the glow of a partly hidden Sun.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -25,8 +25,8 @@ fn scene(request: &ViewRequest) -> Scene {
     SESSION.scene(request).expect("a scene")
 }
 
-/// Part of the picture that is white, and the mean of what is not black, red and blue, levels of 255.
-fn shown(request: &ViewRequest) -> (f64, [f64; 2]) {
+/// The white fraction of the picture, and the mean red and blue levels (of 255) of the pixels that are not black.
+fn white_and_mean_levels(request: &ViewRequest) -> (f64, [f64; 2]) {
     let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, false).expect("drawn").frame;
     let white = frame.display.iter().filter(|p| p[..3].iter().all(|v| *v > 250)).count();
     let lit: Vec<_> = frame.display.iter().filter(|p| p[0] > 8).collect();
@@ -34,43 +34,44 @@ fn shown(request: &ViewRequest) -> (f64, [f64; 2]) {
     (white as f64 / frame.display.len() as f64, [mean(0), mean(2)])
 }
 
-/// Io in Jupiter's shadow, seen from the Earth: alone in the frame it is exposed for its shadow, a ten thousandth of its light and less; beside Jupiter, a
-/// tenth of the frame, as if it were lit, and Jupiter is no white sheet.
+/// Io in Jupiter's shadow, seen from the Earth. Alone in the frame, Io is exposed for the shadow, where at most a ten thousandth of its sunlight
+/// remains. When Jupiter fills a tenth of the frame, the exposure is that of a lit Io, and Jupiter is not burnt out.
 #[test]
-fn a_lit_planet_holds_the_exposure_of_its_eclipsed_moon() {
-    let of = |fov_deg| request(IO, "2025-03-01T13:00:00Z", Position::Centre(NaifId::EARTH), Some(fov_deg));
-    let (alone, beside) = (of(0.004), of(0.03));
-    let opened = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
-    assert!(opened(&alone) > 13.0, "{}", opened(&alone));
-    assert!((-0.1..1.5).contains(&opened(&beside)), "{}", opened(&beside));
+fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
+    let io_at_fov = |fov_deg| request(IO, "2025-03-01T13:00:00Z", Position::Centre(NaifId::EARTH), Some(fov_deg));
+    let (alone, beside) = (io_at_fov(0.004), io_at_fov(0.03));
+    let stops_gained = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
+    assert!(stops_gained(&alone) > 13.0, "{}", stops_gained(&alone));
+    assert!((-0.1..1.5).contains(&stops_gained(&beside)), "{}", stops_gained(&beside));
     let reason = scene(&beside).exposure.reason;
     assert!(reason.starts_with("Jupiter"), "{reason}");
-    let (white, _) = shown(&beside);
+    let (white, _) = white_and_mean_levels(&beside);
     assert!(white < 0.01, "{white} of the frame is white");
-    // So it was: opened as if Io were alone.
-    let stops = scene(&without_eclipse(&beside)).exposure.stops + opened(&alone);
-    let (white, _) = shown(&ViewRequest { exposure: ExposureRequest::Stops(stops), ..beside.clone() });
+    // With the exposure for Io alone, Jupiter would be burnt out: the check above can fail.
+    let stops = scene(&without_eclipse(&beside)).exposure.stops + stops_gained(&alone);
+    let (white, _) = white_and_mean_levels(&ViewRequest { exposure: ExposureRequest::Stops(stops), ..beside.clone() });
     assert!(white > 0.05, "{white} of the frame is white");
-    // As Jupiter moves into the frame the exposure is never below that of a lit Io, and closes.
+    // As Jupiter moves into the frame, the exposure decreases towards that of a lit Io and never falls below it.
     let mut last = f64::MAX;
     for k in 0..20 {
-        let r = of(0.008 + 0.001 * f64::from(k));
-        let opened = opened(&r);
-        assert!(opened > -0.1 && opened < last + 0.5, "{opened} after {last} at {:?}", r.fov_deg);
-        last = opened;
+        let r = io_at_fov(0.008 + 0.001 * f64::from(k));
+        let stops_gained = stops_gained(&r);
+        assert!(stops_gained > -0.1 && stops_gained < last + 0.5, "{stops_gained} after {last} at {:?}", r.fov_deg);
+        last = stops_gained;
     }
     assert!(last < 2.0, "{last}");
 }
 
-/// The Moon of 8 November 2022, alone before the stars, is exposed for its shadow and red. From beside the Earth's night, too; beside its day it is not.
+/// The eclipsed Moon of 8 November 2022 is exposed for the shadow and looks red, both alone in front of the stars and next to the Earth's night side;
+/// next to the Earth's day side it is not exposed for the shadow.
 #[test]
-fn the_red_moon_is_exposed_for_unless_the_day_is_beside_it() {
+fn the_exposure_shows_the_red_moon_unless_the_earths_day_side_is_in_view() {
     let time = "2022-11-08T11:00:00Z";
     let red = request(NaifId::MOON, time, Position::Over { towards: None, distance_radii: None }, None);
-    let (white, [r, b]) = shown(&red);
+    let (white, [r, b]) = white_and_mean_levels(&red);
     assert!(white < 0.01 && r > 100.0 && r > 2.0 * b, "{white} of the frame is white, {r} red and {b} blue");
-    let opened = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
-    assert!(opened(&red) > 8.0, "{}", opened(&red));
+    let stops_gained = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
+    assert!(stops_gained(&red) > 8.0, "{}", stops_gained(&red));
     let from_earth = |sunward_radii: f64| {
         let base = scene(&request(NaifId::MOON, time, Position::Centre(NaifId::EARTH), Some(1.0)));
         let away = base.body(NaifId::MOON).expect("the Moon").placement.centre_km.normalize();
@@ -78,13 +79,13 @@ fn the_red_moon_is_exposed_for_unless_the_day_is_beside_it() {
         let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::Icrf };
         request(NaifId::MOON, time, position, Some(130.0))
     };
-    let (night, day) = (opened(&from_earth(0.0)), opened(&from_earth(1.5)));
-    assert!(night > 8.0, "beside the night: {night}");
-    assert!(day < 1.5, "beside the day: {day}");
+    let (night, day) = (stops_gained(&from_earth(0.0)), stops_gained(&from_earth(1.5)));
+    assert!(night > 8.0, "next to the night side: {night}");
+    assert!(day < 1.5, "next to the day side: {day}");
 }
 
-/// Part of the Sun's disc that an ellipsoid leaves, by rays to 4000 places of the disc.
-fn rays_past(body: &Placement, sun: &Placement) -> f64 {
+/// Visible fraction of the Sun's disc behind an ellipsoid, from rays to 4000 points of the disc.
+fn visible_fraction_by_rays(body: &Placement, sun: &Placement) -> f64 {
     const RAYS: usize = 4000;
     let towards = sun.centre_km.normalize();
     let (x, y) = towards.any_orthonormal_pair();
@@ -99,10 +100,11 @@ fn rays_past(body: &Placement, sun: &Placement) -> f64 {
     (0..RAYS).filter(passes).count() as f64 / RAYS as f64
 }
 
-/// The Sun comes out behind Phobos, which is half as long again as it is high: its glow grows with the part of the disc that shows, by rays.
+/// The Sun emerges from behind Phobos, whose longest axis is about 1.5 times its shortest: the glow is proportional to the visible fraction of the
+/// disc, which rays measure.
 #[test]
-fn a_hidden_sun_glows_by_the_part_that_shows() {
-    // An hour before Mars stands beside the Sun.
+fn a_partly_hidden_sun_glows_in_proportion_to_its_visible_part() {
+    // One hour before Mars appears next to the Sun.
     let time = "2024-04-24T06:00:00Z";
     let lit = scene(&request(PHOBOS, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
     let body = lit.body(PHOBOS).expect("Phobos").placement;
@@ -114,7 +116,7 @@ fn a_hidden_sun_glows_by_the_part_that_shows() {
             let position = Position::Offset { body: PHOBOS, offset_km, axes: Axes::BodyFixed };
             let scene = scene(&ViewRequest { exposure: ExposureRequest::Stops(0.0), ..request(PHOBOS, time, position, Some(60.0)) });
             let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
-            let expected = rays_past(&scene.body(PHOBOS).expect("Phobos").placement, &sun);
+            let expected = visible_fraction_by_rays(&scene.body(PHOBOS).expect("Phobos").placement, &sun);
             let full = glow::VEILING_GLARE * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
             let seen = scene.glow.map_or(0.0, |g| f64::from(g.strength.x) / full);
             assert!((seen - expected).abs() < 0.03, "{k} along {aside}: {seen}, {expected} by rays");

@@ -1,4 +1,4 @@
-//! Names of surface features, scale bar, caption and compass: in their places, apart from each other, and still while the view moves.
+//! Names of surface features, scale bar, caption and compass: at the right places, without overlaps, and steady while the view moves.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -32,23 +32,24 @@ fn rects(layer: &LabelLayer) -> Vec<Rect> {
     layer.margin.occupied(&LabelMetrics::of_size(layer.size_px)).collect()
 }
 
-/// The middle of a name.
+/// The centre of a name's rectangle.
 fn middle(layer: &LabelLayer, name: &str) -> Option<DVec2> {
     let metrics = LabelMetrics::of_size(layer.size_px);
     let text = layer.margin.texts.iter().find(|t| t.text == name)?;
     Some(text.left_px + DVec2::new(0.5 * metrics.width_px(name), 0.0))
 }
 
-/// The unit-sphere point of a planetographic place, by the ellipsoid's normal: not the way in which the program takes it.
+/// The unit-sphere point of a planetographic position, computed from the ellipsoid's normal: a method independent of the program's.
 fn unit_point(radii_km: DVec3, lat_deg: f64, lon_deg: f64) -> DVec3 {
     let (lat, lon) = (lat_deg.to_radians(), lon_deg.to_radians());
     let normal = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
     (normal * radii_km).normalize()
 }
 
-/// Known places (gazetteer; of Mars planetocentric latitudes, turned into planetographic ones by the flattening) against the camera's own projection of the ground.
+/// Known positions (gazetteer; planetocentric latitudes of Mars are converted to planetographic by the flattening) against the camera's projection of the
+/// ground.
 #[test]
-fn names_stand_on_their_features() {
+fn names_are_placed_on_their_features() {
     let cases = [
         (301, "Mare Crisium", 16.18, 59.10),
         (301, "Mare Imbrium", 34.72, -14.91),
@@ -64,17 +65,18 @@ fn names_stand_on_their_features() {
         }
         let scene = scene(&request);
         let place = scene.body(NaifId(body)).expect("it").placement;
-        let flat = place.radii_km.z / place.radii_km.x;
-        let graphic = if body == 499 { (f64::to_radians(lat).tan() / (flat * flat)).atan().to_degrees() } else { lat };
-        let expected = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, graphic, lon)).expect("on this side");
+        let axis_ratio = place.radii_km.z / place.radii_km.x;
+        let planetographic_deg =
+            if body == 499 { (f64::to_radians(lat).tan() / (axis_ratio * axis_ratio)).atan().to_degrees() } else { lat };
+        let expected = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, planetographic_deg, lon)).expect("on this side");
         let found = middle(layer(&scene), name).unwrap_or_else(|| panic!("{name} has no name: {:?}", layer(&scene).margin.texts));
         assert!(found.distance(expected) < 3.0, "{name}: {found}, {expected}");
-        let mirrored = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, graphic, -lon));
-        assert!(mirrored.is_none_or(|m| m.distance(found) > 30.0), "{name}: west would do as well");
+        let mirrored = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, planetographic_deg, -lon));
+        assert!(mirrored.is_none_or(|m| m.distance(found) > 30.0), "{name}: a map mirrored in longitude would pass too");
     }
 }
 
-/// At every zoom, on bodies with many names: no two overlap, all are in the picture, on the near side; larger features come first.
+/// At every zoom, on bodies with many names: no two names overlap, all are inside the picture and on the near side, and larger features come first.
 #[test]
 fn names_do_not_overlap_and_are_on_the_near_side() {
     let mut most = 0;
@@ -101,7 +103,7 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
     assert!(most > 30, "{most}");
 }
 
-/// From the Earth, all six landing sites are named once the Moon is large enough, and none while it is small.
+/// From the Earth, all six landing sites are named once the Moon is large enough, and none while the Moon is small.
 #[test]
 fn apollo_sites_are_named_by_zoom() {
     let named = |fov: f64| {
@@ -112,16 +114,17 @@ fn apollo_sites_are_named_by_zoom() {
     assert_eq!((named(0.7), named(5.0)), (6, 0));
 }
 
-/// A slow approach: from step to step few names come or go, those that stay move by no more than their ground does, and nothing jumps from faint to full.
+/// During a slow approach: from step to step few names appear or disappear, the others move no more than their ground does, and no name jumps from faint to
+/// full.
 #[test]
-fn names_are_still_while_the_view_moves() {
+fn names_are_steady_while_the_view_moves() {
     let mut last: Option<Scene> = None;
     let (mut changes, mut names) = (0, 0);
     for k in 0..30 {
         let scene = scene(&view(301, "+features", Some(5.0 * 0.999_f64.powi(k))));
         if let Some(before) = &last {
-            let set = |s: &Scene| layer(s).margin.texts.iter().map(|t| t.text.clone()).collect::<BTreeSet<_>>();
-            let (a, b) = (set(before), set(&scene));
+            let names_of = |s: &Scene| layer(s).margin.texts.iter().map(|t| t.text.clone()).collect::<BTreeSet<_>>();
+            let (a, b) = (names_of(before), names_of(&scene));
             changes += a.symmetric_difference(&b).count();
             names += b.len();
             for name in a.intersection(&b) {
@@ -135,7 +138,7 @@ fn names_are_still_while_the_view_moves() {
     assert!(changes * 25 < names, "{changes} of {names}");
 }
 
-/// The bar's length in pixels is the length that stands over it, at the target's distance; of a target that is a point, an angle.
+/// The bar's length in pixels is the length written above it, at the target's distance; for a target that is a point, it is an angle.
 #[test]
 fn a_scale_bar_is_as_long_as_it_says() {
     for (target, distance) in [(301, Some(5.0)), (599, Some(20.0)), (401, Some(3.0)), (699, Some(4000.0))] {
@@ -159,9 +162,9 @@ fn a_scale_bar_is_as_long_as_it_says() {
     }
 }
 
-/// The caption says what, when, from where and how wide; the compass points up where north is up, and turns with the picture.
+/// The caption states the target, time, viewpoint and field of view; the compass points up where north is up, and turns with the picture.
 #[test]
-fn caption_and_compass_tell_the_view() {
+fn caption_and_compass_describe_the_view() {
     let shown = scene(&ViewRequest { width: 1400, ..view(699, "+caption,+compass", Some(20.0)) });
     let all: String = layer(&shown).margin.texts.iter().map(|t| format!("{}|", t.text)).collect();
     for part in ["Saturn", "2024-04-16 01:00", "UTC", "km away", "field of view 20.0°", "N|"] {

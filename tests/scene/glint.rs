@@ -1,4 +1,5 @@
-//! The sea's glint as the shader computes it: no more light leaves than arrives, and its width is that of the waves' slopes.
+//! Sun glint on the sea as the shader computes it: no more light leaves than arrives, and the width of the glint follows from
+//! the slopes of the waves.
 
 use orrery::render::software::exec::{Executor, LaneMask, NoTextures};
 use orrery::render::software::kernels::KernelClass;
@@ -7,7 +8,7 @@ use orrery::render::software::program::LaneInput;
 
 const LANES: usize = 128;
 
-/// Runs a function of the fragment on many inputs of four numbers each.
+/// Runs a function of the fragment for many inputs of four numbers each.
 struct Fragment {
     program: orrery::render::software::program::Program,
 }
@@ -44,7 +45,8 @@ fn lobe() -> Fragment {
     Fragment::new("glint_lobe(p.x, p.y, p.z, p.w)")
 }
 
-/// Directions to the viewer evenly over the hemisphere, for a Sun at this incidence: the lobe's arguments.
+/// Directions to the viewer, evenly distributed over the hemisphere, for a Sun at this incidence, as arguments of the lobe
+/// function.
 fn hemisphere(incidence_deg: f64, slope_sq: f64) -> Vec<[f64; 4]> {
     let (n, around) = (300, 180);
     let (sin_sun, cos_sun) = incidence_deg.to_radians().sin_cos();
@@ -59,8 +61,8 @@ fn hemisphere(incidence_deg: f64, slope_sq: f64) -> Vec<[f64; 4]> {
     (0..n as usize * around).map(place).collect()
 }
 
-/// Light that leaves over light that arrives, of mirrors that turn back everything.
-fn leaving(points: &[[f64; 4]], lobe: &[f64]) -> f64 {
+/// Ratio of reflected to arriving light for facets that are perfect mirrors.
+fn reflected_fraction(points: &[[f64; 4]], lobe: &[f64]) -> f64 {
     let mean = points.iter().zip(lobe).map(|(p, l)| l * p[2] / p[1]).sum::<f64>() / points.len() as f64;
     2.0 * mean
 }
@@ -68,30 +70,30 @@ fn leaving(points: &[[f64; 4]], lobe: &[f64]) -> f64 {
 #[test]
 fn waves_reflect_nearly_all_light_and_never_more() {
     let fragment = lobe();
-    // Winds of 1 and 5 m/s, and beyond Cox and Munk's 14 m/s. Light mirrored twice is left out: a tenth at most up to 75 degrees of
-    // incidence, a fifth at 85.
+    // Winds of 1 and 5 m/s, and one beyond Cox and Munk's limit of 14 m/s. Light reflected twice is neglected: a tenth at most
+    // up to 75 degrees of incidence, a fifth at 85.
     for slope_sq in [0.008, 0.0286, 0.1] {
         for incidence_deg in [0.0, 30.0, 60.0, 75.0, 85.0] {
             let points = hemisphere(incidence_deg, slope_sq);
-            let part = leaving(&points, &fragment.run(&points));
+            let part = reflected_fraction(&points, &fragment.run(&points));
             println!("slope² {slope_sq}, {incidence_deg} deg: {part:.4}");
             let least = if incidence_deg > 80.0 { 0.79 } else { 0.89 };
             assert!((least..1.005).contains(&part), "slope² {slope_sq}, {incidence_deg} deg: {part}");
         }
     }
-    // Without the shadowing more would leave than arrives.
+    // Without the shadowing term more light would leave than arrives.
     let points = hemisphere(85.0, 0.0286);
     let bare = |p: &[f64; 4]| ((1.0 - 1.0 / (p[0] * p[0])) / p[3]).exp() / (p[3] * p[0].powi(4)) / (4.0 * p[2]);
-    assert!(leaving(&points, &points.iter().map(bare).collect::<Vec<_>>()) > 1.05);
+    assert!(reflected_fraction(&points, &points.iter().map(bare).collect::<Vec<_>>()) > 1.05);
 }
 
-/// Cox and Munk 1954: a facet's chance falls with exp(-tan² / slope²), so by half at tan² = slope² ln 2.
+/// Cox and Munk 1954: the probability of a facet's slope falls with exp(-tan² / slope²), so to half at tan² = slope² ln 2.
 #[test]
 fn the_glint_is_as_wide_as_the_slopes() {
     let slope_sq = 0.003 + 0.005_12 * 5.0;
     let facing = |tan_sq: f64| {
         let cos_half = (1.0 / (1.0 + tan_sq)).sqrt();
-        // The camera at the Sun's place, 10 degrees at most off the normal: nothing is hidden.
+        // The camera is in the Sun's direction, at most 10 degrees off the normal, so no facet is hidden.
         lobe().run(&[[cos_half, cos_half, cos_half, slope_sq]])[0] * cos_half.powi(5)
     };
     let (peak, half, double) = (facing(0.0), facing(slope_sq * std::f64::consts::LN_2), facing(2.0 * slope_sq * std::f64::consts::LN_2));
@@ -114,6 +116,6 @@ fn fresnel_reflectance_follows_the_formulas() {
         let bound = if deg <= 60 { 0.01 } else { 0.06 };
         assert!((ours - exact(angle.cos())).abs() < bound, "{deg} deg: {ours} against {}", exact(angle.cos()));
     }
-    // One number for all angles would not do.
+    // The reflectance depends on the angle: a constant would fail.
     assert!(exact(80_f64.to_radians().cos()) > 0.02 + 0.06);
 }

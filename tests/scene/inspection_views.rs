@@ -1,4 +1,5 @@
-//! Inspection views: each shows what its legend says, by numbers known from the scene, and the file says what its colours mean.
+//! Inspection views: each shows what its legend says, checked against numbers known from the scene, and the written file explains its
+//! colours.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -9,7 +10,7 @@ use orrery::scene::request::{Position, ViewRequest};
 use orrery::scene::{Scene, SubPoint};
 use orrery::time::Instant;
 
-/// Odd, so that the middle pixel's middle is the picture's.
+/// Odd, so that the centre of the middle pixel is the centre of the picture.
 const SIDE: u32 = 97;
 const MIDDLE: usize = (48 * 97 + 48) as usize;
 
@@ -47,12 +48,15 @@ fn every_view_is_another_picture() {
         let shaded = drawn(target, radii, DAY, PixelView::Final);
         for view in PixelView::ALL.into_iter().filter(|v| *v != PixelView::Final) {
             let other = drawn(target, radii, DAY, view);
-            // Saturn's light is a hundredth of that at 1 au.
+            // Sunlight at Saturn is a hundredth of that at 1 au.
             let brightest = |p: &Picture| p.hdr.iter().flat_map(|p| &p[..3]).fold(0.0, |a: f32, b| a.max(*b));
             let bound = 0.02 * brightest(&shaded).min(brightest(&other)).max(1e-6);
             let differ = |(a, b): &(&[f32; 4], &[f32; 4])| a[..3].iter().zip(&b[..3]).any(|(x, y)| (x - y).abs() > bound);
-            let apart = shaded.hdr.iter().zip(&other.hdr).filter(differ).count();
-            assert!(apart > shaded.hdr.len() / 100, "{view:?} of {target}: {apart} pixels differ from the shaded picture");
+            let differing_pixels = shaded.hdr.iter().zip(&other.hdr).filter(differ).count();
+            assert!(
+                differing_pixels > shaded.hdr.len() / 100,
+                "{view:?} of {target}: {differing_pixels} pixels differ from the shaded picture"
+            );
             assert!(other.hdr.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{view:?} of {target}");
         }
     }
@@ -63,27 +67,27 @@ fn unit(p: SubPoint) -> [f64; 3] {
     [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
 }
 
-fn near(got: &[f64], expected: &[f64], tolerance: f64, what: &str) {
+fn assert_near(got: &[f64], expected: &[f64], tolerance: f64, what: &str) {
     assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance), "{what}: {got:?}, {expected:?} expected");
 }
 
-/// The Moon is round to a thousandth, so that the middle of the picture is the sub-viewer point.
+/// The Moon deviates from a sphere by at most a thousandth, so the middle of the picture is the sub-viewer point.
 #[test]
 fn the_middle_of_the_moon_has_its_known_numbers() {
-    let at = |view| drawn(301, 6.0, "2024-04-16T01:00:00Z", view);
-    let depth = at(PixelView::Depth);
+    let draw_view = |view| drawn(301, 6.0, "2024-04-16T01:00:00Z", view);
+    let depth = draw_view(PixelView::Depth);
     let moon = depth.scene.body(NaifId::MOON).expect("the Moon").clone();
-    near(&depth.middle(), &[1.0; 3], 1e-3, "nearest");
+    assert_near(&depth.middle(), &[1.0; 3], 1e-3, "nearest");
     let here = unit(moon.sub_viewer);
-    near(&at(PixelView::Normal).middle(), &here.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
+    assert_near(&draw_view(PixelView::Normal).middle(), &here.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
     let (u, v) = (0.5 + moon.sub_viewer.longitude_deg / 360.0, 0.5 - moon.sub_viewer.latitude_deg / 180.0);
-    near(&at(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map place");
+    assert_near(&draw_view(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map place");
     let sun = moon.sub_solar.expect("the Sun shines on it");
     let cosine: f64 = unit(sun).iter().zip(here).map(|(a, b)| a * b).sum();
-    // The Moon is within 1.6 % of the Earth's distance from the Sun, which is 1.003 au that day.
-    near(&at(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
-    near(&at(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");
-    near(&at(PixelView::OpticalDepth).middle(), &[0.0; 3], 0.0, "no air");
+    // The Moon's distance from the Sun is within 1.6 % of the Earth's, which is 1.003 au on that day.
+    assert_near(&draw_view(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
+    assert_near(&draw_view(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");
+    assert_near(&draw_view(PixelView::OpticalDepth).middle(), &[0.0; 3], 0.0, "no air");
 }
 
 #[test]
@@ -94,14 +98,15 @@ fn pixel_views_of_eclipse_ring_and_air_show_transmittance() {
     let most = eclipse.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
     assert!(least < 0.1 && (most - 1.0).abs() < 1e-3, "the Moon's shadow leaves {least}, elsewhere {most}");
 
-    // Looking straight down, Rayleigh scattering over the sea takes 0.24 at 450 nm and 0.05 at 650 nm (Bucholtz 1995, tables); haze adds to both.
+    // Straight down, Rayleigh scattering over the sea has an optical depth of 0.24 at 450 nm and 0.05 at 650 nm (Bucholtz 1995, tables); haze
+    // adds to both.
     let air = drawn(399, 3.0, DAY, PixelView::OpticalDepth);
     let [r, g, b] = air.middle();
     assert!(0.05 < r && r < g && g < b && (0.2..0.6).contains(&b), "{r} {g} {b}");
     let limb = air.hdr.iter().map(|p| p[2]).fold(0.0, f32::max);
     assert!(f64::from(limb) > 4.0 * b, "{limb} along the limb");
 
-    // The B ring is nearly opaque (normal depth 1 to 2.5 and more), Cassini's division is not: both are in one picture.
+    // The B ring is nearly opaque (normal depth 1 to 2.5 and more) and the Cassini Division is not; the picture contains both.
     let rings = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::OpticalDepth);
     let thick = rings.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
     assert!(thick > 1.0, "optical depth {thick}");
@@ -143,13 +148,13 @@ fn the_legend_is_in_the_file() {
             std::fs::read(&path).expect("written")
         };
         let bytes = write();
-        let has = |word: &str| bytes.windows(word.len()).any(|w| w == word.as_bytes());
-        assert!(has(marker) && has("optical-depth: of the air") && has("white 1.000000"), "{name}");
-        assert_eq!(bytes, write(), "{name}: the same bytes again");
+        let contains = |word: &str| bytes.windows(word.len()).any(|w| w == word.as_bytes());
+        assert!(contains(marker) && contains("optical-depth: of the air") && contains("white 1.000000"), "{name}");
+        assert_eq!(bytes, write(), "{name}: a second write gives the same bytes");
     }
 }
 
-/// The program itself.
+/// Runs the built program.
 fn orrery(args: &[&str], path: &std::path::Path) {
     let done = std::process::Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).arg(path).output().expect("runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));

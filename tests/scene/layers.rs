@@ -1,5 +1,5 @@
-//! What is laid over a picture: orbits, names, an outline, bloom. Each is asked for, changes what it may change, and nothing else. Where orbit lines run is
-//! tested beside src/scene/annotation/orbits.rs, letters beside src/image/glyph_atlas.rs.
+//! Overlays on a picture: orbits, names, an outline, bloom. Each appears only when requested and changes only its own pixels. Tests of where orbit
+//! lines run are in src/scene/annotation/orbits.rs, of letters in src/image/glyph_atlas.rs.
 
 use crate::support::session::SESSION;
 use glam::DVec2;
@@ -12,7 +12,7 @@ use orrery::time::Instant;
 
 const JUPITER: NaifId = NaifId(599);
 
-/// Jupiter among the orbits of its four moons.
+/// Jupiter with the orbits of its four large moons.
 fn jupiter(orbits: bool) -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
     let position = Position::Over { towards: None, distance_radii: Some(12.0) };
@@ -25,7 +25,7 @@ fn lines_run_before_and_behind_the_planet() {
     let draw = |orbits: bool| SESSION.draw(&jupiter(orbits), sampling, true).expect("drawn");
     let (plain, lined) = (draw(false), draw(true));
     assert!(plain.scene.orbits.is_empty() && lined.scene.orbits.len() > 12, "{} arcs", lined.scene.orbits.len());
-    assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.feature != "orbit"), "not asked for");
+    assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.feature != "orbit"), "no orbit was requested");
     let camera = &lined.scene.camera;
     let planet = lined.scene.body(JUPITER).expect("in the catalog");
     let centre = camera.pixel_from_clip(camera.clip(planet.placement.centre_km).expect("in front"));
@@ -50,22 +50,22 @@ fn lines_run_before_and_behind_the_planet() {
         };
         *count = (count.0 + u32::from(changed(at)), count.1 + 1);
     }
-    let all = |(changed, of): (u32, u32)| of > 3 && 10 * changed > 9 * of;
-    assert!(all(before) && all(beside), "(seen, of): before {before:?}, beside {beside:?}");
-    // Another moon's line may run before the hidden place.
+    let nearly_all = |(changed, of): (u32, u32)| of > 3 && 10 * changed > 9 * of;
+    assert!(nearly_all(before) && nearly_all(beside), "(seen, of): before {before:?}, beside {beside:?}");
+    // The line of another moon may pass in front of the hidden point.
     assert!(behind.1 > 3 && 4 * behind.0 < behind.1, "(seen, of): behind {behind:?}");
-    let said =
+    let decision_of =
         |name: &str| lined.scene.bodies.iter().find(|b| b.name == name).and_then(|b| b.decisions.iter().find(|d| d.feature == "orbit"));
-    assert!(said("Io").is_some_and(|d| d.on && d.reason.contains("Jupiter")), "{:?}", said("Io"));
-    assert!(said("Moon").is_some_and(|d| !d.on), "{:?}", said("Moon"));
-    assert!(said("Sun").is_none(), "{:?}", said("Sun"));
+    assert!(decision_of("Io").is_some_and(|d| d.on && d.reason.contains("Jupiter")), "{:?}", decision_of("Io"));
+    assert!(decision_of("Moon").is_some_and(|d| !d.on), "{:?}", decision_of("Moon"));
+    assert!(decision_of("Sun").is_none(), "{:?}", decision_of("Sun"));
 }
 
 #[test]
-fn layers_are_read_or_refused_by_name() {
+fn layers_are_parsed_or_refused_by_name() {
     assert_eq!(Layers::parse("+orbits,-labels").expect("the contract's example"), Layers { orbits: true, ..Layers::default() });
     assert_eq!(Layers::parse("+orbits, -orbits").expect("the last sign"), Layers::default());
-    // What is as usual is not written down; what is not comes back.
+    // The text contains only the settings that differ from the default, and parses back to them.
     assert_eq!(Layers::default().to_text(), "");
     let switched = Layers::parse("-stars,+bloom").expect("layers");
     assert_eq!((switched.to_text().as_str(), switched.stars), ("+bloom,-stars", false));
@@ -76,7 +76,7 @@ fn layers_are_read_or_refused_by_name() {
     }
 }
 
-/// Pixels of the display picture that differ, by place.
+/// Positions of the pixels at which the displayed pictures differ.
 fn changed(a: &orrery::session::DrawnFrame, b: &orrery::session::DrawnFrame) -> Vec<DVec2> {
     let width = a.frame.width as usize;
     let pairs = a.frame.display.iter().zip(&b.frame.display).enumerate();
@@ -89,16 +89,16 @@ fn with(layers: Layers, request: &ViewRequest) -> orrery::session::DrawnFrame {
 }
 
 #[test]
-fn names_stand_beside_their_bodies_and_leave_the_light_alone() {
+fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
     let request = jupiter(false);
     let plain = with(Layers::default(), &request);
     let named = with(Layers { labels: true, ..Layers::default() }, &request);
     assert_eq!(plain.frame.hdr, named.frame.hdr, "names are not light");
-    let labels = named.scene.labels.as_ref().expect("asked for");
+    let labels = named.scene.labels.as_ref().expect("labels were requested");
     let lettering = LabelMetrics::of_size(labels.size_px);
     assert!(labels.marks.iter().filter(|m| m.named.is_some()).count() > 1, "{:?}", labels.marks);
     let places = changed(&plain, &named);
-    // Twice a letter's mean width is more than any name needs.
+    // Twice the mean width of a letter is wider than any name needs.
     let wide = LabelMetrics { glyph_width_px: 2.0 * lettering.glyph_width_px, ..lettering };
     let reach = |m: &Label, at: DVec2| {
         let (least, most) = label_rect(m.centre_px, m.radius_px, &m.name, &wide, m.named.unwrap_or(LabelSide::DEFAULT));
@@ -128,20 +128,20 @@ fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     let planet = plain.scene.body(JUPITER).expect("in the catalog").placement;
     let places = changed(&plain, &outlined);
     assert!(places.len() > 200, "{}", places.len());
-    // Of a pixel on the disc all neighbours are on it: no part of it is beside the limb.
+    // A pixel is well inside the disc if all its neighbours are on the disc.
     let on_disc = |at: DVec2| camera.surface_under_pixel(&planet, at).is_some();
     let around = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
     let inside = places.iter().filter(|at| around.iter().all(|d| on_disc(**at + 2.0 * *d))).count();
     assert_eq!(inside, 0, "of {}", places.len());
     let near = |at: DVec2| (-8..=8).any(|x| (-8..=8).any(|y| on_disc(at + DVec2::new(f64::from(x), f64::from(y)))));
-    assert!(places.iter().all(|at| near(*at)), "far from the limb");
-    // Another body's outline is elsewhere, and nobody's where it is outside the frame.
-    let of = |body: i32| ViewRequest { selected: Some(NaifId(body)), ..request.clone() };
-    let neptune = with(Layers { outline: true, ..Layers::default() }, &of(899));
+    assert!(places.iter().all(|at| near(*at)), "outline pixels far from the limb");
+    // The outline of another body lies elsewhere, and a body outside the frame has none.
+    let with_selected = |body: i32| ViewRequest { selected: Some(NaifId(body)), ..request.clone() };
+    let neptune = with(Layers { outline: true, ..Layers::default() }, &with_selected(899));
     assert!(neptune.scene.outlined.is_none() && changed(&plain, &neptune).is_empty());
 }
 
-/// The Sun from so near that its disc is beyond white in the middle of the picture.
+/// The Sun from so close that its disc exceeds white in the middle of the picture.
 fn overexposed_sun() -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
     let position = Position::Over { towards: None, distance_radii: Some(60.0) };
@@ -157,13 +157,13 @@ fn overexposed_sun() -> ViewRequest {
 }
 
 #[test]
-fn bloom_adds_its_parts_of_what_is_beyond_white() {
+fn bloom_spreads_its_share_of_the_light_above_white() {
     let bloom = Layers { bloom: true, ..Layers::default() };
     let request = ViewRequest { tone_map: ToneMap::Clipped, ..overexposed_sun() };
     let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
     let plain = with(Layers::default(), &request);
     let bloomed = with(bloom, &request);
-    assert_eq!(plain.frame.hdr, bloomed.frame.hdr, "the light itself stays");
+    assert_eq!(plain.frame.hdr, bloomed.frame.hdr, "bloom must not change the linear light");
     let exposure = plain.scene.exposure.factor();
     let beyond = |c: usize| -> f64 {
         let of_pixel = |p: &[f32; 4]| {
@@ -178,7 +178,7 @@ fn bloom_adds_its_parts_of_what_is_beyond_white() {
         let s = f64::from(byte) / 255.0;
         if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
     };
-    // Beside the disc nothing is cut, so what was added can be read off; the disc itself hides its share.
+    // Outside the disc nothing is clipped, so the added light can be measured there; the clipped disc hides its own share.
     let placement = plain.scene.body(NaifId::SUN).expect("in the catalog").placement;
     let centre = DVec2::splat(128.0);
     let radius_px =
@@ -188,8 +188,8 @@ fn bloom_adds_its_parts_of_what_is_beyond_white() {
         .filter(|(k, _)| DVec2::new((k % 256) as f64 + 0.5, (k / 256) as f64 + 0.5).distance(centre) > radius_px + 2.0)
         .map(|(_, (b, p))| linear(b[1]) - linear(p[1]))
         .sum();
-    // A Gaussian around a small disc leaves exp(-r^2 / 2 variance) of itself beyond r. Means over n pixels add n^2 / 12 to the variance, reading between
-    // such means n^2 / 6.
+    // A Gaussian around a small disc has the fraction exp(-r^2 / 2 variance) of its light beyond r. Averaging over n pixels adds n^2 / 12 to the
+    // variance; interpolating between such averages adds n^2 / 6.
     let outside = |part: f64, variance: f64| part * (-0.5 * (radius_px + 2.0).powi(2) / variance).exp();
     let (near, far) = ((0.006_f64 * 256.0).powi(2), (0.03_f64 * 256.0).powi(2));
     let shrunk = |n: f64| n * n / 12.0 + n * n / 6.0;
@@ -198,12 +198,12 @@ fn bloom_adds_its_parts_of_what_is_beyond_white() {
     let run = |drawn: &orrery::session::DrawnFrame, module: &str| drawn.simple_draws.iter().filter(|d| d.module == module).count();
     assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&bloomed, m)), [2, 4, 1, 0]);
     assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&plain, m)), [0, 0, 0, 1]);
-    // Where nothing is beyond white bloom changes no byte.
+    // Where nothing exceeds white, bloom changes no byte.
     let dim = ViewRequest { exposure: ExposureRequest::Stops(-24.0), ..request.clone() };
     let (plain, bloomed) = (with(Layers::default(), &dim), with(bloom, &dim));
     assert_eq!(plain.frame.display, bloomed.frame.display);
-    // One pixel is a picture, too: there the light that is kept is still the scene's.
-    let least = ViewRequest { width: 1, height: 1, ..request };
-    let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..least }, sampling, true).expect("drawn");
+    // A picture of one pixel is valid too, and the stored light is still that of the scene.
+    let smallest = ViewRequest { width: 1, height: 1, ..request };
+    let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..smallest }, sampling, true).expect("drawn");
     assert_eq!((drawn.frame.display.len(), drawn.frame.hdr.len()), (1, 1));
 }

@@ -1,4 +1,5 @@
-//! Linear light keeps what a display would not show: automatic features against all of them, to the floor.
+//! Linear light keeps features that a display would not show: the automatic selection of features is
+//! compared with all features, down to the relative floor.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -17,10 +18,10 @@ fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) ->
     SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame.hdr
 }
 
-/// The greatest difference of two pictures, as a part of the brighter of two pixels.
-fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
-    let of = |(p, q): (&f32, &f32)| if p == q { 0.0 } else { (p - q).abs() / p.abs().max(q.abs()) };
-    a.iter().zip(b).flat_map(|(p, q)| p[..3].iter().zip(&q[..3])).map(of).fold(0.0, f32::max)
+/// The greatest difference of two pictures, relative to the brighter of the two pixels.
+fn relative_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+    let relative = |(p, q): (&f32, &f32)| if p == q { 0.0 } else { (p - q).abs() / p.abs().max(q.abs()) };
+    a.iter().zip(b).flat_map(|(p, q)| p[..3].iter().zip(&q[..3])).map(relative).fold(0.0, f32::max)
 }
 
 fn views() -> Vec<(&'static str, ViewRequest)> {
@@ -44,22 +45,23 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
 }
 
 #[test]
-fn linear_light_lacks_nothing_at_any_exposure() {
+fn linear_light_is_complete_at_any_exposure() {
     let mut lost = 0;
     for (name, request) in views() {
         for stops in [-10.0, 5.0] {
             let all = pixels(&request, Purpose::LINEAR, EVERYTHING, stops);
             let automatic = pixels(&request, Purpose::LINEAR, "", stops);
-            let apart_by = apart(&automatic, &all);
+            let apart_by = relative_difference(&automatic, &all);
             assert!(apart_by <= FLOOR, "{name} at {stops} stops: {apart_by:e} against {FLOOR:e}");
-            // What a display at this exposure does not show is left out of its picture: the bound matters.
-            lost += usize::from(apart(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
+            // The display picture at this exposure leaves out features that it would not show;
+            // otherwise the comparison would prove nothing.
+            lost += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
         }
     }
     assert!(lost > 8, "{lost}");
 }
 
-/// The Moon's night is lit by the Earth in an EXR of the program itself.
+/// In an EXR written by the program, the Moon's night side is lit by the Earth.
 #[test]
 fn earthshine_is_in_the_file() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -9,7 +9,7 @@ use orrery::scene::{BodyInView, Scene};
 use orrery::time::Instant;
 use orrery::units::KM_PER_AU;
 
-/// Published laws and a catalog of albedos differ by this much at the most.
+/// Largest difference between published magnitude laws and magnitudes from a catalog of albedos.
 const TOLERANCE_MAG: f64 = 0.2;
 
 /// (NAIF code, distance from the Sun au, from the viewer au, phase angle deg, V). Mallama and Hilton 2018 as coded in skyfield 1.55,
@@ -55,7 +55,7 @@ fn planets_have_their_published_magnitudes() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
-    // The comparison must be able to fail: a planet twice as far is 1.5 mag fainter.
+    // The comparison must be able to fail: a planet twice as far away is 1.5 mag fainter.
     let (id, sun_au, viewer_au, alpha_deg, published) = PUBLISHED[6];
     assert!((seen(&catalog, id, sun_au, 2.0 * viewer_au, alpha_deg) - published).abs() > TOLERANCE_MAG);
 }
@@ -68,7 +68,7 @@ fn the_full_moon_is_minus_twelve_point_seven() {
 }
 
 #[test]
-fn a_disc_from_afar_carries_the_light_of_its_point_at_every_phase() {
+fn a_distant_disc_has_the_light_of_its_point_at_every_phase() {
     let catalog = Catalog::embedded();
     for body in catalog.bodies().iter().filter(|b| b.id != NaifId::SUN) {
         for alpha_deg in [0.0, 20.0, 60.0, 90.0, 120.0, 150.0] {
@@ -77,7 +77,7 @@ fn a_disc_from_afar_carries_the_light_of_its_point_at_every_phase() {
             let radius = body.radii_km.x;
             let point = irradiance_at_viewer(body, alpha, KM_PER_AU, 1e4 * radius, radius * radius) * 1e8;
             assert!((disc / point - 1.0).abs() < 1e-9, "{} at {alpha_deg}: disc {disc}, point {point}", body.name);
-            assert!((phase_correction(body, alpha, 3.0) - 1.0).abs() < 1e-12, "a landscape keeps the model's light");
+            assert!((phase_correction(body, alpha, 3.0) - 1.0).abs() < 1e-12, "near a body there is no phase correction");
         }
     }
 }
@@ -94,22 +94,23 @@ fn light_is_shared_between_disc_and_point_without_a_jump() {
 fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, t: Instant) -> BodyInView {
     let mut request = ViewRequest::of(NaifId(id), t);
     request.position = Position::Centre(NaifId::EARTH);
-    // The light of rings on their globe takes a table a date.
+    // The light of the rings on their globe needs a new table for each date.
     request.effects = EffectOverrides::parse("-ring-shine").expect("effects");
     Scene::build(catalog, ephemeris, &request).expect("a scene").body(NaifId(id)).expect("in the catalog").clone()
 }
 
-/// Globe and rings from the Earth: Mallama and Hilton 2018, eq. 10; tilts are planetocentric, the geometric mean of the Earth's and the Sun's.
+/// Globe and rings from the Earth: Mallama and Hilton 2018, eq. 10; the tilt is planetocentric, the geometric mean of the tilts towards the
+/// Earth and the Sun.
 fn published_saturn(sun_au: f64, viewer_au: f64, tilt_deg: f64, alpha_deg: f64) -> f64 {
     let sine = tilt_deg.to_radians().sin();
     5.0 * (sun_au * viewer_au).log10() - 8.914 - 1.825 * sine + 0.026 * alpha_deg - 0.378 * sine * (-2.25 * alpha_deg).exp()
 }
 
-/// Of Saturn with its rings, at every tilt from edge-on to fully open and every phase angle that the Earth sees, over one orbit.
+/// Tolerance for Saturn with its rings, at every tilt from edge-on to fully open and every phase angle visible from the Earth, over one orbit.
 const SATURN_TOLERANCE_MAG: f64 = 0.15;
 
 #[test]
-fn saturn_shines_with_its_rings_over_a_whole_orbit() {
+fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
     let (catalog, ephemeris) = sky();
     let (mut worst, mut worst_globe, mut widest) = (0.0_f64, 0.0_f64, 0.0_f64);
     for step in 0..100 {
@@ -131,28 +132,32 @@ fn saturn_shines_with_its_rings_over_a_whole_orbit() {
         worst_globe = worst_globe.max(globe - published);
         widest = widest.max(tilt_deg);
     }
-    assert!(widest > 26.0, "the orbit opens the rings: {widest} degrees");
+    assert!(widest > 26.0, "the orbit must include wide open rings: {widest} degrees");
     assert!(worst.abs() < SATURN_TOLERANCE_MAG, "{worst} mag");
-    // Without rings it is off by much more.
+    // Without the rings the magnitude is off by much more.
     assert!(worst_globe > 4.0 * SATURN_TOLERANCE_MAG, "{worst_globe} mag");
 }
 
-/// The Galilean moons fade into Jupiter's shadow and come out of it: never brighter on the way in, dark within, as bright as before after it.
+/// The Galilean moons fade as they enter Jupiter's shadow and brighten as they leave it: never brighter on the way in, dark inside, and as
+/// bright afterwards as before.
 #[test]
 fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
     let (catalog, ephemeris) = sky();
     // Greatest lengths: Io 2 h 16 min, Ganymede 3 h 36 min (from the width of Jupiter and the speed of the moon).
     for (moon, period_h, longest_min) in [(501, 42.459, 136), (503, 171.709, 216)] {
         let start = Instant::parse("2017-05-16T00:00:00Z").expect("a time");
-        let at = |hours: f64| from_earth(&catalog, &ephemeris, moon, start.plus_seconds(3600.0 * hours)).magnitude;
-        let dark_h =
-            (0..).map(|k| 0.75 * f64::from(k)).take_while(|h| *h < period_h).find(|h| at(*h).is_none()).expect("an eclipse each orbit");
-        let around: Vec<Option<f64>> = (-80..=80).map(|k| at(dark_h + f64::from(k) * 0.05)).collect();
+        let magnitude_at = |hours: f64| from_earth(&catalog, &ephemeris, moon, start.plus_seconds(3600.0 * hours)).magnitude;
+        let dark_h = (0..)
+            .map(|k| 0.75 * f64::from(k))
+            .take_while(|h| *h < period_h)
+            .find(|h| magnitude_at(*h).is_none())
+            .expect("an eclipse each orbit");
+        let around: Vec<Option<f64>> = (-80..=80).map(|k| magnitude_at(dark_h + f64::from(k) * 0.05)).collect();
         let bright = around.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let dark_min = 3 * around.iter().filter(|m| m.is_none()).count();
         println!("{moon}: {bright:.2} at best, dark for {dark_min} min");
         assert!((60..=longest_min).contains(&dark_min), "{moon}: dark for {dark_min} min");
-        // Monotonic on both sides, but for the hundredth of a magnitude by which distance and phase change it.
+        // Monotonic on both sides, apart from the hundredth of a magnitude that changes of distance and phase cause.
         let first = around.iter().position(Option::is_none).expect("dark");
         let last = around.iter().rposition(Option::is_none).expect("dark");
         let (into, out) = (&around[..first], &around[last + 1..]);

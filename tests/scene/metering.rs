@@ -1,4 +1,5 @@
-//! The light meter over distances, phases, fields of view and eclipses: no picture all white or all black, no leap, no opening beyond a photograph of the night.
+//! The light meter over distances, phases, fields of view and eclipses: no picture is all white or all black, exposure never jumps, and it never exceeds that of a night
+//! photograph.
 
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec3};
@@ -38,7 +39,7 @@ fn stops(request: &ViewRequest) -> f64 {
     scene(request).exposure.stops
 }
 
-/// What a picture shows: parts of its pixels that are white and that can be seen, and its brightest level of 255.
+/// What a picture shows: the fraction of its pixels that are white, the fraction that are visible, and the brightest level of 255.
 #[derive(Debug)]
 struct Shown {
     white: f64,
@@ -49,34 +50,37 @@ struct Shown {
 fn shown(request: &ViewRequest) -> Shown {
     let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame;
     assert!(frame.hdr.iter().flatten().all(|v| v.is_finite()), "{:?}", request.exposure);
-    let part = |of: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| of(p)).count() as f64 / frame.display.len() as f64;
+    let fraction = |of: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| of(p)).count() as f64 / frame.display.len() as f64;
     Shown {
-        white: part(&|p| p[..3].iter().all(|v| *v > 235)),
-        seen: part(&|p| p[..3].iter().any(|v| *v > 20)),
+        white: fraction(&|p| p[..3].iter().all(|v| *v > 235)),
+        seen: fraction(&|p| p[..3].iter().any(|v| *v > 20)),
         brightest: frame.display.iter().flat_map(|p| &p[..3]).copied().max().unwrap_or(0),
     }
 }
 
-/// A view, what may be white of it and what must be seen, and stops that a meter of the target alone gave it.
+/// A view, the allowed white fraction and the required visible fraction, and the stops that metering of the target alone gave.
 struct Case {
     name: &'static str,
     request: ViewRequest,
     white_at_most: f64,
     seen_at_least: f64,
-    /// 0: the same picture was not wrong at that size.
+    /// 0: at this size, metering of the target alone gave a correct picture too.
     wrong_stops: f64,
 }
 
 fn cases() -> Vec<Case> {
     let case = |name, request, white_at_most, seen_at_least, wrong_stops| Case { name, request, white_at_most, seen_at_least, wrong_stops };
     let from_earth = Position::Centre(NaifId::EARTH);
-    let smile = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) };
-    let smiling = view(SATURN, "2013-07-19T21:27:00Z", smile, Some(45.0));
-    // The camera stands on the other side.
-    let lit = scene(&smiling);
-    let away = lit.body(SATURN).expect("Saturn").placement.centre_km;
-    let smiling =
-        ViewRequest { position: Position::Offset { body: SATURN, offset_km: away, axes: Axes::Icrf }, fov_deg: Some(22.0), ..smiling };
+    let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) };
+    let backlit_saturn = view(SATURN, "2013-07-19T21:27:00Z", towards_sun, Some(45.0));
+    // The camera is on the opposite side.
+    let sunlit = scene(&backlit_saturn);
+    let away = sunlit.body(SATURN).expect("Saturn").placement.centre_km;
+    let backlit_saturn = ViewRequest {
+        position: Position::Offset { body: SATURN, offset_km: away, axes: Axes::Icrf },
+        fov_deg: Some(22.0),
+        ..backlit_saturn
+    };
     vec![
         case("the new Moon beside the Sun", view(NaifId::MOON, "2024-04-08T18:17:16Z", from_earth, None), 0.3, 0.05, 5.25),
         case("night on the ground", view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None), 0.1, 0.5, 22.2),
@@ -88,7 +92,7 @@ fn cases() -> Vec<Case> {
             0.03,
             1.0,
         ),
-        case("rings from behind", smiling, 0.1, 0.02, 0.0),
+        case("rings from behind", backlit_saturn, 0.1, 0.02, 0.0),
         case("a crescent Moon", view(NaifId::MOON, "2024-04-10T18:21:00Z", from_earth, None), 0.05, 0.01, 0.0),
         case("the Moon in the umbra", view(NaifId::MOON, "2022-11-08T11:00:00Z", from_earth, None), 0.1, 0.3, 0.0),
         case("Venus before the Sun", view(NaifId::SUN, "2012-06-06T01:30:00Z", from_earth, Some(0.7)), 0.7, 0.3, 0.0),
@@ -118,7 +122,7 @@ fn no_view_is_all_white_or_all_black() {
             failures.push(format!("{}: {found:?}", case.name));
         }
         if case.wrong_stops != 0.0 {
-            // A meter of the target alone.
+            // The exposure from metering of the target alone must fail the check.
             let found = shown(&ViewRequest { exposure: ExposureRequest::Stops(case.wrong_stops), ..case.request.clone() });
             assert!(is_wrong(&case, &found), "{} is wrong at {} stops: {found:?}", case.name, case.wrong_stops);
         }
@@ -126,7 +130,7 @@ fn no_view_is_all_white_or_all_black() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// The Earth from beyond 1 au is a point in a dark sky: nine tenths of the picture stay dark, and the point is bright.
+/// The Earth from beyond 1 au is a point in a dark sky: nine tenths of the picture are dark, and the point is bright.
 #[test]
 fn a_far_planet_is_a_point_in_a_dark_sky() {
     for (target, radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e6)] {
@@ -136,13 +140,13 @@ fn a_far_planet_is_a_point_in_a_dark_sky() {
         assert!(found.seen < 0.1, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
         assert!(found.brightest > 60 || target == PHOBOS, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
     }
-    // With the Sun in the picture its glare whitens a tenth at the most.
+    // With the Sun in the picture, its glare whitens at most a tenth.
     let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(60_000.0), None);
     let (found, exposure) = (shown(&beside_sun), scene(&beside_sun).exposure);
     assert!(found.white < 0.1 && exposure.reason.contains("glare"), "{found:?}, {}", exposure.reason);
 }
 
-/// In totality the inner corona is what is metered: between 1.05 and 1.6 solar radii it is neither black nor white.
+/// In totality the inner corona is metered: between 1.05 and 1.6 solar radii it is neither black nor white.
 #[test]
 fn totality_is_exposed_for_the_corona() {
     let request = view(NaifId::SUN, "2024-04-08T18:42:38Z", ground(NaifId::EARTH, 32.78, -96.80), Some(3.0));
@@ -150,27 +154,27 @@ fn totality_is_exposed_for_the_corona() {
     let of_white = |rho: f64| corona::radiance(rho) / exposure.white();
     assert!(exposure.reason.contains("corona"), "{}", exposure.reason);
     assert!(of_white(1.05) < 20.0 && of_white(1.1) > 0.3 && of_white(1.6) > 0.01, "{} stops: {}", exposure.stops, exposure.reason);
-    // An hour before it is the Sun's disc.
+    // 90 minutes earlier, the Sun's disc is metered.
     let before = scene(&ViewRequest { time: request.time.plus_seconds(-5400.0), ..request }).exposure;
     assert!(before.reason.starts_with("Sun") && before.stops < -12.0, "{} stops: {}", before.stops, before.reason);
 }
 
-/// Halvings of a step that changes the stops by more than the bound.
+/// How often a step is halved if it changes the exposure by more than the bound.
 const HALVINGS: u32 = 12;
 
-/// Stops over a run of views, `view(0.0)` to `view(steps)`: no step changes them by more than a bound, or, where one does (a limb or the Sun comes into the frame), it does so
-/// without a leap: of the halves of the step, and of the halves of these, the one that changes most changes less than the bound after [`HALVINGS`]. None opens beyond a
-/// photograph of the night.
+/// Checks the exposure over a series of views, `view(0.0)` to `view(steps)`. No step changes the stops by more than a bound, unless a limb or the Sun enters the frame;
+/// then the change must be continuous: the step is halved [`HALVINGS`] times, each time keeping the half that changes most, and the last half must change by less than
+/// the bound. No exposure exceeds that of a night photograph.
 fn sweep(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) {
-    let at = |k: f64| {
+    let stops_at = |k: f64| {
         let exposure = scene(&view(k)).exposure;
         assert!(exposure.stops.is_finite() && exposure.stops <= -darkest_white().log2() + 1e-9, "{name}: {} stops", exposure.stops);
         exposure
     };
     let (mut most, mut place) = (0.0_f64, String::new());
-    let mut before = at(0.0);
+    let mut before = stops_at(0.0);
     for k in 1..=steps {
-        let after = at(f64::from(k));
+        let after = stops_at(f64::from(k));
         let step = (after.stops - before.stops).abs();
         if step > most {
             (most, place) = (step, format!("step {k}: {:+.2} ({}) to {:+.2} ({})", before.stops, before.reason, after.stops, after.reason));
@@ -179,25 +183,25 @@ fn sweep(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) 
             let (mut low, mut high) = ((f64::from(k - 1), before.stops), (f64::from(k), after.stops));
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (low.0 + high.0);
-                let found = (middle, at(middle).stops);
+                let found = (middle, stops_at(middle).stops);
                 if (found.1 - low.1).abs() > (high.1 - found.1).abs() { high = found } else { low = found }
             }
-            let leap = (high.1 - low.1).abs();
-            assert!(leap < bound, "{name}: a leap of {leap:.3} stops against {bound} at {}; {place}", low.0);
+            let jump = (high.1 - low.1).abs();
+            assert!(jump < bound, "{name}: a jump of {jump:.3} stops against {bound} at {}; {place}", low.0);
         }
         before = after;
     }
     println!("{name}: at most {most:.3} stops a step, {place}");
 }
 
-/// From near the ground until the body is lost among the stars, by steps of 5 %: a point's light falls by a seventh of a stop a step.
+/// From near the ground until the body is lost among the stars, in steps of 5 %: the light of a point falls by a seventh of a stop per step.
 #[test]
 fn distance_moves_the_exposure_smoothly() {
     for target in [NaifId::EARTH, NaifId::MOON, JUPITER, SATURN, NaifId::SUN] {
-        // Not past the Sun, behind which nothing is as before.
+        // Do not pass the Sun, where the scene behind changes completely.
         let towards = Some(if target == JUPITER { SATURN } else { JUPITER });
         let place = |k: f64| Position::Over { towards, distance_radii: Some(1.5 * 1.05_f64.powf(k)) };
-        // Within 2 au: from farther away the Sun comes into the frame of an inner planet.
+        // Stay within 2 au: from farther away the Sun enters the frame of an inner planet.
         let radius_km = SESSION.catalog().body(target).expect("a body").radii_km.x;
         let steps = ((2.0 * orrery::units::KM_PER_AU / (1.5 * radius_km)).ln() / 1.05_f64.ln()) as i32;
         sweep(&format!("distance from {target:?}"), 0.8, steps, |k| view(target, "2024-03-01T00:00:00Z", place(k), None));
@@ -219,7 +223,7 @@ fn around(target: NaifId, time: &str, radii: f64, phase_deg: f64, fov_deg: f64) 
 #[test]
 fn phase_moves_the_exposure_smoothly() {
     for (target, radii) in [(NaifId::MOON, 12.0), (NaifId::EARTH, 3.0), (SATURN, 12.0), (NaifId(299), 5.0)] {
-        // Until the Sun comes into the frame; then it comes and goes down behind the body, by a five-hundredth of the frame a step.
+        // Until the Sun enters the frame; there it appears and sets behind the body, by a five-hundredth of the frame per step.
         sweep(&format!("phase of {target:?}"), 1.5, 110, |k| around(target, "2024-03-01T00:00:00Z", radii, 1.5 * k, 25.0));
         let near = |k: f64| around(target, "2024-03-01T00:00:00Z", radii, 165.0 + 0.15 * k, 25.0);
         sweep(&format!("the Sun goes down behind {target:?}"), 3.0, 100, near);
@@ -238,7 +242,8 @@ fn the_field_of_view_moves_the_exposure_smoothly() {
     });
 }
 
-/// From first to last contact on the ground, the Moon through the umbra, and that eclipse seen from the Moon. Around second and third contact the light that the eye sees falls by the second.
+/// From first to last contact on the ground; the Moon through the umbra; and that eclipse seen from the Moon. Around second and third contact the light falls within
+/// seconds.
 #[test]
 fn an_eclipse_moves_the_exposure_smoothly() {
     let sun = |s: f64| {
@@ -259,29 +264,29 @@ fn an_eclipse_moves_the_exposure_smoothly() {
     sweep("the Sun behind the Earth", 2.0, 180, earth);
 }
 
-/// A body that enters the frame by a pixel, and one that leaves it: the gaze turns past the full Moon and past the Sun.
+/// Bodies that enter and leave the frame by a pixel: the camera turns past the full Moon and past the Sun.
 #[test]
-fn the_gaze_moves_the_exposure_smoothly() {
+fn turning_the_camera_moves_the_exposure_smoothly() {
     for target in [NaifId::MOON, NaifId::SUN] {
         let centred = view(target, "2024-04-23T23:00:00Z", Position::Centre(NaifId::EARTH), Some(6.0));
         let towards = scene(&centred).body(target).expect("there").placement.centre_km.normalize();
-        let aside = towards.any_orthonormal_vector();
+        let sideways = towards.any_orthonormal_vector();
         let turned = |k: f64| {
             let angle = (0.03 * k).to_radians();
-            let look = Look::Along { direction: towards * angle.cos() + aside * angle.sin(), axes: Axes::Icrf };
+            let look = Look::Along { direction: towards * angle.cos() + sideways * angle.sin(), axes: Axes::Icrf };
             ViewRequest { look, target: None, ..centred.clone() }
         };
         sweep(&format!("past {target:?}"), 2.0, 150, turned);
     }
-    // A sweep of explicit stops can leap: the check must be able to fail.
-    let leaps = |k: f64| {
+    // Stops that are set explicitly can jump: the check must be able to fail.
+    let jumps = |k: f64| {
         let exposure = ExposureRequest::Stops(if k < 1.7 { 0.0 } else { 5.0 });
         ViewRequest { exposure, ..view(MARS, "2024-03-01T00:00:00Z", over(3.0), None) }
     };
-    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| sweep("leaps", 4.0, 4, leaps))).is_err());
+    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| sweep("jumps", 4.0, 4, jumps))).is_err());
 }
 
-/// Ordinary lit views keep the look that they had: a fully lit disc's mean at half of white, to a third of a stop.
+/// Ordinary lit views keep their look: the mean of a fully lit disc is half of white, to a third of a stop.
 #[test]
 fn lit_discs_are_shown_at_half_of_white() {
     for (target, albedo_radiance) in [(NaifId::EARTH, 0.434), (MARS, 0.0793), (JUPITER, 0.0214), (NaifId(899), 4.9e-4)] {
@@ -293,9 +298,9 @@ fn lit_discs_are_shown_at_half_of_white() {
     }
 }
 
-/// Whatever stops are asked for, every pixel is a number, and more stops never darken a picture.
+/// At any explicit exposure every pixel is finite, and a higher exposure never darkens a picture.
 #[test]
-fn explicit_stops_give_numbers() {
+fn explicit_stops_give_finite_pixels() {
     for target in [NaifId::EARTH, SATURN, NaifId::SUN] {
         let base = ViewRequest { width: 48, height: 48, ..view(target, "2024-04-08T18:17:16Z", over(4.0), None) };
         let mut last = 0.0;
@@ -308,7 +313,7 @@ fn explicit_stops_give_numbers() {
     }
 }
 
-/// A frame of a run is exposed by its instant alone: the same whatever was drawn before.
+/// The exposure of a frame depends on its instant alone, not on the frames drawn before it.
 #[test]
 fn a_frame_is_exposed_by_its_instant_alone() {
     let night = view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None);

@@ -1,4 +1,4 @@
-//! The Milky Way and zodiacal light: where they are, how bright they are, and what shows of them; panoramas of the user's.
+//! The Milky Way and zodiacal light: positions, brightness, visibility; and panoramas supplied by the user.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
 const TIME: &str = "2024-06-07T00:00:00Z";
 
-/// Linear light of layers alone, from the Earth's centre.
+/// Linear light of the given layers alone, from the Earth's centre.
 fn towards(look: DVec3, fov_deg: f64, layers: Layers) -> ViewRequest {
     ViewRequest {
         target: None,
@@ -47,63 +47,63 @@ fn mean(drawn: &DrawnFrame) -> f64 {
     sum / drawn.frame.hdr.len() as f64
 }
 
-/// V magnitudes in a square second of a radiance.
+/// V magnitude per square arc second of a radiance.
 fn surface_magnitude(radiance: f64) -> f64 {
     let square_second_sr = (PI / 180.0 / 3600.0).powi(2);
     magnitude(radiance / PI * square_second_sr)
 }
 
-/// Mean over some degrees around a place of Galactic coordinates.
-fn around(longitude: f64, latitude: f64, degrees: f64) -> f64 {
+/// Mean light of a field of `degrees` around a position in Galactic coordinates.
+fn mean_around(longitude: f64, latitude: f64, degrees: f64) -> f64 {
     mean(&draw(&SESSION, &towards(SkyFrame::Galactic.icrf_from_frame() * direction(longitude, latitude), degrees, MILKY_WAY)))
 }
 
-/// Galaxies beside ours and dark clouds in it are where charts have them, and not where a mirrored or a turned map would.
+/// Neighbouring galaxies and dark clouds of our own are where charts show them; a mirrored or rotated map would fail.
 #[test]
-fn the_milky_way_is_where_it_is() {
+fn the_milky_way_is_at_its_charted_position() {
     // NASA/IPAC Extragalactic Database: LMC 280.47 -32.89, SMC 302.80 -44.30; Coalsack 303 -1, between bright parts of Crux and Centaurus.
     for (name, l, b) in [("LMC", 280.47, -32.89), ("SMC", 302.80, -44.30)] {
-        let (there, mirrored, north) = (around(l, b, 3.0), around(-l, b, 3.0), around(l, -b, 3.0));
+        let (there, mirrored, north) = (mean_around(l, b, 3.0), mean_around(-l, b, 3.0), mean_around(l, -b, 3.0));
         assert!(there > 1.5 * mirrored && there > 1.5 * north, "{name}: {there:e}, mirrored {mirrored:e}, north {north:e}");
     }
-    let (sack, beside) = (around(302.5, -0.5, 3.0), around(310.0, 0.0, 3.0).min(around(295.0, -0.5, 3.0)));
+    let (sack, beside) = (mean_around(302.5, -0.5, 3.0), mean_around(310.0, 0.0, 3.0).min(mean_around(295.0, -0.5, 3.0)));
     assert!(sack < 0.8 * beside, "Coalsack {sack:e}, beside {beside:e}");
-    // Brighter towards the centre than away from it, brightest in the plane.
-    assert!(around(2.0, -4.0, 3.0) > 3.0 * around(180.0, 0.0, 8.0));
+    // Brighter towards the Galactic centre than away from it.
+    assert!(mean_around(2.0, -4.0, 3.0) > 3.0 * mean_around(180.0, 0.0, 8.0));
 }
 
-/// Published figures: 20 to 21 magnitudes in a square second in the brightest clouds, no more than 100 stars of tenth magnitude in a square degree (22.8) at the Galactic
-/// poles, all starlight and diffuse light counted there 20 to 60 (Leinert et al. 1998, A&AS 127, 1, section 10).
+/// Published figures: 20 to 21 magnitudes per square arc second in the brightest clouds. At the Galactic poles no more than 100 stars of tenth magnitude per square
+/// degree (22.8); all starlight and diffuse light there counts as 20 to 60 (Leinert et al. 1998, A&AS 127, 1, section 10).
 #[test]
-fn it_is_as_bright_as_published() {
-    let cloud = surface_magnitude(around(2.0, -4.0, 3.0));
+fn the_milky_way_is_as_bright_as_published() {
+    let cloud = surface_magnitude(mean_around(2.0, -4.0, 3.0));
     assert!((20.0..21.0).contains(&cloud), "{cloud}");
     for pole in [90.0, -90.0] {
-        let dim = surface_magnitude(around(0.0, pole, 20.0));
+        let dim = surface_magnitude(mean_around(0.0, pole, 20.0));
         println!("pole {pole}: {dim:.2}");
         assert!((22.8..25.5).contains(&dim), "{pole}: {dim}");
     }
-    // The scale itself: a square second of a star of its magnitude.
+    // Check of the scale: one square arc second with the flux of a star of that magnitude.
     let one = irradiance_of_magnitude(21.0) * PI / (PI / 180.0 / 3600.0_f64).powi(2);
     assert!((surface_magnitude(one) - 21.0).abs() < 1e-9);
 }
 
-/// At a field of view of a second of arc the light is that of the place to a thousandth, and panning does not make it jump.
+/// At a field of view of one arc second the light equals that of the position to a thousandth, and panning causes no jump.
 #[test]
-fn it_is_steady_at_a_second_of_arc() {
+fn the_milky_way_is_steady_at_one_arc_second() {
     let place = SkyFrame::Galactic.icrf_from_frame() * direction(1.0, -3.0);
     let aside = place.any_orthonormal_vector();
-    let at = |seconds: f64| draw(&SESSION, &towards(place + aside * (seconds / 206_264.8), 1.0 / 3600.0, MILKY_WAY));
-    let first = at(0.0);
+    let draw_at = |seconds: f64| draw(&SESSION, &towards(place + aside * (seconds / 206_264.8), 1.0 / 3600.0, MILKY_WAY));
+    let first = draw_at(0.0);
     let level = mean(&first);
     for seconds in [0.0, 0.1, 0.2, 0.3, 0.5, 1.0] {
-        let drawn = at(seconds);
+        let drawn = draw_at(seconds);
         let off = drawn.frame.hdr.iter().map(|p| (f64::from(p[1]) / f64::from(first.frame.hdr[0][1]) - 1.0).abs()).fold(0.0, f64::max);
         assert!(off < 1e-3 && level > 0.0, "{seconds}: {off:e}");
     }
 }
 
-/// The picture's zodiacal light is the law of the ray through each pixel, in f64, from the ecliptic to its pole and round to the gegenschein.
+/// The zodiacal light in the picture follows its law for the ray through each pixel, computed in f64, from the ecliptic to its pole and round to the gegenschein.
 #[test]
 fn zodiacal_light_follows_its_law() {
     let probe = draw(&SESSION, &towards(DVec3::X, 60.0, DUST));
@@ -129,47 +129,48 @@ fn zodiacal_light_follows_its_law() {
         }
         assert!(compared > 80, "{compared}");
     }
-    // Farther out it is fainter, by the power of the distance.
+    // Farther from the Sun it is fainter, by a power of the distance.
     assert!((zodiacal::unit_radiance(5.2) / zodiacal::unit_radiance(1.0) - 5.2_f64.powf(-2.3)).abs() < 1e-12);
 }
 
-/// Beside a lit planet neither shows, costs a draw, or is asked for; a boost lifts both and the stars; a switch leaves them out; each says why.
+/// Next to a lit planet, neither layer is visible, drawn or loaded. A boost lifts both and the stars; the layer switch removes them; each decision states its reason.
 #[test]
-fn the_exposure_decides_what_shows() {
+fn the_exposure_decides_what_is_visible() {
     let saturn = |stars_boost: f64, layers: Layers| {
         let base = ViewRequest::of(NaifId(699), Instant::parse(TIME).expect("a time"));
         let position = Position::Over { towards: None, distance_radii: Some(6.0) };
         SESSION.draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, true).expect("drawn")
     };
-    let of = |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.clone()));
+    let decision_of =
+        |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.clone()));
     let run = |drawn: &DrawnFrame| drawn.simple_draws.iter().filter(|d| d.module == "sky_background").count();
     let plain = saturn(0.0, Layers::default());
     assert!(plain.scene.background.is_none() && run(&plain) == 0);
     for feature in ["milky-way", "zodiacal-light"] {
-        assert!(of(&plain, feature).is_some_and(|(on, why)| !on && why.contains("of white against")), "{:?}", plain.scene.sky);
+        assert!(decision_of(&plain, feature).is_some_and(|(on, why)| !on && why.contains("of white against")), "{:?}", plain.scene.sky);
     }
     let lifted = saturn(16.0, Layers::default());
     assert!(
-        run(&lifted) == 1 && lifted.scene.stars.len() > 20 && of(&lifted, "milky-way").is_some_and(|(on, _)| on),
+        run(&lifted) == 1 && lifted.scene.stars.len() > 20 && decision_of(&lifted, "milky-way").is_some_and(|(on, _)| on),
         "{:?}",
         lifted.scene.sky
     );
-    // The planet keeps its light and hides what is behind it.
+    // The planet keeps its light and hides the sky behind it.
     let dark = saturn(16.0, Layers { stars: false, ..Layers::default() });
     let centre = 32 * 64 + 32;
     assert_eq!(dark.frame.hdr[centre], saturn(0.0, Layers::NONE).frame.hdr[centre]);
     assert!(dark.frame.hdr[0][1] > 0.0);
     let off = saturn(16.0, Layers::NONE);
-    assert!(run(&off) == 0 && of(&off, "milky-way") == Some((false, "set by you".into())) && off.frame.hdr[0][1] == 0.0);
-    // Light is lifted by the factor that the stops say.
+    assert!(run(&off) == 0 && decision_of(&off, "milky-way") == Some((false, "set by you".into())) && off.frame.hdr[0][1] == 0.0);
+    // The light increases by the factor that the stops imply.
     let base = towards(direction(266.0, -29.0), 20.0, Layers { milky_way: true, zodiacal_light: true, ..Layers::NONE });
     let ratio = mean(&draw(&SESSION, &ViewRequest { stars_boost: 3.0, ..base.clone() })) / mean(&draw(&SESSION, &base));
     assert!((ratio - 8.0).abs() < 1e-3, "{ratio}");
 }
 
-/// A panorama with one red spot: it stands where its frame says, from a picture and from the faces of a cube.
+/// A panorama with one red spot: the spot appears where the panorama's frame puts it, both from a flat picture and from the faces of a cube.
 #[test]
-fn a_panorama_of_ones_own_stands_in_its_frame() {
+fn a_users_panorama_is_placed_in_its_frame() {
     let folder = tempfile::tempdir().expect("a folder");
     let spot = |width: u32, height: u32, at: [u32; 2]| {
         let inside = |x: u32, y: u32| x.abs_diff(at[0]) < 6 && y.abs_diff(at[1]) < 6;
@@ -178,11 +179,11 @@ fn a_panorama_of_ones_own_stands_in_its_frame() {
     // Longitude 90, latitude 30: a quarter to the left of the middle, two thirds up.
     let flat = folder.path().join("flat.png");
     spot(360, 180, [90, 60]).save(&flat).expect("written");
-    // The face to the left of the middle is that of longitude 90.
+    // The face to the left of the middle face is the face of longitude 90.
     let cube = folder.path().join("cube");
     std::fs::create_dir(&cube).expect("a folder");
     for face in ["px", "nx", "py", "ny", "pz", "nz"] {
-        // The tangent of 30 degrees above the middle of a face.
+        // 30 degrees above the middle of a face, by the tangent.
         let at = if face == "nx" { [64, 27] } else { [500, 500] };
         spot(128, 128, at).save(cube.join(format!("{face}.png"))).expect("written");
     }
@@ -206,9 +207,9 @@ fn a_panorama_of_ones_own_stands_in_its_frame() {
     }
 }
 
-/// Files that are no sky get one line that names file and cause.
+/// A file that is not a sky panorama gives one line that names the file and the cause.
 #[test]
-fn a_bad_panorama_is_one_clear_line() {
+fn a_bad_panorama_gives_one_error_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("text.png"), "no picture").expect("written");

@@ -1,6 +1,6 @@
-//! Minor planets: Kepler's equation in the vertex stage against f64, places and light in pictures, files of one's own.
+//! Minor planets: Kepler's equation in the vertex stage against f64, positions and light in pictures, and files supplied by the user.
 //!
-//! The reference is `ephemeris::conic` in f64, whose own tests hold it against the classical formulas. The acceptance is 1e-6 of the semi-major axis up to e = 0.97.
+//! The reference is `ephemeris::conic` in f64, whose own tests compare it with the classical formulas. The tolerance is 1e-6 of the semi-major axis up to e = 0.97.
 
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
@@ -31,23 +31,23 @@ fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
     HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, along_perihelion: DVec3::Y, passage_days: 0.0 }
 }
 
-/// What the shader is asked for an orbit of perihelion distance 1 at a time in its units.
+/// The shader's input for an orbit with perihelion distance 1 at a time, in the shader's units.
 fn question(e: f64, time: f64) -> EvalInput {
     [1.0, 1.0 - e, (1.0 + e).sqrt(), time, 0.0, 0.0, 0.0, 0.0]
 }
 
-/// Greatest distance from f64 over times, in units of `scale` of each.
+/// Greatest distance between the shader's position and the f64 position over the given times, in units of `scale` at each.
 fn worst<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl Fn(DVec3) -> f64) -> f64 {
     let questions: Vec<EvalInput> = times.iter().map(|t| question(e, *t)).collect();
     let places = shader.ask_in::<R>(&DrawUniforms::default(), None, &questions);
-    let off = |(t, p): (&f64, &[f64; 4])| {
+    let error = |(t, p): (&f64, &[f64; 4])| {
         let expected = heliocentric_state(&in_plane(1.0, e), t / GAUSS_CONSTANT).position;
         DVec3::new(p[0], p[1], p[2]).distance(expected) / scale(expected)
     };
-    times.iter().zip(&places).map(off).fold(0.0, |worst: f64, off| if off.is_nan() { f64::INFINITY } else { worst.max(off) })
+    times.iter().zip(&places).map(error).fold(0.0, |worst: f64, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
 }
 
-/// Times over half a turn, and close around the perihelion.
+/// Times over half an orbit, and close to perihelion.
 fn times(e: f64) -> Vec<f64> {
     let half_turn = if e < 1.0 { PI * (1.0 - e).powf(-1.5) } else { 1e4 };
     let even = (-2000..=2000).map(|k| half_turn * f64::from(k) / 2000.0);
@@ -56,7 +56,7 @@ fn times(e: f64) -> Vec<f64> {
 }
 
 #[test]
-fn keplers_equation_in_f32_is_that_of_f64() {
+fn keplers_equation_in_f32_agrees_with_f64() {
     let shader = Emitted::new("minor_planets", PLACE);
     for e in [0.0, 1e-6, 0.01, 0.1, 0.3, 0.5, 0.7, 0.85, 0.93, 0.97] {
         let axis = 1.0 / (1.0 - e);
@@ -65,13 +65,13 @@ fn keplers_equation_in_f32_is_that_of_f64() {
         println!("e {e}: {single:.2e} of the semi-major axis in f32, {double:.2e} in f64");
         assert!(single < 1e-6 && double < 1e-9, "e {e}: {single} {double}");
     }
-    // Beyond, of the distance from the Sun: near-parabolic on both sides, the parabola, and hyperbolas as open as that of 2I/Borisov.
+    // For larger e, relative to the distance from the Sun: near-parabolic orbits on both sides, the parabola, and hyperbolas as open as that of 2I/Borisov.
     for e in [0.99, 0.999, 0.9999, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0001, 1.01, 1.2, 2.0, 3.4] {
         let single = worst::<f32>(&shader, e, &times(e), DVec3::length);
         println!("e {e}: {single:.2e} of the distance in f32");
         assert!(single < 3e-6, "e {e}: {single}");
     }
-    // The comparison must be able to fail: three steps for four, and a term of Stumpff's series less.
+    // The comparison must be able to fail: with three steps instead of four, and with one term of Stumpff's series less.
     let edited = |right: &'static str, wrong: &'static str| {
         Emitted::edited("minor_planets", PLACE, |text| {
             assert_eq!(text.matches(right).count(), 1, "{right}");
@@ -84,9 +84,9 @@ fn keplers_equation_in_f32_is_that_of_f64() {
     assert!(worst::<f32>(&coarse, 0.3, &times(0.3), |_| 1.0 / 0.7) > 2e-6);
 }
 
-/// The sprite's shape is that of `scene::point_spread`, and its reach the same power of the peak.
+/// The sprite's profile is that of `scene::point_spread`, and its extent is the same power of the peak.
 #[test]
-fn the_shape_of_a_sprite_is_that_of_other_points() {
+fn sprites_have_the_profile_of_other_points() {
     let law = format!("vec4f({POINT_RADIUS_PX:?}, {GLARE_RADIUS_EXPONENT:?}, {MAX_RADIUS_PX:?}, {GLARE_FRACTION:?})");
     let value = format!("vec4f(point_shape(p.x, {law}, {CORE_SIGMA_PX:?}, {GLARE_WIDTH_PX:?}), 0.0)");
     let shader = Emitted::new("minor_planets", &value);
@@ -103,7 +103,7 @@ fn the_shape_of_a_sprite_is_that_of_other_points() {
     }
 }
 
-/// A session over one body of the embedded table.
+/// A session with a single body of the embedded table.
 fn session_of(body: &SmallBody, line: &str) -> (Session, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("one.csv");
@@ -112,8 +112,8 @@ fn session_of(body: &SmallBody, line: &str) -> (Session, tempfile::TempDir) {
     (Session::open(&sources, |line| panic!("{line}")).expect("opens"), folder)
 }
 
-/// The embedded row of a name, and the table of it alone.
-fn one(name: &str) -> (SmallBody, String) {
+/// The embedded entry with that name, and a table with only this entry.
+fn single_entry(name: &str) -> (SmallBody, String) {
     let all = SmallBodies::embedded();
     let body = all.minor_planets.iter().find(|b| b.name == name).expect(name).clone();
     let rows: Vec<&str> = orrery_catalogs::SMALL_BODIES.lines().collect();
@@ -121,7 +121,7 @@ fn one(name: &str) -> (SmallBody, String) {
     (body, format!("{}\n{row}\n", rows[1]))
 }
 
-/// From the Earth's centre to a body: its apparent place by light time iterated in f64 and aberration, and its distances from Earth and Sun.
+/// From the Earth's centre to a body: its apparent direction (light time iterated in f64, aberration), and its distances from the Earth and the Sun.
 fn seen_from_earth(ephemeris: &Ephemeris, body: &SmallBody, time: Instant) -> (DVec3, f64, f64) {
     let state = |id: NaifId| ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).expect("a state").state;
     let (earth, sun) = (state(NaifId::EARTH), state(NaifId::SUN));
@@ -151,20 +151,20 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
     }
 }
 
-/// Pallas, and an asteroid that comes near, at four dates: the centroid of the picture is where f64 puts it, and its light is that of H and G.
+/// Pallas and a near-Earth asteroid at four dates: the centroid in the picture is at the f64 position, and the light follows H and G.
 #[test]
-fn a_picture_shows_them_where_they_are_and_as_bright() {
+fn pictures_show_minor_planets_at_their_position_and_brightness() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
     let (mut worst_px, mut worst_light, mut at_rest): (f64, f64, f64) = (0.0, 0.0, 0.0);
     let mut lit = 0;
     for name in ["Pallas", "Eros", "Sedna"] {
-        let (body, table) = one(name);
+        let (body, table) = single_entry(name);
         let (session, _folder) = session_of(&body, &table);
         for time in ["1950-06-01T00:00:00Z", "2012-01-31T11:00:00Z", "2024-04-08T18:00:00Z", "2090-10-10T10:10:10Z"] {
             let time = Instant::parse(time).expect("a time");
             let (direction, distance, from_sun) = seen_from_earth(&ephemeris, &body, time);
-            // A little beside the middle.
+            // Slightly off the middle.
             let aim = (direction + DVec3::new(2e-5, -1e-5, 3e-5)).normalize();
             let request = towards(aim, 0.02, time);
             let camera = viewer(&catalog, &ephemeris, &request).expect("a camera").camera;
@@ -179,7 +179,7 @@ fn a_picture_shows_them_where_they_are_and_as_bright() {
             worst_px = worst_px.max((moment / sum).distance(expected_px));
             let sun = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
             at_rest = at_rest.max(((body_direction_at_rest(&ephemeris, &body, time) - direction).length() / camera.pixel_tangent()).abs());
-            // The phase angle by the triangle of Sun, Earth and body.
+            // The phase angle from the triangle of Sun, Earth and body.
             let cos_phase = (from_sun.powi(2) + distance.powi(2) - sun.length_squared()) / (2.0 * from_sun * distance);
             let half = (0.5 * cos_phase.clamp(-1.0, 1.0).acos()).tan();
             let orrery::catalog::small_bodies::BrightnessLaw::Asteroid { h, g } = body.brightness else { panic!("{name} has H") };
@@ -195,7 +195,7 @@ fn a_picture_shows_them_where_they_are_and_as_bright() {
     println!("centroids within {worst_px:.4} px of 1.1 arcsec, light within {:.2} %", 100.0 * worst_light);
     assert!(worst_px < 0.1 && worst_light < 0.02, "{worst_px} {worst_light}");
     assert!(lit > 4, "{lit} are brighter than marks");
-    // Without light time and aberration they stand elsewhere.
+    // Without light time and aberration the positions differ.
     assert!(at_rest > 5.0, "{at_rest}");
 }
 
@@ -205,7 +205,7 @@ fn body_direction_at_rest(ephemeris: &Ephemeris, body: &SmallBody, time: Instant
     (state(NaifId::SUN) + heliocentric_state(&body.orbit, days).position * KM_PER_AU - state(NaifId::EARTH)).normalize()
 }
 
-/// Asked for they are there, with a reason; else they are not, and `explain` says why. What is behind a body is hidden.
+/// With the layer on, minor planets are drawn with a reason; otherwise they are not, and `explain` gives the reason. Bodies hide what is behind them.
 #[test]
 fn minor_planets_are_drawn_only_with_their_layer() {
     let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
@@ -220,10 +220,10 @@ fn minor_planets_are_drawn_only_with_their_layer() {
     let draw = |layers: &str| SESSION.draw(&view(layers), SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
     let (without, with) = (draw("-stars"), draw("-stars,+minor-planets"));
     assert!(without.scene.minor_planets.is_none() && with.scene.minor_planets.as_ref().is_some_and(|m| m.times.len() == 602));
-    let said =
+    let decision_of =
         |drawn: &orrery::session::DrawnFrame| drawn.scene.sky.iter().find(|d| d.feature == "minor-planets").cloned().expect("a reason");
-    assert!(!said(&without).on && said(&without).reason.contains("off unless you ask"));
-    assert!(said(&with).on && said(&with).reason.contains("602 orbits"), "{:?}", said(&with));
+    assert!(!decision_of(&without).on && decision_of(&without).reason.contains("off unless you ask"));
+    assert!(decision_of(&with).on && decision_of(&with).reason.contains("602 orbits"), "{:?}", decision_of(&with));
     let changed = without.frame.display.iter().zip(&with.frame.display).filter(|(a, b)| a != b).count();
     assert!(changed > 1500, "{changed} pixels");
 }

@@ -1,4 +1,5 @@
-//! What one frame needs: which body is drawn how, with how much light, and what each option changes.
+//! The contents of one frame: how each body is drawn, with how much light, and what each option
+//! changes.
 
 mod comets;
 mod custom_surfaces;

@@ -1,4 +1,4 @@
-//! Images laid over the ground: where they lie, what they leave alone, what is said of wrong ones.
+//! Images laid over the ground: where they lie, what they leave unchanged, and the messages for faulty images.
 
 use crate::support::session::session_over;
 use glam::{DVec2, DVec3};
@@ -16,14 +16,14 @@ const SIDE: u32 = 128;
 const MOON: NaifId = NaifId::MOON;
 const SATURN: NaifId = NaifId(699);
 
-/// A folder with a catalog file and one-coloured images (name, RGBA), and a session over both.
-struct Mine {
+/// A folder with a catalog file and one-coloured images (name, RGBA), and a session that uses them.
+struct UserOverlays {
     session: Session,
     said: Arc<Mutex<Vec<String>>>,
     _folder: tempfile::TempDir,
 }
 
-impl Mine {
+impl UserOverlays {
     fn new(catalog: &str, images: &[(&str, [u8; 4])]) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("mine.toml"), catalog).expect("written");
@@ -37,7 +37,7 @@ impl Mine {
         Self { session, said, _folder: folder }
     }
 
-    /// From 3 radii over 0 N 0 E.
+    /// A view from 3 radii above 0 N 0 E.
     fn draw(&self, body: NaifId, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
         let radius_km = self.session.catalog().body(body).expect("a body").radii_km.x;
         let request = ViewRequest {
@@ -59,7 +59,7 @@ fn changed(a: &[[f32; 4]], b: &[[f32; 4]]) -> Vec<bool> {
     a.iter().zip(b).map(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).collect()
 }
 
-/// The ground's place under each pixel's middle, kilometres, body axes.
+/// The ground point under the centre of each pixel, kilometres, body axes.
 fn grounds(scene: &Scene, body: NaifId) -> Vec<Option<DVec3>> {
     let placement = &scene.body(body).expect("a body").placement;
     let middle = |k: u32| DVec2::new(f64::from(k % SIDE) + 0.5, f64::from(k / SIDE) + 0.5);
@@ -79,13 +79,13 @@ fn overlay(body: &str, name: &str, file: &str, rest: &str) -> String {
 }
 
 #[test]
-fn an_image_without_alpha_changes_no_bit_and_half_of_one_does() {
+fn an_image_of_zero_alpha_changes_no_bit() {
     for (alpha, changes) in [(0, false), (128, true)] {
-        let mine = Mine::new(&overlay("Moon", "a", "a.png", REGION), &[("a.png", [255, 40, 90, alpha])]);
+        let user_overlays = UserOverlays::new(&overlay("Moon", "a", "a.png", REGION), &[("a.png", [255, 40, 90, alpha])]);
         for view in [PixelView::Final, PixelView::Albedo] {
-            let (scene, with) = mine.draw(MOON, "", view);
+            let (scene, with) = user_overlays.draw(MOON, "", view);
             assert_eq!(scene.draws[0].features.overlays, 1);
-            let (scene, without) = mine.draw(MOON, "-overlays", view);
+            let (scene, without) = user_overlays.draw(MOON, "-overlays", view);
             assert_eq!(scene.draws[0].features.overlays, 0);
             let count = changed(&with, &without).iter().filter(|c| **c).count();
             assert!(if changes { count > 100 } else { count == 0 }, "{view:?}, alpha {alpha}: {count} pixels");
@@ -93,29 +93,31 @@ fn an_image_without_alpha_changes_no_bit_and_half_of_one_does() {
     }
 }
 
-/// On the oblate Saturn 30 and 50 degrees of the normal are 25.2 and 44.1 of the radius' direction.
+/// On the oblate Saturn, planetographic latitudes of 30 and 50 degrees are planetocentric latitudes of 25.2 and
+/// 44.1.
 #[test]
-fn a_region_is_changed_and_nothing_beside_it() {
-    let mine = Mine::new(&overlay("Saturn", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
-    let (scene, with) = mine.draw(SATURN, "", PixelView::Final);
-    let (_, without) = mine.draw(SATURN, "-overlays", PixelView::Final);
-    let (_, albedo) = mine.draw(SATURN, "", PixelView::Albedo);
+fn an_overlay_changes_its_region_only() {
+    let user_overlays = UserOverlays::new(&overlay("Saturn", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
+    let (scene, with) = user_overlays.draw(SATURN, "", PixelView::Final);
+    let (_, without) = user_overlays.draw(SATURN, "-overlays", PixelView::Final);
+    let (_, albedo) = user_overlays.draw(SATURN, "", PixelView::Albedo);
     let radii_km = scene.body(SATURN).expect("Saturn").placement.radii_km;
     let (mut inside, mut outside) = (0, 0);
     for (k, ground) in grounds(&scene, SATURN).into_iter().enumerate() {
         let Some([lat, lon]) = ground.map(|g| graphic(g, radii_km)) else { continue };
-        // Degrees from the region, more than 0 outside. A pixel spans half a degree here, and more to the sides.
+        // Distance from the region in degrees, positive outside. A pixel spans half a degree here, and more
+        // towards the limb.
         let beyond = (30.0 - lat).max(lat - 50.0).max(-20.0 - lon).max(lon - 25.0);
         let differs = with[k].map(f32::to_bits) != without[k].map(f32::to_bits);
         if beyond > 2.5 {
             assert!(!differs, "{lat} N {lon} E is changed");
             outside += 1;
         } else if beyond < -2.5 {
-            // Opaque: its own colour in linear light, as if it were the map's.
+            // An opaque overlay shows its own colour in linear light, as a map would.
             let red = albedo[k][0];
             let (green, blue) = (albedo[k][1] / red, albedo[k][2] / red);
             assert!((green - 0.021_22).abs() < 1e-4 && (blue - 0.102_24).abs() < 1e-4, "{green} {blue}");
-            // A Lambert sphere's albedo is 3/2 of its geometric one.
+            // The albedo of a Lambert sphere is 3/2 of its geometric albedo.
             assert!((red - 1.5).abs() < 1e-3, "{red}");
             inside += 1;
         }
@@ -126,9 +128,9 @@ fn a_region_is_changed_and_nothing_beside_it() {
 #[test]
 fn a_picture_from_above_lies_on_the_plane_below_it() {
     let rest = "projection = \"orthographic\"\nlatitude_deg = 20.0\nlongitude_deg = -15.0\nwidth_km = 1200.0\nheight_km = 600.0\n";
-    let mine = Mine::new(&overlay("Moon", "seen", "green.png", rest), &[("green.png", [10, 255, 10, 255])]);
-    let (scene, with) = mine.draw(MOON, "", PixelView::Albedo);
-    let (_, without) = mine.draw(MOON, "-overlays", PixelView::Albedo);
+    let user_overlays = UserOverlays::new(&overlay("Moon", "seen", "green.png", rest), &[("green.png", [10, 255, 10, 255])]);
+    let (scene, with) = user_overlays.draw(MOON, "", PixelView::Albedo);
+    let (_, without) = user_overlays.draw(MOON, "-overlays", PixelView::Albedo);
     let (lat, lon) = (20f64.to_radians(), (-15f64).to_radians());
     let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
     let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
@@ -147,8 +149,8 @@ fn a_picture_from_above_lies_on_the_plane_below_it() {
         }
     }
     assert!(inside > 100 && outside > 1000, "{inside} {outside}");
-    // From the other side of the Moon it would stand on its head: nothing of it shows there.
-    let far = Mine::new(
+    // Seen from the other side of the Moon the picture would be upside down: it must not be visible there.
+    let far = UserOverlays::new(
         &overlay("Moon", "seen", "green.png", &rest.replace("-15.0", "165.0").replace("20.0", "-20.0")),
         &[("green.png", [10, 255, 10, 255])],
     );
@@ -159,8 +161,8 @@ fn a_picture_from_above_lies_on_the_plane_below_it() {
 fn the_second_lies_over_the_first_by_its_alpha() {
     let both = |alpha: u8| {
         let catalog = overlay("Moon", "low", "red.png", REGION) + &overlay("Moon", "high", "blue.png", REGION);
-        let mine = Mine::new(&catalog, &[("red.png", [255, 0, 0, 255]), ("blue.png", [0, 0, 255, alpha])]);
-        let (scene, seen) = mine.draw(MOON, "", PixelView::Albedo);
+        let user_overlays = UserOverlays::new(&catalog, &[("red.png", [255, 0, 0, 255]), ("blue.png", [0, 0, 255, alpha])]);
+        let (scene, seen) = user_overlays.draw(MOON, "", PixelView::Albedo);
         assert_eq!(scene.draws[0].features.overlays, 2);
         let radii_km = scene.body(MOON).expect("the Moon").placement.radii_km;
         let places = grounds(&scene, MOON);
@@ -170,8 +172,8 @@ fn the_second_lies_over_the_first_by_its_alpha() {
         [seen[k][0], seen[k][1], seen[k][2]]
     };
     let [red, _, blue] = both(255);
-    assert!(red == 0.0 && blue > 0.5, "the upper one hides the lower");
-    // Alpha 51 is a fifth; a byte of premultiplied sRGB is right to 1 % there.
+    assert!(red == 0.0 && blue > 0.5, "the upper overlay must hide the lower one");
+    // Alpha 51 is a fifth; a byte of premultiplied sRGB is accurate to 1 % there.
     let [red, green, mixed] = both(51);
     assert!((red / blue - 0.8).abs() < 0.01 && (mixed / blue - 0.2).abs() < 0.01 && green == 0.0, "{red} {green} {mixed}");
 }
@@ -211,15 +213,15 @@ fn wrong_overlays_are_named_by_line_and_field() {
 fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
     let small = REGION.replace("25.0", "-19.9");
     let catalog = overlay("Moon", "lost", "lost.png", REGION) + &overlay("Moon", "small", "red.png", &small);
-    let mine = Mine::new(&catalog, &[("red.png", [255, 0, 0, 255])]);
-    let (scene, with) = mine.draw(MOON, "", PixelView::Final);
-    let said = mine.said.lock().expect("a list").clone();
+    let user_overlays = UserOverlays::new(&catalog, &[("red.png", [255, 0, 0, 255])]);
+    let (scene, with) = user_overlays.draw(MOON, "", PixelView::Final);
+    let messages = user_overlays.said.lock().expect("a list").clone();
     assert!(
-        said.iter().filter(|l| l.contains("lost.png") && l.ends_with("drawn without it") && !l.contains('\n')).count() == 1,
-        "{said:?}"
+        messages.iter().filter(|l| l.contains("lost.png") && l.ends_with("drawn without it") && !l.contains('\n')).count() == 1,
+        "{messages:?}"
     );
-    let told: Vec<_> = scene.body(MOON).expect("the Moon").decisions.iter().filter(|d| d.feature == "overlays").collect();
-    assert!(told.len() == 2 && told[0].reason.contains("lost.png could not be read"), "{told:?}");
-    assert!(!told[1].on && told[1].reason.contains("px across against 0.5"), "{told:?}");
-    assert!(with == mine.draw(MOON, "-overlays", PixelView::Final).1);
+    let overlay_decisions: Vec<_> = scene.body(MOON).expect("the Moon").decisions.iter().filter(|d| d.feature == "overlays").collect();
+    assert!(overlay_decisions.len() == 2 && overlay_decisions[0].reason.contains("lost.png could not be read"), "{overlay_decisions:?}");
+    assert!(!overlay_decisions[1].on && overlay_decisions[1].reason.contains("px across against 0.5"), "{overlay_decisions:?}");
+    assert!(with == user_overlays.draw(MOON, "-overlays", PixelView::Final).1);
 }

@@ -1,4 +1,4 @@
-//! Scenes of the real sky: the face that a body shows, what is drawn and why, and requests that must be refused.
+//! Scenes of the real sky: the visible hemisphere of bodies, what is drawn and why, and requests that must be refused.
 
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
@@ -30,11 +30,11 @@ fn number(value: &serde_json::Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-/// Degrees that a sub-point may be off.
+/// Largest allowed error of a sub-point, in degrees.
 const FACE_DEG: f64 = 0.01;
 
 #[test]
-fn bodies_show_the_face_that_the_light_left() {
+fn bodies_show_the_hemisphere_seen_with_light_time() {
     let (catalog, ephemeris) = sky();
     let mut count = 0;
     for date in reference()["sub_points_dates"].as_array().expect("dates") {
@@ -51,11 +51,11 @@ fn bodies_show_the_face_that_the_light_left() {
             for (ours, reference) in [(body.sub_viewer, of_viewer), (solar, of_sun)] {
                 let off = apart_deg(ours.longitude_deg, reference[0]).abs().max((ours.latitude_deg - reference[1]).abs());
                 assert!(off < FACE_DEG, "{name} {}: {ours:?} against {reference:?}", date["label"]);
-                // The two points are not one another's: a mix-up would fail.
+                // The two points must differ, so that a mix-up would fail.
                 let other = if reference == of_sun { of_viewer } else { of_sun };
                 assert!(apart_deg(ours.longitude_deg, other[0]).abs() > FACE_DEG, "{name} {}", date["label"]);
             }
-            // The pixel in the middle shows the sub-Earth point, aberration or not.
+            // The pixel in the middle shows the sub-Earth point, whatever the aberration.
             let centre = glam::DVec2::new(512.0, 512.0);
             let hit = scene.camera.surface_under_pixel(&body.placement, centre).expect("the body fills the middle");
             let face = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
@@ -66,11 +66,11 @@ fn bodies_show_the_face_that_the_light_left() {
     assert_eq!(count, 24);
 }
 
-/// The Earth's points under the Sun and under the Moon, from ERFA's matrices and positions of our own, which other tests hold to DE440.
+/// The Earth's sub-solar and sub-lunar points, from ERFA's matrices and this program's positions, which other tests compare with DE440.
 #[test]
-fn the_earth_shows_the_face_of_its_true_rotation() {
+fn the_earths_sub_points_follow_its_true_rotation() {
     use glam::{DMat3, DVec3};
-    /// Degrees that the Earth turns in a second.
+    /// Rotation of the Earth per second, in degrees.
     const TURN_DEG_S: f64 = 360.985_647 / 86_400.0;
     let (catalog, ephemeris) = sky();
     let mut count = 0;
@@ -80,14 +80,15 @@ fn the_earth_shows_the_face_of_its_true_rotation() {
         let rows = earth["gcrs_to_itrs_no_polar_motion"].as_array().expect("rows");
         let row = |i: usize| DVec3::from_array([0, 1, 2].map(|k| number(&rows[i][k])));
         let itrs_from_gcrs = DMat3::from_cols(row(0), row(1), row(2)).transpose();
-        // The table assumes a Delta T of its own: the Earth turns by the difference.
+        // The table assumes its own Delta T: the Earth turns by the difference.
         let late_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
         let mut request = ViewRequest::of(NaifId::EARTH, t);
         request.position = Position::Centre(NaifId::MOON);
         let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
         let body = scene.body(NaifId::EARTH).expect("the Earth");
         let light_s = body.distance_km / 299_792.458;
-        // What is seen left the Earth a light time ago; the Sun's light that it met then had left the Sun before.
+        // The light that is seen left the Earth one light time ago; the sunlight that illuminated the Earth then had left the Sun
+        // earlier.
         let at = |id: NaifId, seconds: f64| {
             ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t.plus_seconds(seconds), None).expect("a state").state.pos_km
         };
@@ -101,7 +102,7 @@ fn the_earth_shows_the_face_of_its_true_rotation() {
             let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
             let off = apart_deg(ours.longitude_deg, longitude_deg).abs().max((ours.latitude_deg - latitude_deg).abs());
             assert!(off < FACE_DEG, "{} {name}: {ours:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
-            // Four seconds of rotation would show.
+            // An error of four seconds of rotation would be detected.
             assert!(apart_deg(ours.longitude_deg, longitude_deg + 4.0 * TURN_DEG_S).abs() > FACE_DEG);
         }
         count += 1;
@@ -119,20 +120,20 @@ fn a_viewer_on_the_ground_stands_on_it() {
         let earth = scene.body(NaifId::EARTH).expect("the Earth");
         let place = &earth.placement;
         let c = place.camera_in_unit_sphere();
-        // Height by the gradient of the ellipsoid's equation: exact to height over radius.
+        // Height from the gradient of the ellipsoid's equation: exact to the ratio of height to radius.
         let height = (c.length_squared() - 1.0) / (2.0 * (c / place.radii_km).length());
         assert!((height / height_km - 1.0).abs() < 0.05, "{height} km against {height_km}");
     }
 }
 
-/// On the Moon's ground with the Earth 45 degrees up: the ground under the frame is neither drawn nor what the exposure is made for.
+/// On the Moon's ground, looking at the Earth 45 degrees up: the ground below the frame is neither drawn nor metered.
 #[test]
-fn ground_below_the_frame_is_not_there() {
+fn ground_below_the_frame_is_neither_drawn_nor_metered() {
     let (catalog, ephemeris) = sky();
     let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-12T20:00:00Z"));
     request.position = Position::Ground { body: NaifId::MOON, latitude_deg: 45.0, longitude_deg: 0.0, height_km: 0.002 };
     let mut seen = |fov_deg: f64, target: Option<NaifId>| {
-        // Looked at by direction: without a target the exposure is made for what fills the frame.
+        // Look in a direction instead of at a target: without a target, the meter uses whatever fills the frame.
         let towards_earth = Scene::build(&catalog, &ephemeris, &ViewRequest { target: Some(NaifId::EARTH), ..request.clone() });
         let direction = towards_earth.expect("a scene").body(NaifId::EARTH).expect("the Earth").placement.centre_km.normalize();
         request.fov_deg = Some(fov_deg);
@@ -148,12 +149,12 @@ fn ground_below_the_frame_is_not_there() {
     );
     let wide = seen(120.0, None);
     assert_eq!(wide.body(NaifId::MOON).expect("the Moon").appearance, Appearance::Disc);
-    // The ground lies in the lunar night, lit by the Earth alone, which is what is metered.
+    // The ground is in the lunar night, lit by the Earth alone; the Earth is metered.
     assert!(wide.exposure.reason.starts_with("Earth"), "{}", wide.exposure.reason);
 }
 
 #[test]
-fn a_small_body_is_a_point_and_a_near_one_a_disc() {
+fn a_small_body_is_a_point_and_a_nearby_body_is_a_disc() {
     let (catalog, ephemeris) = sky();
     let jupiter = NaifId(599);
     for (fov_deg, appearance) in [(60.0, Appearance::Point), (0.02, Appearance::Disc)] {
@@ -163,7 +164,7 @@ fn a_small_body_is_a_point_and_a_near_one_a_disc() {
         let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
         let body = scene.body(jupiter).expect("Jupiter");
         assert_eq!(body.appearance, appearance);
-        // The almanacs have Jupiter at V -2.8 at that opposition.
+        // Almanacs give Jupiter V -2.8 at that opposition.
         assert!((body.magnitude.expect("it shines") + 2.8).abs() < 0.2, "{:?}", body.magnitude);
         assert!(scene.draws.windows(2).all(|w| {
             let distance = |k: usize| scene.body(w[k].body).map_or(0.0, |b| b.distance_km);
@@ -186,8 +187,8 @@ fn every_decision_has_a_reason_and_city_lights_need_a_long_exposure() {
     request.exposure = orrery::scene::request::ExposureRequest::Stops(10.0);
     assert!(night(&request).on);
     request.effects = orrery::scene::effects::EffectOverrides::parse("-night").expect("an effect");
-    let asked = night(&request);
-    assert_eq!((asked.on, asked.reason.as_str()), (false, "set by you"));
+    let decision_on_request = night(&request);
+    assert_eq!((decision_on_request.on, decision_on_request.reason.as_str()), (false, "set by you"));
 }
 
 #[test]
@@ -215,7 +216,7 @@ fn impossible_camera_values_are_refused_by_name() {
 }
 
 #[test]
-fn what_a_view_requires_covers_what_it_draws() {
+fn the_requirements_of_a_view_cover_everything_it_draws() {
     let (catalog, ephemeris) = sky();
     let caches = Caches::default();
     let total_eclipse = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
@@ -224,15 +225,15 @@ fn what_a_view_requires_covers_what_it_draws() {
     let (mut maps, mut tables) = (0, 0);
     for request in requests {
         let builder = SceneBuilder::new(&catalog, &ephemeris, &request, &caches).expect("a view");
-        let wanted = builder.requirements(&Resources::default());
+        let required = builder.requirements(&Resources::default());
         let scene = builder.build(&Resources::default());
-        let named: BTreeSet<&str> = wanted.maps.iter().flat_map(|(files, _)| files.by_role().map(|(_, file)| file)).collect();
+        let named: BTreeSet<&str> = required.maps.iter().flat_map(|(files, _)| files.by_role().map(|(_, file)| file)).collect();
         let drawn: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.by_role().map(|(_, file)| file)).collect();
         assert!(drawn.is_subset(&named), "{drawn:?} of {named:?}");
-        // Nothing is at hand: whatever lacks its table says so.
+        // No table is loaded: each effect that lacks its table reports that.
         let lacks = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.ends_with("is not at hand"));
         let lacking: Vec<NaifId> = scene.bodies.iter().filter(lacks).map(|b| b.id).collect();
-        assert!(lacking.iter().all(|id| wanted.scattering_tables.contains(id)), "{lacking:?} of {:?}", wanted.scattering_tables);
+        assert!(lacking.iter().all(|id| required.scattering_tables.contains(id)), "{lacking:?} of {:?}", required.scattering_tables);
         (maps, tables) = (maps + drawn.len(), tables + lacking.len());
     }
     assert!(maps > 5 && tables > 1, "{maps} maps and {tables} tables");

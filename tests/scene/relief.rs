@@ -1,4 +1,4 @@
-//! Relief near the limb: slopes that lean away from the viewer leave no black dots.
+//! Relief near the limb: slopes that face away from the viewer leave no black dots.
 
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
@@ -7,7 +7,7 @@ use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::session::Session;
 use orrery::time::Instant;
 
-/// The least light of a pixel with relief over the same without, where the smooth Moon is lit.
+/// The smallest ratio of a pixel's light with relief to its light without, where the smooth Moon is lit.
 fn darkest(session: &Session, from: NaifId, time: &str) -> f64 {
     let picture = |effects: &str| {
         let request = ViewRequest {
@@ -29,12 +29,12 @@ fn darkest(session: &Session, from: NaifId, time: &str) -> f64 {
 #[test]
 fn a_full_moon_has_no_black_dots_on_its_limb() {
     let session = &*crate::support::session::SESSION;
-    // Seen from the Sun's side no slope that is seen lies in the dark; at the horizon half of the light has set.
+    // Seen from the Sun's side no visible slope is dark; at the horizon half of the light has set.
     for time in ["2024-04-23T23:00:00Z", "2024-06-22T01:00:00Z"] {
         let least = darkest(session, NaifId::SUN, time);
         println!("{time}: {least:.3}");
         assert!(least > 0.4, "{time}: {least} of the smooth Moon's light");
     }
-    // At first quarter slopes along the terminator lie in the dark, and this measure sees them.
+    // At first quarter, slopes along the terminator are dark: the comparison must be able to fail.
     assert!(darkest(session, NaifId::EARTH, "2024-04-15T19:00:00Z") < 0.1);
 }

@@ -1,4 +1,4 @@
-//! A body that shrinks from a disc to a point keeps its light, through the scene, the emitted modules and the renderer.
+//! The light of a body that shrinks from a disc to a point is conserved by the scene, the emitted modules and the renderer.
 
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
@@ -8,20 +8,20 @@ use orrery::scene::{Appearance, Scene};
 use orrery::session::Session;
 use orrery::time::Instant;
 
-/// Part of the point's light by which a small disc may be off: a pixel stands for the part of the disc that it covers by one place on it.
+/// Allowed relative error of a small disc's light against its point's: one sample represents the entire part of the disc inside a pixel.
 /// Measured: 12 % too much at 4 pixels lit in full, 10 % too little at 3 pixels lit in half.
 const SHARE: f64 = 0.125;
 
 const FOV_DEG: f64 = 1.0;
 
-/// A body that no other passes before or behind, seen from the side of the Sun or of the Earth.
+/// A body with no other body in front of it or behind it, seen from the direction of the Sun or of the Earth.
 struct Subject {
     body: NaifId,
     from: NaifId,
     time: &'static str,
 }
 
-/// Linear light of the whole picture times distance squared, the body's diameter in pixels, and how it was shown.
+/// Linear light of the entire picture times distance squared, the body's diameter in pixels, and its appearance (disc or point).
 fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effects: &str) -> (f64, f64, Appearance) {
     let px_per_rad = f64::from(side) / (2.0 * (0.5 * FOV_DEG.to_radians()).tan());
     let distance_radii = 2.0 * px_per_rad / diameter_px;
@@ -36,7 +36,7 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
     };
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
     let others = |s: &Scene| s.bodies.iter().filter(|b| b.appearance != Appearance::NotShown).count();
-    // Without points every body of the sky is a disc, however small.
+    // Without points, every body is drawn as a disc, however small.
     assert!(others(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the picture");
     let sum: f64 = drawn.frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum();
     let body = drawn.scene.body(subject.body).expect("in the catalog");
@@ -47,13 +47,13 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
 fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
     let session = &*crate::support::session::SESSION;
     let (full_day, half_day) = ("2024-04-08T18:17:16Z", "2023-06-04T11:00:00Z");
-    // Venus is drawn by Lambert's law and Mercury by Lommel and Seeliger's. In June 2023 Venus stood at its greatest elongation.
+    // Venus uses Lambert's law and Mercury Lommel and Seeliger's. In June 2023 Venus was at its greatest elongation.
     let subjects = [
         Subject { body: NaifId(299), from: NaifId::SUN, time: full_day },
         Subject { body: NaifId(199), from: NaifId::SUN, time: full_day },
         Subject { body: NaifId(299), from: NaifId::EARTH, time: half_day },
     ];
-    // With an even side the body sits on a pixel's corner, with an odd one in a pixel's middle.
+    // With an even size the body is centred on a pixel corner, with an odd size on a pixel centre.
     for (subject, side) in subjects.iter().flat_map(|s| [(s, 64), (s, 65)]) {
         let (point, _, appearance) = light(session, subject, side, 0.5, "");
         assert_eq!(appearance, Appearance::Point);
@@ -65,13 +65,13 @@ fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
             println!("{:?} side {side}: {diameter_px:.2} px, {appearance:?}: {part:.4} of the point's light", subject.body);
             assert!((part - 1.0).abs() < SHARE, "{:?} {diameter_px} px: {part} of the point's light", subject.body);
             let received = intrinsic * diameter_px.powi(2);
-            // At 4 pixels a tenth of a pixel is 5 % of the light, less what the sampling is off by.
-            assert!(received < last * 1.02, "farther away and yet brighter at {diameter_px} px");
+            // At 4 pixels a tenth of a pixel is 5 % of the light, minus the sampling error.
+            assert!(received < last * 1.02, "brighter although farther away at {diameter_px} px");
             last = received;
             seen.push(appearance);
         }
         seen.dedup();
-        // A disc without its point loses light between the pixels: this test can fail.
+        // A disc without its point loses light between the samples: the comparison must be able to fail.
         let alone = (4..=12).map(|k| light(session, subject, side, 0.1 * f64::from(k), "-points").0 / point);
         assert!(alone.map(|part| (part - 1.0).abs()).fold(0.0, f64::max) > SHARE);
         assert_eq!(seen, [Appearance::Disc, Appearance::DiscAndPoint, Appearance::Point], "side {side}");

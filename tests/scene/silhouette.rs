@@ -1,5 +1,5 @@
-//! The silhouette is true to a quarter of a pixel at any distance: the shader's f32 arithmetic against f64, and the outline's box
-//! against the outline itself.
+//! The silhouette is accurate to a quarter of a pixel at any distance: the shader's f32 arithmetic is compared with f64, and the bounding rectangle
+//! with the outline.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use orrery::scene::camera::{AnchorForm, Camera, ClipRect, Placement, ViewRays};
@@ -11,7 +11,7 @@ fn turned() -> DMat3 {
     DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(-0.4) * DMat3::from_rotation_y(1.1)
 }
 
-/// A camera `distance_km` from the centre of a body with the given axes, looking `off_axis` radians beside the centre.
+/// A camera `distance_km` from the centre of a body with the given semi-axes. The viewing direction is `off_axis` radians away from the centre.
 fn set_up(radii_km: DVec3, distance_km: f64, off_axis: f64, fov_deg: f64, width: u32, height: u32) -> (Camera, Placement) {
     let direction = DVec3::new(0.3, -0.8, 0.52).normalize();
     let across = direction.cross(DVec3::Z).normalize();
@@ -20,7 +20,7 @@ fn set_up(radii_km: DVec3, distance_km: f64, off_axis: f64, fov_deg: f64, width:
     (camera, Placement { centre_km: direction * distance_km, body_from_icrf: turned(), radii_km })
 }
 
-/// Points of the silhouette inside the frame, in clip space, from the tangent cone in f64: rays that touch the unit sphere.
+/// Points of the silhouette inside the frame, in clip space. They come from the cone of tangent rays to the unit sphere, in f64.
 fn silhouette_points(camera: &Camera, place: &Placement) -> Vec<DVec2> {
     let c = place.camera_in_unit_sphere();
     let d = c.length();
@@ -39,17 +39,17 @@ fn silhouette_points(camera: &Camera, place: &Placement) -> Vec<DVec2> {
         .collect()
 }
 
-/// How 1 - q² is computed: as the shader does, or from the camera as a difference of squares.
+/// How 1 - q² is computed: in the shader's factored form, or from the camera as a difference of squares.
 #[derive(Clone, Copy)]
-enum By {
+enum Formula {
     Factors,
     Squares,
 }
 
 /// The discriminant in f32, with the varyings interpolated over the two triangles.
-fn f32_discriminant(rays: &ViewRays, clip: DVec2, by: By) -> f32 {
+fn f32_discriminant(rays: &ViewRays, clip: DVec2, by: Formula) -> f32 {
     let r = rays.rect_in_clip;
-    // Barycentric weights of the pixel in the upper left or lower right triangle, as a rasteriser has them.
+    // Barycentric weights of the pixel in the upper left or lower right triangle, as a rasteriser computes them.
     let u = ((clip.x - f64::from(r.x)) / f64::from(r.z - r.x)) as f32;
     let v = ((clip.y - f64::from(r.y)) / f64::from(r.w - r.y)) as f32;
     let corner = |o: Vec3, du: Vec3, dv: Vec3, x: f32, y: f32| o + x * du + y * dv;
@@ -59,27 +59,27 @@ fn f32_discriminant(rays: &ViewRays, clip: DVec2, by: By) -> f32 {
     };
     let ray: Vec3 = interpolate(rays.ray_origin, rays.ray_du, rays.ray_dv);
     match by {
-        By::Factors => {
+        Formula::Factors => {
             let [across, bend] = rays.silhouette_form;
             (across.x + u * (across.y + u * bend.x + v * bend.y) + v * (across.z + v * bend.z)) / ray.dot(ray)
         }
-        By::Squares => {
+        Formula::Squares => {
             let anchor: Vec3 = interpolate(rays.anchor_origin, rays.anchor_du, rays.anchor_dv);
             anchor.dot(ray.normalize_or_zero()).powi(2) - rays.anchor_radius_sq_minus_1
         }
     }
 }
 
-/// The same number in f64, from the camera itself; `|c x w|` holds at any distance.
+/// The same discriminant in f64, from the camera; `|c x w|` is accurate at any distance.
 fn exact_discriminant(camera: &Camera, place: &Placement, clip: DVec2) -> f64 {
     let w = place.direction_in_unit_sphere(camera.ray(clip)).normalize();
     1.0 - place.camera_in_unit_sphere().cross(w).length_squared()
 }
 
-/// Worst distance in pixels between the f32 and the exact silhouette, over the points of the exact one in the frame.
-fn worst_px(camera: &Camera, place: &Placement, by: By) -> Option<f64> {
+/// Largest distance in pixels between the f32 silhouette and the exact one, over the exact silhouette's points inside the frame.
+fn worst_px(camera: &Camera, place: &Placement, by: Formula) -> Option<f64> {
     let rect = Outline::of(camera, place).rect(camera)?;
-    let rays = camera.view_rays(place, rect, if matches!(by, By::Squares) { AnchorForm::Camera } else { AnchorForm::Auto });
+    let rays = camera.view_rays(place, rect, if matches!(by, Formula::Squares) { AnchorForm::Camera } else { AnchorForm::Auto });
     let step = 1.0 / camera.half_size();
     let points = silhouette_points(camera, place);
     let stride = (points.len() / 400).max(1);
@@ -95,12 +95,12 @@ fn worst_px(camera: &Camera, place: &Placement, by: By) -> Option<f64> {
 }
 
 const EARTH: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
-/// (name, radii km, distance km, off axis rad, fov deg).
+/// (name, radii in km, distance in km, angle off axis in rad, field of view in deg).
 fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
     let mut all = Vec::new();
     for height_km in [0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 400.0] {
         for fov in [5.0, 60.0, 120.0] {
-            // The horizon is at 90 degrees less its dip from the nadir; look at it.
+            // The horizon is at 90 degrees from the nadir minus its dip; aim the camera at it.
             all.push((format!("{} m over the Earth, fov {fov}", height_km * 1e3), EARTH, 6378.2 + height_km, 1.5, fov));
         }
     }
@@ -123,12 +123,12 @@ fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
 }
 
 #[test]
-fn the_silhouette_is_true_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() {
+fn the_silhouette_is_accurate_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() {
     let mut worst: (f64, String) = (0.0, String::new());
     let mut measured = 0;
     for (name, radii, distance, off, fov) in cases() {
         let (camera, place) = set_up(radii, distance, off, fov, 1024, 1024);
-        let Some(auto) = worst_px(&camera, &place, By::Factors) else { continue };
+        let Some(auto) = worst_px(&camera, &place, Formula::Factors) else { continue };
         measured += 1;
         println!("{name:44} {auto:.5} px");
         assert!(auto <= 0.25, "{name}: {auto} px");
@@ -141,11 +141,11 @@ fn the_silhouette_is_true_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() {
 }
 
 #[test]
-fn a_difference_of_squares_would_be_seen_to_fail() {
-    // From afar two large squares cancel: the measure above must notice.
+fn the_check_detects_the_cancellation_of_a_difference_of_squares() {
+    // From far away, the difference of two large squares loses its digits to cancellation; `worst_px` must detect this.
     let (camera, place) = set_up(EARTH, EARTH.x * 1e5, 0.0, 1.5e-3, 1024, 1024);
-    assert!(worst_px(&camera, &place, By::Squares).expect("in the frame") > 1.0);
-    assert!(worst_px(&camera, &place, By::Factors).expect("in the frame") < 0.01);
+    assert!(worst_px(&camera, &place, Formula::Squares).expect("in the frame") > 1.0);
+    assert!(worst_px(&camera, &place, Formula::Factors).expect("in the frame") < 0.01);
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn the_bounding_rectangle_touches_the_outline() {
     for (name, radii, distance, off, fov) in cases() {
         let (camera, place) = set_up(radii, distance, off * 0.5, fov, 800, 600);
         let Outline::Ellipse { bounds, area_px } = Outline::of(&camera, &place) else { continue };
-        // A camera with a far wider frame sees the whole outline; its places come back by the ratio of the tangents.
+        // A camera with a much wider frame sees the entire outline; the ratio of the tangents converts its points back.
         let mut wide = camera.clone();
         wide.tan_half_fov *= 1e3;
         let points: Vec<DVec2> = silhouette_points(&wide, &place).into_iter().map(|p| p * 1e3).collect();
@@ -184,7 +184,7 @@ fn bodies_outside_have_no_rectangle_and_surrounding_ones_fill_the_frame() {
     assert_eq!(Outline::of(&beside.0, &beside.1).rect(&beside.0), None);
     let ground = set_up(EARTH, 6378.2, 1.5, 60.0, 64, 64);
     assert_eq!(Outline::of(&ground.0, &ground.1).rect(&ground.0), Some(ClipRect::VIEWPORT));
-    // The box of a body in the middle of the frame has its padding on every side.
+    // The rectangle of a body in the middle of the frame is padded on every side.
     let (camera, place) = set_up(DVec3::splat(1000.0), 1e5, 0.0, 10.0, 500, 500);
     let Outline::Ellipse { bounds, .. } = Outline::of(&camera, &place) else { panic!("in front") };
     let rect = Outline::of(&camera, &place).rect(&camera).expect("in the frame");
@@ -192,9 +192,10 @@ fn bodies_outside_have_no_rectangle_and_surrounding_ones_fill_the_frame() {
     assert!((rect.top - bounds.top - PADDING_PX / 250.0).abs() < 1e-12);
 }
 
-/// From near the ground, looking anywhere: a body beside the frame shows in no pixel, and one that is not shows in some, or in a neighbour of the frame's.
+/// Near the ground, in any viewing direction: a body classified as outside the frame covers no pixel, and a body classified as inside covers a pixel
+/// of the frame or of the border around it.
 #[test]
-fn a_horizon_outside_of_the_frame_is_beside_it() {
+fn a_body_is_classified_as_outside_only_if_it_covers_no_pixel() {
     let (mut beside, mut open) = (0, 0);
     for distance_km in [6378.15, 6400.0, 6800.0, 9000.0] {
         for fov_deg in [10.0, 45.0, 100.0] {
@@ -211,7 +212,7 @@ fn a_horizon_outside_of_the_frame_is_beside_it() {
                         beside += 1;
                     }
                     Outline::Open => {
-                        assert!(shown(3), "{distance_km} km, {fov_deg} degrees, {off_axis} off: nothing of it in the frame");
+                        assert!(shown(3), "{distance_km} km, {fov_deg} degrees, {off_axis} off: no part of the body is in the frame");
                         open += 1;
                     }
                     _ => {}
@@ -223,7 +224,7 @@ fn a_horizon_outside_of_the_frame_is_beside_it() {
 }
 
 #[test]
-fn a_place_on_the_ground_goes_to_a_pixel_and_back() {
+fn a_point_on_the_ground_maps_to_a_pixel_and_back() {
     for (distance, fov) in [(7000.0, 90.0), (20_000.0, 40.0), (384_400.0, 2.2), (AU_KM, 0.006), (100.0 * AU_KM, 6e-5)] {
         let (camera, place) = set_up(EARTH, distance, 0.0, fov, 1000, 700);
         let mut seen = 0;
@@ -233,7 +234,7 @@ fn a_place_on_the_ground_goes_to_a_pixel_and_back() {
                 let unit = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
                 let Some(pixel) = camera.pixel_of_surface(&place, unit) else { continue };
                 let back = camera.surface_under_pixel(&place, pixel).expect("the pixel shows the body");
-                // Near the limb a pixel's last digits span much ground: compare along the ground foreshortened.
+                // Near the limb, rounding of the pixel position corresponds to a long distance on the ground: compare foreshortened distances.
                 let slant = unit.dot(place.camera_in_unit_sphere().normalize()).max(1e-3);
                 assert!(((back - unit) * slant).length() < 1e-6, "{distance} km: {unit} came back as {back}");
                 seen += 1;

@@ -1,4 +1,5 @@
-//! Lines of the sky and of the ground: through the places that they name, smooth at every field of view, behind bodies, and gone with their switch.
+//! Lines of the sky and of the ground: they run through the correct positions, are smooth at every field of view, lie behind bodies, and disappear
+//! when switched off.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec3};
@@ -46,38 +47,43 @@ fn pixel(camera: &Camera, end: Vec3) -> DVec2 {
     camera.pixel_from_clip(end.truncate().as_dvec2())
 }
 
-/// Pixels from a place to the nearest piece of a line.
-fn off_px(camera: &Camera, pieces: &[LineSegment], at: DVec2) -> f64 {
-    let of = |p: &LineSegment| {
+/// Distance in pixels from a position to the nearest line segment.
+fn distance_px(camera: &Camera, pieces: &[LineSegment], at: DVec2) -> f64 {
+    let distance_to = |p: &LineSegment| {
         let [a, b] = p.ends.map(|e| pixel(camera, e));
         let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
         at.distance(a.lerp(b, t))
     };
-    pieces.iter().map(of).fold(f64::INFINITY, f64::min)
+    pieces.iter().map(distance_to).fold(f64::INFINITY, f64::min)
 }
 
-/// The corners of Orion's figure are its stars, with their motion and the Earth's aberration, from the whole constellation to a minute of arc.
+/// The corners of Orion's figure are its stars, including proper motion and the aberration by the Earth's velocity, at fields of view from the entire
+/// constellation to one minute of arc.
 #[test]
 fn figures_join_their_stars() {
     for (hip, fov_deg) in [(27_989, 40.0), (24_436, 40.0), (26_311, 3.0), (25_336, 0.2), (27_989, 1.0 / 60.0)] {
         let star = *SESSION.catalog().stars().hip(hip).expect("in the catalogue");
         let request = towards(star.direction, fov_deg, only("constellations"));
-        let made = scene(&request);
+        let built = scene(&request);
         let viewer = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer");
         let seen = StarPlacer::of(SESSION.catalog(), &viewer, &request).place(&star).direction;
-        let at = made.camera.pixel_from_clip(made.camera.clip(seen).expect("in front"));
-        let ends = made.sky_lines.iter().flat_map(|p| p.ends).map(|e| pixel(&made.camera, e).distance(at)).fold(f64::INFINITY, f64::min);
+        let at = built.camera.pixel_from_clip(built.camera.clip(seen).expect("in front"));
+        let ends = built.sky_lines.iter().flat_map(|p| p.ends).map(|e| pixel(&built.camera, e).distance(at)).fold(f64::INFINITY, f64::min);
         assert!(ends < 0.05, "HIP {hip}, {fov_deg} degrees: {ends}");
-        // Without aberration it would be off by up to 20 arc seconds.
-        let resting = made.camera.pixel_from_clip(made.camera.clip(star.direction).expect("in front"));
-        assert!(fov_deg > 0.1 || resting.distance(at) > 10.0, "the comparison must be able to fail: {}", resting.distance(at));
-        assert!(made.sky.iter().any(|d| d.feature == "constellations" && d.on && d.reason.contains("Ori")), "{:?}", made.sky);
+        // Without aberration the position would be off by up to 20 arc seconds.
+        let without_aberration = built.camera.pixel_from_clip(built.camera.clip(star.direction).expect("in front"));
+        assert!(
+            fov_deg > 0.1 || without_aberration.distance(at) > 10.0,
+            "the comparison must be able to fail: {}",
+            without_aberration.distance(at)
+        );
+        assert!(built.sky.iter().any(|d| d.feature == "constellations" && d.on && d.reason.contains("Ori")), "{:?}", built.sky);
     }
     let named = scene(&towards(direction(83.0, 0.0), 50.0, only("constellations")));
     assert!(named.texts.expect("names").texts.iter().any(|t| t.text == "Orion"));
 }
 
-/// Each grid has its lines where the coordinates are, in every frame and field of view, and no chord leaves its circle.
+/// The lines of each grid lie at their coordinates, in every frame and field of view, and no chord deviates from its circle.
 #[test]
 fn grids_run_through_their_coordinates() {
     for (layer, frame) in
@@ -87,62 +93,64 @@ fn grids_run_through_their_coordinates() {
             let request_at = |fov_deg: f64| towards(frame.icrf_from_frame() * direction(longitude, latitude), fov_deg, only(layer));
             for fov_deg in FIELDS_DEG {
                 let request = request_at(fov_deg);
-                let made = scene(&request);
+                let built = scene(&request);
                 let velocity = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer").body_velocity_km_s;
-                assert!(!made.sky_lines.is_empty() && made.sky_lines.len() < 40_000, "{layer} {fov_deg}: {}", made.sky_lines.len());
+                assert!(!built.sky_lines.is_empty() && built.sky_lines.len() < 40_000, "{layer} {fov_deg}: {}", built.sky_lines.len());
                 let seen = |lon: f64, lat: f64| {
-                    let clip = made.camera.clip(aberrated(frame.icrf_from_frame() * direction(lon, lat), velocity));
-                    clip.filter(|c| c.abs().max_element() < 0.999).map(|c| made.camera.pixel_from_clip(c))
+                    let clip = built.camera.clip(aberrated(frame.icrf_from_frame() * direction(lon, lat), velocity));
+                    clip.filter(|c| c.abs().max_element() < 0.999).map(|c| built.camera.pixel_from_clip(c))
                 };
-                // Multiples of 90 degrees are lines in every view: along them and between the pieces' ends.
-                let reach = (fov_deg / 2.0).min(60.0);
+                // Multiples of 90 degrees are lines in every view; test points along them, also between the segments' ends.
+                let extent_deg = (fov_deg / 2.0).min(60.0);
                 for k in -50..=50 {
-                    let along = reach * f64::from(k) / 50.0;
-                    let lat = (latitude + along).clamp(-90.0, 90.0);
+                    let offset_deg = extent_deg * f64::from(k) / 50.0;
+                    let lat = (latitude + offset_deg).clamp(-90.0, 90.0);
                     let quarter = (longitude / 90.0_f64).round() * 90.0;
-                    for at in [seen(quarter, lat), (latitude == 0.0).then(|| seen(longitude + along, 0.0)).flatten()].into_iter().flatten()
+                    for at in
+                        [seen(quarter, lat), (latitude == 0.0).then(|| seen(longitude + offset_deg, 0.0)).flatten()].into_iter().flatten()
                     {
-                        let off = off_px(&made.camera, &made.sky_lines, at);
-                        assert!(off < 0.25, "{layer} about {longitude} {latitude}, {fov_deg} degrees, {along}: {off}");
+                        let off = distance_px(&built.camera, &built.sky_lines, at);
+                        assert!(off < 0.25, "{layer} about {longitude} {latitude}, {fov_deg} degrees, {offset_deg}: {off}");
                     }
                 }
-                for piece in &made.sky_lines {
-                    let fine =
+                for piece in &built.sky_lines {
+                    let is_valid =
                         piece.ends.iter().all(|e| e.is_finite() && e.z == 0.0) && piece.strength.iter().all(|s| (0.0..=1.0).contains(s));
-                    assert!(fine && piece.across.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {piece:?}");
+                    assert!(is_valid && piece.across.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {piece:?}");
                 }
             }
         }
     }
     // The comparison must be able to fail.
-    let made = scene(&towards(direction(90.0, 33.0), 20.0, only("grid-ecliptic")));
-    let beside = made.camera.pixel_from_clip(made.camera.clip(direction(91.7, 31.7)).expect("in front"));
-    assert!(off_px(&made.camera, &made.sky_lines, beside) > 5.0);
+    let built = scene(&towards(direction(90.0, 33.0), 20.0, only("grid-ecliptic")));
+    let beside = built.camera.pixel_from_clip(built.camera.clip(direction(91.7, 31.7)).expect("in front"));
+    assert!(distance_px(&built.camera, &built.sky_lines, beside) > 5.0);
 }
 
-/// Panning by a pixel moves every line by about a pixel: none appears, goes or jumps within the frame.
+/// Panning by a pixel moves every line by about a pixel: no line appears, disappears or jumps within the frame.
 #[test]
 fn nothing_jumps_when_panning() {
     let middle = direction(100.0, 75.0);
-    let aside = middle.any_orthonormal_vector();
+    let sideways = middle.any_orthonormal_vector();
     let first = scene(&towards(middle, 30.0, only("grid-equatorial")));
     let step = first.camera.pixel_tangent();
     for pixels in [0.5, 1.0, 2.0] {
-        let next = scene(&towards(middle + aside * (pixels * step), 30.0, only("grid-equatorial")));
-        let inside = |made: &Scene| -> Vec<DVec2> {
-            let all = made.sky_lines.iter().filter(|p| p.strength[0] > 0.05).map(|p| pixel(&made.camera, p.ends[0]));
+        let next = scene(&towards(middle + sideways * (pixels * step), 30.0, only("grid-equatorial")));
+        let inside = |built: &Scene| -> Vec<DVec2> {
+            let all = built.sky_lines.iter().filter(|p| p.strength[0] > 0.05).map(|p| pixel(&built.camera, p.ends[0]));
             all.filter(|at| at.cmpgt(DVec2::splat(15.0)).all() && at.cmplt(DVec2::new(485.0, 385.0)).all()).collect()
         };
         for at in inside(&next) {
-            let off = off_px(&first.camera, &first.sky_lines, at);
+            let off = distance_px(&first.camera, &first.sky_lines, at);
             assert!(off < 2.0 * pixels + 0.3, "{pixels}: {at} is {off} away from all lines before");
         }
     }
 }
 
-/// On the ground the celestial pole stands in the north, as high as the latitude; who stands nowhere has no horizon, and hears why.
+/// On the ground, the celestial pole is in the north at an altitude equal to the latitude. A viewer that is not on the ground has no horizon, and the
+/// decision's reason says so.
 #[test]
-fn the_horizon_is_that_of_the_place() {
+fn the_horizon_is_that_of_the_viewers_location() {
     let (latitude_deg, longitude_deg) = (52.0, 13.4);
     let from_ground = |look: DVec3, fov_deg: f64| ViewRequest {
         position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.002 },
@@ -152,25 +160,26 @@ fn the_horizon_is_that_of_the_place() {
     };
     let earth = orrery::catalog::Catalog::embedded().body(NaifId::EARTH).expect("the Earth").radii_km;
     let (_, zenith) = ground_point_km(earth, latitude_deg, longitude_deg, 0.0);
-    let made = scene(&from_ground(DVec3::Z, 40.0));
-    // The pole of rotation, body-fixed z, is on the meridian: the half circle of azimuth 0, which is the picture's upright middle.
+    let built = scene(&from_ground(DVec3::Z, 40.0));
+    // The pole of rotation, body-fixed z, is on the meridian (the half circle of azimuth 0), which is the vertical line through the middle of the
+    // picture.
     let middle = DVec2::new(250.0, 200.0);
-    assert!(off_px(&made.camera, &made.sky_lines, middle) < 0.1, "{}", off_px(&made.camera, &made.sky_lines, middle));
-    // Two degrees over it lies the circle of altitude 54, but lines of 10 degrees are 50 and 60: 2 below and 8 above.
-    let px_of = |deg: f64| f64::to_radians(deg).tan() / made.camera.pixel_tangent();
+    assert!(distance_px(&built.camera, &built.sky_lines, middle) < 0.1, "{}", distance_px(&built.camera, &built.sky_lines, middle));
+    // The middle is at altitude 52; lines are drawn every 10 degrees, at 50 and 60: 2 degrees below the middle and 8 above.
+    let px_of = |deg: f64| f64::to_radians(deg).tan() / built.camera.pixel_tangent();
     for (up_deg, is_line) in [(-2.0, true), (8.0, true), (3.0, false)] {
         let at = middle - DVec2::new(40.0, px_of(up_deg));
-        let off = off_px(&made.camera, &made.sky_lines, at);
+        let off = distance_px(&built.camera, &built.sky_lines, at);
         assert!((off < 4.0) == is_line, "{up_deg}: {off}");
     }
-    let names = |made: &Scene| made.texts.as_ref().map_or(Vec::new(), |t| t.texts.iter().map(|t| t.text.clone()).collect::<Vec<_>>());
+    let names = |built: &Scene| built.texts.as_ref().map_or(Vec::new(), |t| t.texts.iter().map(|t| t.text.clone()).collect::<Vec<_>>());
     let north = scene(&from_ground((DVec3::Z - zenith * zenith.z).normalize(), 30.0));
     assert!(names(&north).contains(&"N".to_owned()), "{:?}", names(&north));
     let nowhere = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
     assert!(nowhere.sky_lines.is_empty() && nowhere.sky.iter().any(|d| !d.on && d.reason.contains("no ground")), "{:?}", nowhere.sky);
 }
 
-/// Every body that is large enough has its lines, in the order in which bodies are drawn: the Earth past the Moon's limb as well as the Moon.
+/// Every body that is large enough has its own lines, in the order in which bodies are drawn: the Earth beyond the Moon's limb as well as the Moon.
 #[test]
 fn each_body_in_sight_has_its_own_lines() {
     let moon = ViewRequest {
@@ -187,22 +196,22 @@ fn each_body_in_sight_has_its_own_lines() {
     let offset_km = 1737.4 * (1.6 * towards.any_orthonormal_vector() - 6.0 * towards);
     let beyond =
         ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, fov_deg: Some(34.0), ..moon };
-    let made = scene(&beyond);
-    assert_eq!(made.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON, NaifId::EARTH]);
-    for (id, pieces) in &made.ground_lines {
-        let placement = made.body(*id).expect("in the catalog").placement;
-        let at: Vec<DVec2> = pieces.iter().map(|p| pixel(&made.camera, p.ends[0].lerp(p.ends[1], 0.5))).collect();
-        let on_body = at.iter().filter(|at| made.camera.surface_under_pixel(&placement, **at).is_some()).count();
+    let built = scene(&beyond);
+    assert_eq!(built.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON, NaifId::EARTH]);
+    for (id, pieces) in &built.ground_lines {
+        let placement = built.body(*id).expect("in the catalog").placement;
+        let at: Vec<DVec2> = pieces.iter().map(|p| pixel(&built.camera, p.ends[0].lerp(p.ends[1], 0.5))).collect();
+        let on_body = at.iter().filter(|at| built.camera.surface_under_pixel(&placement, **at).is_some()).count();
         assert!(on_body > 10 && on_body * 10 > at.len() * 8, "{id:?}: {on_body} of {}", at.len());
     }
-    // From afar the Moon is too small for lines, and the picture is not full of them.
+    // From far away the Moon is too small for lines, which would fill its disc.
     let far = ViewRequest { fov_deg: Some(170.0), width: 64, height: 64, ..beyond };
     assert_eq!(scene(&far).ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), []);
 }
 
-/// The ground's lines lie on the body: the terminator where the Sun's centre is in the horizon, latitudes where the picture's pixel has them.
+/// The lines of the ground lie on the body: the terminator where the Sun's centre is on the horizon, latitudes where the camera maps their ground.
 #[test]
-fn lines_of_the_ground_lie_where_they_say() {
+fn ground_lines_lie_at_their_coordinates() {
     for (target, radii) in [(599, 5.0), (399, 3.0), (301, 1.3), (699, 4.0)] {
         let base = ViewRequest {
             position: Position::Over { towards: Some(NaifId(if target == 399 { 301 } else { 399 })), distance_radii: Some(radii) },
@@ -211,42 +220,42 @@ fn lines_of_the_ground_lie_where_they_say() {
             layers: only("terminator"),
             ..ViewRequest::of(NaifId(target), Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
         };
-        let body_of = |made: &Scene| made.body(NaifId(target)).expect("in the catalog").placement;
-        let made = scene(&base);
-        let sun = made.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
-        let placement = body_of(&made);
+        let body_of = |built: &Scene| built.body(NaifId(target)).expect("in the catalog").placement;
+        let built = scene(&base);
+        let sun = built.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
+        let placement = body_of(&built);
         let to_sun = (placement.body_from_icrf * (sun - placement.centre_km)).normalize();
-        let pieces = made.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
+        let pieces = built.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
         let mut seen = 0;
-        let along = |p: &LineSegment| [0.0, 0.25, 0.5, 0.75].map(|t| pixel(&made.camera, p.ends[0].lerp(p.ends[1], t)));
+        let along = |p: &LineSegment| [0.0, 0.25, 0.5, 0.75].map(|t| pixel(&built.camera, p.ends[0].lerp(p.ends[1], t)));
         for at in pieces.iter().flat_map(along) {
-            let Some(unit) = made.camera.surface_under_pixel(&placement, at) else { continue };
+            let Some(unit) = built.camera.surface_under_pixel(&placement, at) else { continue };
             let normal = (unit / placement.radii_km).normalize();
             seen += 1;
-            // Near the limb a tenth of a pixel is a degree; light time moves the Sun by less.
+            // Near the limb a tenth of a pixel corresponds to a degree; light time moves the Sun by less.
             let facing = normal.dot((placement.body_from_icrf * -placement.centre_km).normalize());
             assert!(normal.dot(to_sun).abs() < 0.02 / facing.max(0.05), "{target}: {}", normal.dot(to_sun));
         }
         assert!(seen > 10 || target == 599 || target == 699, "{target}: {seen}");
-        let made = scene(&ViewRequest { layers: only("grid-body"), ..base.clone() });
-        let placement = body_of(&made);
-        let pieces = made.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
+        let built = scene(&ViewRequest { layers: only("grid-body"), ..base.clone() });
+        let placement = body_of(&built);
+        let pieces = built.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
         assert!(pieces.len() > 20, "{target}");
-        // The equator where it faces the camera, and not the half behind.
+        // The half of the equator that faces the camera is drawn, the other half is not.
         let mut on_equator = 0;
         for longitude in 0..360 {
             let unit = direction(f64::from(longitude), 0.0);
-            let Some(at) = made.camera.pixel_of_surface(&placement, unit) else { continue };
+            let Some(at) = built.camera.pixel_of_surface(&placement, unit) else { continue };
             if (0.0..400.0).contains(&at.x) && (0.0..400.0).contains(&at.y) {
                 on_equator += 1;
-                assert!(off_px(&made.camera, pieces, at) < 0.3, "{target}, {longitude}: {}", off_px(&made.camera, pieces, at));
+                assert!(distance_px(&built.camera, pieces, at) < 0.3, "{target}, {longitude}: {}", distance_px(&built.camera, pieces, at));
             }
         }
         assert!(on_equator > 10, "{target}: {on_equator}");
     }
 }
 
-/// A body covers the sky's lines and takes no part of them; with the switch off nothing is drawn.
+/// A body hides the sky's lines completely; with the layer switched off nothing is drawn.
 #[test]
 fn bodies_hide_the_lines_behind_them() {
     let base = ViewRequest {
@@ -274,26 +283,27 @@ fn bodies_hide_the_lines_behind_them() {
     assert!(on_disc == 0 && beside > 200, "{on_disc} {beside}");
 }
 
-/// Orion's named stars have their names right of them, the brightest first where there is no room for all; faint exposures and the switch leave them out.
+/// The names of Orion's bright stars are to the right of the stars, the brightest first where there is no room for all; at low exposure or with the
+/// layer off there are none.
 #[test]
-fn stars_that_show_have_names() {
+fn visible_stars_have_names() {
     let at = |stops: f64, layers: Layers| ViewRequest {
         exposure: orrery::scene::request::ExposureRequest::Stops(stops),
         ..towards(direction(83.0, 0.0), 40.0, layers)
     };
     let named = Layers { stars: true, star_names: true, ..Layers::NONE };
-    let made = scene(&at(19.0, named));
-    let texts = made.texts.as_ref().expect("names");
+    let built = scene(&at(19.0, named));
+    let texts = built.texts.as_ref().expect("names");
     for (name, hip) in [("Rigel", 24_436), ("Betelgeuse", 27_989), ("Bellatrix", 25_336)] {
-        let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has none"));
+        let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has no label"));
         let star = SESSION.catalog().stars().place_of_hip(hip).expect("in the catalogue");
-        let at = orrery::scene::marks::star_px(&made, star).expect("drawn");
+        let at = orrery::scene::marks::star_px(&built, star).expect("drawn");
         let offset = text.left_px - at;
         assert!((0.0..2.0 * texts.size_px).contains(&offset.x) && offset.y.abs() < texts.size_px, "{name}: {offset}");
-        // A click on the star means it, one far beside does not.
-        assert_eq!(orrery::scene::marks::hit_star(&made, at + DVec2::splat(2.0)), Some(star), "{name}");
-        assert_ne!(orrery::scene::marks::hit_star(&made, at + DVec2::splat(40.0)), Some(star), "{name}");
+        // A click near the star selects it; a click far from it does not.
+        assert_eq!(orrery::scene::marks::hit_star(&built, at + DVec2::splat(2.0)), Some(star), "{name}");
+        assert_ne!(orrery::scene::marks::hit_star(&built, at + DVec2::splat(40.0)), Some(star), "{name}");
     }
-    assert!(scene(&at(0.0, named)).texts.is_none(), "none shows in daylight's exposure");
+    assert!(scene(&at(0.0, named)).texts.is_none(), "no star is visible at a daylight exposure");
     assert!(scene(&at(19.0, Layers { star_names: false, ..named })).texts.is_none());
 }

@@ -1,7 +1,7 @@
-//! Stars against an independent reduction, in the scene and as centroids and fluxes in pictures, and what hides or drowns them.
+//! Stars against an independent reduction: directions in the scene, centroids and fluxes in pictures, and what hides or outshines them.
 //!
-//! tests/data/stars_public.json: skyfield 1.55 on JPL DE440; proper motion, parallax, aberration by the Earth's velocity. Its tolerance is 0.1 pixel, which is 0.18 arcsec in the
-//! narrow views. A sprite's centre is good to 0.01 pixel, so a centroid in a picture has the same tolerance.
+//! tests/data/stars_public.json: skyfield 1.55 on JPL DE440; proper motion, parallax, aberration by the Earth's velocity. Its tolerance is 0.1 pixel, which is 0.18
+//! arcsec in the narrow views. The centre of a sprite is accurate to 0.01 pixel, so a centroid in a picture has the same tolerance.
 
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec2, DVec3};
@@ -88,7 +88,7 @@ fn pixel(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest, star: &Star)
     viewer.camera.clip(direction).map(|clip| viewer.camera.pixel_from_clip(clip))
 }
 
-/// The same; of a star behind the camera the pixel of the opposite direction, as the reference has it of some.
+/// Like [`pixel`]; for a star behind the camera it returns the pixel of the opposite direction, as the reference does for some stars.
 fn pixel_through_centre(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest, star: &Star) -> DVec2 {
     let camera = &viewer.camera;
     let direction = StarPlacer::of(catalog, viewer, request).place(star).direction;
@@ -97,7 +97,7 @@ fn pixel_through_centre(catalog: &Catalog, viewer: &Viewer, request: &ViewReques
 }
 
 #[test]
-fn directions_are_those_of_an_independent_reduction() {
+fn directions_agree_with_an_independent_reduction() {
     let (catalog, ephemeris) = sky();
     let stars = catalog.stars();
     let (mut worst, mut worst_at_rest): (f64, f64) = (0.0, 0.0);
@@ -108,17 +108,17 @@ fn directions_are_those_of_an_independent_reduction() {
         let star = stars.hip(case.hip()).expect("in the catalogue");
         let moving = viewer(&catalog, &ephemeris, &request).expect("a viewer");
         let at_rest = Viewer { body_velocity_km_s: DVec3::ZERO, ..moving.clone() };
-        let off = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.pixel_of());
-        worst = worst.max(off(&moving));
-        worst_at_rest = worst_at_rest.max(off(&at_rest));
-        assert!(off(&moving) < TOLERANCE_PX, "{} in {}: {:.4} pixels", case.star, case.view, off(&moving));
+        let error_px = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.pixel_of());
+        worst = worst.max(error_px(&moving));
+        worst_at_rest = worst_at_rest.max(error_px(&at_rest));
+        assert!(error_px(&moving) < TOLERANCE_PX, "{} in {}: {:.4} pixels", case.star, case.view, error_px(&moving));
     }
     println!("worst {worst:.4} pixels; without aberration {worst_at_rest:.2}");
     // The comparison must be able to fail.
     assert!(worst_at_rest > 50.0 * TOLERANCE_PX, "{worst_at_rest}");
 }
 
-/// A session over a catalogue of one's own.
+/// A session with the given star catalogue.
 fn session_of(table: &str) -> (Session, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("stars.csv");
@@ -147,7 +147,7 @@ fn light_around(drawn: &DrawnFrame, middle: DVec2, reach_px: f64) -> (DVec3, DVe
     (sum, moment / sum.y)
 }
 
-/// Linear light of small sprites alone: white is far over every star.
+/// A request for linear light with small sprites only: white is far above every star.
 fn linear(request: ViewRequest) -> ViewRequest {
     ViewRequest {
         purpose: Purpose::LINEAR,
@@ -157,15 +157,15 @@ fn linear(request: ViewRequest) -> ViewRequest {
     }
 }
 
-/// The pictures of the reference's views: each star that stands alone has its centroid where the reference has the star.
+/// Pictures of the reference's views: the centroid of each isolated star is at the reference's position.
 #[test]
-fn centroids_in_pictures_are_those_of_the_reference() {
+fn centroids_in_pictures_agree_with_the_reference() {
     let cases = cases();
     let (mut worst, mut seen): (f64, usize) = (0.0, 0);
     for of_view in cases.chunk_by(|a, b| a.view == b.view) {
         let drawn = draw(&SESSION, &linear(of_view[0].request()));
         let half = drawn.scene.camera.half_size();
-        let all: Vec<DVec2> =
+        let sprites_px: Vec<DVec2> =
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
         for case in of_view {
             let place = case.pixel_of();
@@ -173,20 +173,20 @@ fn centroids_in_pictures_are_those_of_the_reference() {
             if star.direction.dot(drawn.scene.camera.forward) < 0.0 {
                 continue;
             }
-            if all.iter().filter(|at| at.distance(place) < 12.0).count() != 1 {
+            if sprites_px.iter().filter(|at| at.distance(place) < 12.0).count() != 1 {
                 continue;
             }
-            let off = light_around(&drawn, place, 5.0).1.distance(place);
-            worst = worst.max(off);
+            let error_px = light_around(&drawn, place, 5.0).1.distance(place);
+            worst = worst.max(error_px);
             seen += 1;
-            assert!(off < TOLERANCE_PX, "{} in {}: {off:.3} pixels", case.star, case.view);
+            assert!(error_px < TOLERANCE_PX, "{} in {}: {error_px:.3} pixels", case.star, case.view);
         }
     }
     println!("{seen} stars alone, worst {worst:.4} pixels");
     assert!(seen >= 20, "{seen}");
 }
 
-/// From a minute of arc to 170 degrees: the centroid stands where the camera puts the direction, and the light of the image is the star's.
+/// From one arc minute to 170 degrees: the centroid is where the camera projects the direction, and the light of the image equals the star's.
 #[test]
 fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
     let (session, _folder) = session_of("ra_deg,dec_deg,v_mag\n152.093,11.967,1.36\n");
@@ -194,10 +194,10 @@ fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
     let regulus = *session.catalog().stars().stars().first().expect("a star");
     let irradiance = irradiance_of_magnitude(1.36);
     for (k, fov_deg) in [1.0 / 60.0_f64, 0.1, 0.5, 2.0, 10.0, 45.0, 90.0, 130.0, 170.0].into_iter().enumerate() {
-        // Off the middle, at another phase of a pixel each.
-        let part = 0.3 + 0.031 * k as f64;
-        let aside = part * (fov_deg.to_radians() / 2.0).tan();
-        let look = regulus.direction - regulus.direction.any_orthonormal_vector() * aside;
+        // Off the middle, at a different subpixel phase for each field.
+        let fraction = 0.3 + 0.031 * k as f64;
+        let offset_tangent = fraction * (fov_deg.to_radians() / 2.0).tan();
+        let look = regulus.direction - regulus.direction.any_orthonormal_vector() * offset_tangent;
         for stops in [0.0, 19.0] {
             let layers = Layers { stars: true, ..Layers::NONE };
             let request =
@@ -215,9 +215,9 @@ fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
     }
 }
 
-/// Twenty magnitudes in one picture, at many phases of a pixel: each star's light is its magnitude's, within 2 %, from a crisp point to a glare of many pixels.
+/// Twenty magnitudes in one picture, at many subpixel phases: the light of each star agrees with its magnitude within 2 %, from a sharp point to a glare of many pixels.
 #[test]
-fn flux_is_kept_over_twenty_magnitudes_and_pixel_phase() {
+fn flux_is_kept_over_twenty_magnitudes_and_all_subpixel_phases() {
     let mut table = "ra_deg,dec_deg,v_mag\n".to_owned();
     let place = |k: u32| (100.0 + (f64::from(k % 5) - 2.0) * 1.7003, (f64::from(k / 5) - 2.0) * 1.7007);
     for k in 0..21 {
@@ -257,7 +257,7 @@ fn flux_is_kept_over_twenty_magnitudes_and_pixel_phase() {
     assert!((irradiance_of_magnitude(5.05) / irradiance_of_magnitude(5.0) - 1.0).abs() > 0.02);
 }
 
-/// A body that is a point has the flux of a star of its magnitude.
+/// A body that is drawn as a point has the flux of a star of its magnitude.
 #[test]
 fn jupiter_is_as_bright_as_a_star_of_its_magnitude() {
     let (catalog, ephemeris) = sky();
@@ -272,9 +272,9 @@ fn jupiter_is_as_bright_as_a_star_of_its_magnitude() {
     assert!((luminance / star - 1.0).abs() < 0.01, "{}", luminance / star);
 }
 
-/// Cells leave out nothing that shows: in near and far dates, from the Earth and from light years away, wide and narrow.
+/// The cell index omits no visible star: for near and distant dates, from the Earth and from light years away, in wide and narrow fields.
 #[test]
-fn cells_leave_out_no_star_that_shows() {
+fn cells_omit_no_visible_star() {
     let (catalog, ephemeris) = sky();
     let light_year_km = 9.460_730_472_580_8e12;
     let mut shown = 0;
@@ -298,15 +298,15 @@ fn cells_leave_out_no_star_that_shows() {
             let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
             let viewer = viewer(&catalog, &ephemeris, &request).expect("a viewer");
             let placer = StarPlacer::of(&catalog, &viewer, &request);
-            // A level of 255 is 1/3295 of white on black; the brightest pixel has 0.377 of the flux.
-            let shows = |star: &&Star| {
+            // One level of 255 on black is 1/3295 of white; the brightest pixel has 0.377 of the flux.
+            let is_visible = |star: &&Star| {
                 let place = placer.place(star);
                 let inside = viewer.camera.clip(place.direction).is_some_and(|c| c.abs().max_element() < 1.0);
                 let pixel_sr = viewer.camera.pixel_tangent().powi(2) * place.direction.dot(viewer.camera.forward).powi(3);
                 let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
                 inside && flux * 0.377 * stops.exp2() > 1.0 / 3295.0
             };
-            let expected = catalog.stars().stars().iter().filter(shows).count();
+            let expected = catalog.stars().stars().iter().filter(is_visible).count();
             assert!(scene.stars.len() >= expected, "{direction}, {fov_deg} deg: {} of {expected}", scene.stars.len());
             shown += expected;
         }
@@ -314,11 +314,11 @@ fn cells_leave_out_no_star_that_shows() {
     assert!(shown > 5000, "{shown}");
 }
 
-/// By day none is made; a switch leaves them out; explain says why.
+/// By day no star is drawn; a switch removes stars; explain states the reason.
 #[test]
-fn the_exposure_decides_what_shows() {
+fn the_exposure_decides_which_stars_are_visible() {
     let (catalog, ephemeris) = sky();
-    let at = |latitude_deg: f64, longitude_deg: f64, time: &str, layers: Layers| {
+    let scene_at = |latitude_deg: f64, longitude_deg: f64, time: &str, layers: Layers| {
         let request = ViewRequest {
             position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.002 },
             look: Look::Along { direction: DVec3::new(0.3, 0.2, 0.93), axes: Axes::BodyFixed },
@@ -329,19 +329,21 @@ fn the_exposure_decides_what_shows() {
         Scene::build(&catalog, &ephemeris, &request).expect("a scene")
     };
     let (noon, midnight) = ("2024-03-20T12:00:00Z", "2024-03-20T00:00:00Z");
-    let day = at(45.0, 0.0, noon, Layers::default());
+    let day = scene_at(45.0, 0.0, noon, Layers::default());
     assert!(day.stars.is_empty() && !day.sky[0].on && day.sky[0].reason.contains("the exposure shows stars to magnitude"), "{:?}", day.sky);
-    let night = at(45.0, 0.0, midnight, Layers::default());
+    let night = scene_at(45.0, 0.0, midnight, Layers::default());
     assert!(night.stars.len() > 300 && night.sky[0].on, "{:?}", night.sky);
-    let off = at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
+    let off = scene_at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
     assert!(off.stars.is_empty() && off.sky[0].reason == "set by you");
-    // None at sunset, all of them when the night has come.
-    let counts: Vec<usize> =
-        ["18:15", "18:40", "20:15"].iter().map(|h| at(45.0, 0.0, &format!("2024-03-20T{h}:00Z"), Layers::default()).stars.len()).collect();
+    // None at sunset, all of them at night.
+    let counts: Vec<usize> = ["18:15", "18:40", "20:15"]
+        .iter()
+        .map(|h| scene_at(45.0, 0.0, &format!("2024-03-20T{h}:00Z"), Layers::default()).stars.len())
+        .collect();
     assert!(counts[0] == 0 && counts[1] < counts[2] && counts[2] > 500, "{counts:?}");
 }
 
-/// The air reddens a star near the horizon and leaves the hue of one overhead; without air neither changes.
+/// Air reddens a star near the horizon and keeps the hue of one overhead; without air neither changes.
 #[test]
 fn air_reddens_low_stars() {
     let red_over_blue = |altitude_deg: f64, effects: &str| {
@@ -365,7 +367,7 @@ fn air_reddens_low_stars() {
     assert_eq!(red_over_blue(2.0, "-atmosphere"), 1.0);
 }
 
-/// A star behind the Moon adds nothing to its disc, and shines beside it.
+/// A star behind the Moon adds nothing to the Moon's disc, and is visible next to it.
 #[test]
 fn a_body_hides_the_stars_behind_it() {
     let (catalog, ephemeris) = sky();
@@ -387,11 +389,10 @@ fn a_body_hides_the_stars_behind_it() {
     assert!(added(moon).abs() < 1e-9 && added(beside) > 1e-3, "{} {}", added(moon), added(beside));
 }
 
-/// Every star of the reference by itself, from a minute of arc to 170 degrees: the direction that the reference's pixel means, by the pinhole's own formula, against the
-/// centroid in a picture of any field of view whose middle lies elsewhere. Without the glare of the Sun: in the widest pictures a pixel spans degrees, and the glare over ten of
-/// them outshines a star.
+/// Each star of the reference separately, at 1 arcmin to 170 degrees: the direction of the reference's pixel (pinhole formula) against the centroid in a picture with
+/// another field of view and centre. The Sun's glare is off: in the widest pictures it spreads over ten pixels of some degrees each and outshines a star.
 #[test]
-fn centroids_are_those_of_the_reference_at_every_field_of_view() {
+fn centroids_agree_with_the_reference_at_every_field_of_view() {
     let mut worst = (0.0_f64, String::new());
     let (mut seen, mut beside) = (0, 0);
     for (k, case) in cases().iter().enumerate() {
@@ -415,7 +416,7 @@ fn centroids_are_those_of_the_reference_at_every_field_of_view() {
         writeln!(table, "{ra},{dec},1,{},{},{}", star.parallax_rad * mas, motion.x, motion.y).expect("a string");
         let (session, _folder) = session_of(&table);
         for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0, 120.0, 170.0].into_iter().enumerate() {
-            // Middle of the picture off the star by part of the half field, in a direction of its own.
+            // The picture's centre is off the star by part of the half field, in a different direction each time.
             let aside = DMat3::from_axis_angle(expected, 0.7 * (n + k) as f64) * expected.any_orthonormal_vector();
             let middle = (expected + aside * (0.6 * (fov_deg.to_radians() / 2.0).tan())).normalize();
             let request = linear(ViewRequest {
@@ -431,20 +432,20 @@ fn centroids_are_those_of_the_reference_at_every_field_of_view() {
             let (right, tan) = (middle.cross(DVec3::Z).normalize(), (fov_deg.to_radians() / 2.0).tan());
             let on_plane = DVec2::new(expected.dot(right), expected.dot(right.cross(middle))) / expected.dot(middle) / tan;
             let place = DVec2::new(150.0 * (1.0 + on_plane.x), 150.0 * (1.0 - on_plane.y));
-            let off = light_around(&drawn, place, 5.0).1.distance(place);
+            let error_px = light_around(&drawn, place, 5.0).1.distance(place);
             seen += 1;
             beside += usize::from(light_around(&drawn, place, 5.0).1.distance(place + DVec2::new(0.3, 0.0)) < TOLERANCE_PX);
-            if off.is_nan() || off > worst.0 {
-                worst = (off, format!("{} at {fov_deg} degrees, {}", case.star, case.time));
+            if error_px.is_nan() || error_px > worst.0 {
+                worst = (error_px, format!("{} at {fov_deg} degrees, {}", case.star, case.time));
             }
-            assert!(off < TOLERANCE_PX, "{} at {fov_deg} degrees, {}: {off} pixels", case.star, case.time);
+            assert!(error_px < TOLERANCE_PX, "{} at {fov_deg} degrees, {}: {error_px} pixels", case.star, case.time);
         }
     }
-    println!("{seen} pictures, worst {:.4} pixels: {}; {beside} beside", worst.0, worst.1);
+    println!("{seen} pictures, worst {:.4} pixels: {}; {beside} next to the star", worst.0, worst.1);
     assert!(seen > 80 && beside == 0, "{seen} {beside}");
 }
 
-/// No popping: in small steps of exposure or field of view no pixel of a picture jumps, whether a star begins to show, widens into a glare, or its cell comes into the frame.
+/// No popping: in small steps of exposure or field of view no pixel jumps, whether a star becomes visible, grows a glare, or its cell enters the frame.
 #[test]
 fn brightness_is_continuous_in_exposure_and_field_of_view() {
     let mut table = "ra_deg,dec_deg,v_mag\n".to_owned();
@@ -463,7 +464,7 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         drawn.frame.display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
     };
     let greatest = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
-    // A sprite's light ends in nothing at its rim, and all samples of a lit pixel are in the sprite.
+    // A sprite's light falls to zero at its rim, and all samples of a lit pixel are inside the sprite.
     // sRGB rises by at most 255 x 0.62 levels per octave of light, near white and with the tone map's slope of 1: a fiftieth of a stop is 3 levels.
     let step = 0.02;
     let (mut worst, mut least_shown, mut most_shown) = (0, usize::MAX, 0);
@@ -477,10 +478,10 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
     }
     println!("exposure: worst step {worst} levels; {least_shown} to {most_shown} pixels lit");
     assert!(worst <= 3, "{worst} levels in a fiftieth of a stop");
-    assert!(most_shown > 10 * least_shown.max(1), "stars must come and go: {least_shown} to {most_shown}");
+    assert!(most_shown > 10 * least_shown.max(1), "stars must appear and disappear: {least_shown} to {most_shown}");
     // The comparison must be able to fail.
     assert!(greatest(&levels(5.0, 12.0), &levels(5.0, 12.6)) > 20);
-    // The middle star stays on its pixel while the others move out of the frame: its light follows the square of the field.
+    // The middle star stays on its pixel while the others leave the frame: its light scales with the square of the field.
     let middle = |fov_deg: f64| {
         let all = levels(fov_deg, 15.0);
         let at = |x: usize, y: usize| all[(y * 160 + x) * 3 + 1];
@@ -494,6 +495,6 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         last = now;
     }
     println!("field of view: worst step {worst} levels");
-    // A hundredth of the field is 2 % of the light: 0.03 stops.
+    // A change of the field by a hundredth is 2 % of the light: 0.03 stops.
     assert!(worst <= 6, "{worst} levels in a hundredth of the field");
 }

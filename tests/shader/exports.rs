@@ -1,4 +1,5 @@
-//! The report on two revisions, the atlas and the corpus: what they say, that they can tell revisions apart, and that another executor can use the corpus.
+//! The report on two revisions, the atlas and the corpus: their contents, that the report distinguishes revisions, and that another executor can use the
+//! corpus.
 
 #[cfg(feature = "gpu")]
 use crate::support::gpu::gpu;
@@ -63,26 +64,26 @@ fn a_report_names_the_fragment_that_changed_and_what_it_did() {
         let light = change.second.mean_luminance.expect("light") / change.first.mean_luminance.expect("light");
         assert!((light - 0.9).abs() < 1e-5, "{}: {light}", change.module);
         assert!(change.picture.expect("a picture").max_levels > 3.0);
-        assert!(change.second.operations > change.first.operations, "a product more");
+        assert!(change.second.operations > change.first.operations, "one more product");
     }
 }
 
-/// A revision of a library is what its entries hold, whatever program reads them; modules that one lacks are told.
+/// A revision of a library is defined by its entries, whatever program reads them; modules that one revision lacks are reported.
 #[test]
 fn libraries_are_compared_by_their_entries() {
     let (old, new) = (tempfile::tempdir().expect("temp"), tempfile::tempdir().expect("temp"));
-    let fill = |folder: &Path, texts: &[&str]| {
+    let write_library = |folder: &Path, texts: &[&str]| {
         let library = ShaderLibrary::open(folder, lowering(), |line| panic!("{line}"));
         assert!(library.warm(&ids(texts), || ()).is_empty());
     };
-    fill(old.path(), &["lambert.sun1.sphere", "tone_map", "point"]);
-    fill(new.path(), &["lambert.sun1.sphere", "tone_map", "emissive.sun0.sphere"]);
+    write_library(old.path(), &["lambert.sun1.sphere", "tone_map", "point"]);
+    write_library(new.path(), &["lambert.sun1.sphere", "tone_map", "emissive.sun0.sphere"]);
     let open = |folder: &Path| Revision::open(folder);
     let report = report(&open(old.path()).expect("a library"), &open(new.path()).expect("a library"), &[]);
     assert_eq!((report.equal, report.changed.len()), (2, 0));
     assert_eq!((report.only_first, report.only_second), (vec!["point".to_owned()], vec!["emissive.sun0.sphere".to_owned()]));
 
-    // The folder of another generator beside it: which one is meant?
+    // With the folder of another generator next to it, the path is ambiguous.
     let root = old.path().join("orrery/shaders");
     let own = std::fs::read_dir(&root).expect("a root").next().expect("a folder").expect("an entry").path();
     std::fs::create_dir(root.join("other")).expect("made");
@@ -90,7 +91,7 @@ fn libraries_are_compared_by_their_entries() {
     std::fs::copy(&entry, root.join("other").join(entry.file_name().expect("a name"))).expect("copied");
     assert!(matches!(open(old.path()), Err(RevisionError::Several { names, .. }) if names.len() == 2));
     assert_eq!(open(&own).expect("the folder of one").ids().map(|ids| ids.len()), Some(3));
-    // A damaged entry is a failure with its file, not an equal module.
+    // A damaged entry is an error that names its file; it does not count as an equal module.
     let bytes = std::fs::read(&entry).expect("read");
     std::fs::write(&entry, &bytes[..bytes.len() / 2]).expect("written");
     let damaged = self::report(&open(&own).expect("a folder"), &open(&own).expect("a folder"), &[]);
@@ -102,7 +103,7 @@ fn libraries_are_compared_by_their_entries() {
     assert!(matches!(open(&empty.path().join("none")), Err(RevisionError::Folder { .. })));
 }
 
-fn tree(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut open = vec![folder.to_owned()];
     while let Some(next) = open.pop() {
@@ -126,8 +127,8 @@ fn an_atlas_has_a_page_for_each_module_and_no_dead_link() {
     for folder in [&first, &second] {
         atlas::write(folder.path(), &Revision::built_in(), &ids, &lowering(), || ()).expect("an atlas");
     }
-    let files = tree(first.path());
-    assert!(files == tree(second.path()), "the same modules give the same bytes");
+    let files = files_below(first.path());
+    assert!(files == files_below(second.path()), "the same modules give the same bytes");
     assert_eq!(files.keys().filter(|f| f.starts_with("pages/")).count(), ids.len());
     assert_eq!(files.keys().filter(|f| f.starts_with("pictures/")).count(), 3, "a tone map draws no body");
     for (name, bytes) in files.iter().filter(|(name, _)| name.ends_with(".html")) {
@@ -145,7 +146,7 @@ fn an_atlas_has_a_page_for_each_module_and_no_dead_link() {
     assert!(page.contains("lambert.albedo.sun1.sphere.html\">+albedo") && page.contains("lambert.sun2.sphere.html\">sun1 -&gt; sun2"));
 }
 
-/// A case as its files tell it, for a renderer that knows nothing of the catalog or of the sample body.
+/// A case of the corpus as read from its files, for a renderer without access to the catalog or the sample body.
 struct Case {
     module: Arc<ShaderModule>,
     plan: Plan,
@@ -247,7 +248,7 @@ fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
 }
 
 impl Case {
-    /// Pixels of which a channel is off by more than the tolerance.
+    /// Number of pixels with a channel that is off by more than the tolerance.
     fn pixels_off(&self, light: &[[f32; 4]]) -> usize {
         assert_eq!(light.len(), self.answer.len());
         let is_off = |(a, b): (&[f32; 4], &[f32; 4])| a.iter().zip(b).any(|(x, y)| f64::from((x - y).abs()) > self.tolerance);
@@ -255,9 +256,9 @@ impl Case {
     }
 }
 
-/// The files alone draw what they say: in f32 in software, and on a GPU but for single pixels of an edge. An edited module does not.
+/// The files alone reproduce their pictures: in f32 in software exactly, and on a GPU except for single edge pixels. An edited module does not.
 #[test]
-fn a_corpus_is_all_that_an_executor_needs() {
+fn a_corpus_is_sufficient_for_an_executor() {
     let folder = tempfile::tempdir().expect("temp");
     let some = [
         "lambert.albedo-normal.sun1.ellipsoid",

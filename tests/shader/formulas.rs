@@ -1,6 +1,7 @@
-//! Formulas that stand in Rust, for bounds, decisions and tables, and in the shaders: the emitted function, in f64, gives what Rust gives over its range.
+//! Formulas that exist both in Rust (for bounds, decisions and tables) and in the shaders: over its range, the emitted function evaluated in f64 gives the value of the
+//! Rust function.
 //!
-//! Each test states its tolerance and shows an edit of the shader that it finds.
+//! Each test states its tolerance and shows that it detects an edit of the shader.
 
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
@@ -18,12 +19,12 @@ use orrery::units::linear_to_srgb;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// A question of few numbers.
+/// The inputs of a query, padded with zeros.
 fn question<const N: usize>(numbers: [f64; N]) -> EvalInput {
     std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0))
 }
 
-fn once(text: String, right: &str, wrong: &str) -> String {
+fn replace_once(text: String, right: &str, wrong: &str) -> String {
     assert_eq!(text.matches(right).count(), 1, "{right}");
     text.replace(right, wrong)
 }
@@ -44,7 +45,7 @@ fn worst(answers: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
 
 const RING: &str = "ring.sun1.sphere";
 
-/// What the scene gives Saturn's ring: the uniforms in which its phase functions stand.
+/// The scene's uniforms of Saturn's ring, which contain the coefficients of its phase functions.
 fn saturns_ring() -> DrawUniforms {
     let time = Instant::parse("2024-09-08T04:00:00Z").expect("a time");
     let scene = SESSION.scene(&ViewRequest::of(NaifId(699), time)).expect("a scene");
@@ -52,14 +53,14 @@ fn saturns_ring() -> DrawUniforms {
     DrawUniforms { lights: one_light(), ..ring }
 }
 
-/// Cosines of the phase angle, close together at both ends, where the opposition's peak and the light against the Sun stand.
+/// Cosines of the phase angle, closely spaced at both ends, where the opposition surge and forward scattering peak.
 fn phases() -> Vec<f64> {
     (0..=1000).map(|k| f64::from(k) / 1000.0).map(|t| (PI * (t - (2.0 * PI * t).sin() / (2.0 * PI))).cos()).collect()
 }
 
-/// Within 2e-5 of the value: the uniforms are f32, and 1 - g of the narrowest lobe is 0.005.
+/// Tolerance 2e-5: the uniforms are f32, and 1 - g of the narrowest lobe is 0.005.
 #[test]
-fn the_phase_functions_of_rings_are_those_of_the_shader() {
+fn the_phase_functions_of_rings_agree_with_the_shader() {
     const TOLERANCE: f64 = 2e-5;
     let uniforms = saturns_ring();
     let questions: Vec<EvalInput> = phases().into_iter().map(|c| question([c])).collect();
@@ -72,7 +73,7 @@ fn the_phase_functions_of_rings_are_those_of_the_shader() {
             ("2.0 * atan2(back, front)", "2.01 * atan2(back, front)"),
             ("g * (2.0 * max(1.0 + cos_phase", "g * (2.01 * max(1.0 + cos_phase"),
         ] {
-            let edited = Emitted::edited(RING, &value, |text| once(text, right, wrong));
+            let edited = Emitted::edited(RING, &value, |text| replace_once(text, right, wrong));
             let found = worst(&edited.ask(&uniforms, None, &questions), expected());
             let concerned = right.contains("atan2") == (function == "ring_particle_phase");
             assert_eq!(found > 10.0 * TOLERANCE, concerned, "{function}, {wrong}: {found}");
@@ -80,7 +81,7 @@ fn the_phase_functions_of_rings_are_those_of_the_shader() {
     }
 }
 
-/// The table that a fragment reads, and the uniforms by which it does.
+/// Uniforms for a ring table, and the texture from which the fragment reads it.
 fn with_table(of: &DrawUniforms, table: RingTable) -> (DrawUniforms, SharedTexture) {
     let mut uniforms = of.clone();
     uniforms.ring.reach = glam::Vec2::new(table.reach[0] as f32, table.reach[1] as f32);
@@ -89,16 +90,16 @@ fn with_table(of: &DrawUniforms, table: RingTable) -> (DrawUniforms, SharedTextu
     (uniforms, texture)
 }
 
-/// One ring of one optical depth against the closed forms, on both sides of the plane and with the Sun's disc cut by it: within 5e-4, and within 1 % of the value, or
-/// 5e-4, where the Sun shines through. Between its rows the table is linear in the logarithm of the view ray's slope.
+/// A ring of uniform optical depth against the closed forms, on both sides of the plane and with the Sun's disc partly below it: within 5e-4; for sunlight that passes
+/// through the ring, within the larger of 5e-4 and 1 %. Between its rows the table is linear in the logarithm of the view ray's slope.
 #[test]
-fn light_scattered_by_a_ring_is_that_of_the_shader() {
-    // Larger than any Sun of the catalog.
+fn light_scattered_by_a_ring_agrees_with_the_shader() {
+    // Larger than the tangent of any Sun's angular radius in the catalog.
     const TANGENT: f64 = 0.02;
     let from_saturn = saturns_ring();
     let cosines: Vec<f64> = (0..200).map(|k| 0.02_f64.powf(f64::from(k) / 199.0)).collect();
     let questions: Vec<EvalInput> = cosines.iter().map(|c| question([*c])).collect();
-    // Between 1.6 and 1.7 radii; the phase function is held by the test above.
+    // Between 1.6 and 1.7 radii; the test above covers the phase function.
     let value = "vec4f(4.0 * ring_mean(radial_interval(1.6, 0.1), 1.0 / p.x).bodies.rgb, 0.0)";
     let emitted = Emitted::new(RING, value);
     let mut seen = 0;
@@ -116,47 +117,47 @@ fn light_scattered_by_a_ring_is_that_of_the_shader() {
                 for (cosine, a) in cosines.iter().zip(emitted.ask(&uniforms, Some(texture), &questions)) {
                     let x = 1.0 / cosine;
                     let (expected, through) = (light(0, x, true) + light(1, x, false), light(1, x, false));
-                    let within = 4.0 * 5e-4 + 0.01 * through;
-                    assert!((a[0] / 4.0 - expected).abs() < within, "tau {tau}, sine {sine}, x {x}: {} for {expected}", a[0] / 4.0);
+                    let tolerance = 4.0 * 5e-4 + 0.01 * through;
+                    assert!((a[0] / 4.0 - expected).abs() < tolerance, "tau {tau}, sine {sine}, x {x}: {} for {expected}", a[0] / 4.0);
                     let swapped = light(0, x, false) + light(1, x, true);
-                    seen += usize::from((a[0] / 4.0 - swapped).abs() > 10.0 * within);
+                    seen += usize::from((a[0] / 4.0 - swapped).abs() > 10.0 * tolerance);
                 }
             }
         }
     }
-    assert!(seen > 500, "the sides exchanged are seen {seen} times");
+    assert!(seen > 500, "exchanged sides are detected only {seen} times");
 }
 
-/// What Saturn's rings take along a path over any stretch of radius, 100 000 of them, against the sum over the catalog's ringlets in f64: from 7 km, where a point would be
-/// taken, to the whole ring, inside and beyond it.
+/// The light that Saturn's rings block along a path, averaged over 100 000 random intervals of radius, against the sum over the catalog's ringlets in f64: from 7 km, a
+/// nearly pointlike interval, to the entire ring system, inside and outside it.
 #[test]
-fn any_stretch_of_radius_has_the_mean_of_its_ringlets() {
+fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
     let catalog = Catalog::embedded();
     let saturn = catalog.body(NaifId(699)).expect("Saturn");
     let unit_km = saturn.radii_km.x;
     let slope: f64 = 2.0;
     let table = RingTable::of(saturn.rings.iter(), unit_km, &RingSeen::new(None, slope, slope)).expect("a table");
     let [inner, outer] = table.reach;
-    // The optical depth between neighbouring edges, and what all inside of each edge takes.
+    // The fraction blocked between neighbouring edges, and its integral up to each edge.
     let mut edges: Vec<f64> = saturn.rings.iter().flat_map(|r| [r.inner_km / unit_km, r.outer_km / unit_km]).collect();
     edges.sort_by(f64::total_cmp);
     edges.dedup();
-    let taken: Vec<f64> = edges
+    let blocked: Vec<f64> = edges
         .windows(2)
         .map(|e| {
             let middle_km = 0.5 * (e[0] + e[1]) * unit_km;
-            let over = saturn.rings.iter().rfind(|r| r.inner_km <= middle_km && middle_km < r.outer_km);
-            over.map_or(0.0, |r| -(-r.tau_normal * slope).exp_m1())
+            let ringlet = saturn.rings.iter().rfind(|r| r.inner_km <= middle_km && middle_km < r.outer_km);
+            ringlet.map_or(0.0, |r| -(-r.tau_normal * slope).exp_m1())
         })
         .collect();
-    let mut within = vec![0.0];
-    for (e, t) in edges.windows(2).zip(&taken) {
-        within.push(within[within.len() - 1] + (e[1] - e[0]) * t);
+    let mut blocked_up_to_edge = vec![0.0];
+    for (e, t) in edges.windows(2).zip(&blocked) {
+        blocked_up_to_edge.push(blocked_up_to_edge[blocked_up_to_edge.len() - 1] + (e[1] - e[0]) * t);
     }
     let up_to = |r: f64| {
         let r = r.clamp(edges[0], edges[edges.len() - 1]);
-        let k = edges.partition_point(|e| *e <= r).clamp(1, taken.len()) - 1;
-        within[k] + (r - edges[k]) * taken[k]
+        let k = edges.partition_point(|e| *e <= r).clamp(1, blocked.len()) - 1;
+        blocked_up_to_edge[k] + (r - edges[k]) * blocked[k]
     };
     let mut random = 88_172_645_463_325_252_u64;
     let mut next = || {
@@ -175,7 +176,7 @@ fn any_stretch_of_radius_has_the_mean_of_its_ringlets() {
     let (uniforms, texture) = with_table(&saturns_ring(), table);
     let worst = |value: &str| {
         let answers = Emitted::new(RING, value).ask(&uniforms, Some(texture.clone()), &questions);
-        // In parts of what f32 leaves of the radii: 2^-23 of an end, over the width.
+        // Errors are relative to the precision of the radii in f32: 2^-23 of an end, divided by the width.
         questions
             .iter()
             .zip(answers)
@@ -187,9 +188,9 @@ fn any_stretch_of_radius_has_the_mean_of_its_ringlets() {
             .fold(0.0, f64::max)
     };
     let found = worst("vec4f(ring_mean(radial_interval(p.x, p.y), 2.0).bodies.w)");
-    assert!(found < 1.0, "{found} of what f32 leaves");
+    assert!(found < 1.0, "{found} of the precision of f32");
     let moved = worst("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).bodies.w)");
-    assert!(moved > 10.0, "6 km more would pass: {moved}");
+    assert!(moved > 10.0, "a shift of 6 km would pass: {moved}");
 }
 
 const LAWS: [(&str, Photometry, f64); 4] = [
@@ -199,18 +200,18 @@ const LAWS: [(&str, Photometry, f64); 4] = [
     ("oren-nayar.sun1.sphere", Photometry::OrenNayar { roughness_deg: 20.0 }, 20.0 * PI / 180.0 * 20.0 * PI / 180.0),
 ];
 
-/// The call of a law whose parameter is `p.w`.
+/// The WGSL call of a law whose parameter is `p.w`.
 fn call(module: &str) -> String {
     let parameter = if module.starts_with("lunar") || module.starts_with("oren") { ", p.w" } else { "" };
     format!("vec4f(reflectance(p.x, p.y, p.z{parameter}))")
 }
 
-/// What a sphere of the shader's law sends to a viewer at a phase angle, over what a disc of radiance 1 does.
+/// Light that a sphere with the shader's law sends to a viewer at a phase angle, relative to a disc of radiance 1.
 fn disc(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
     const LONGITUDES: u32 = 240;
     const LATITUDES: u32 = 120;
     let to_sun = DVec3::new(alpha.cos(), alpha.sin(), 0.0);
-    // Lit and seen: luminance longitude from alpha - 90 to 90 degrees.
+    // The visible and lit part: luminance longitude from alpha - 90 to 90 degrees.
     let (from, width) = (alpha - PI / 2.0, PI - alpha);
     let mut questions = Vec::new();
     let mut weights = Vec::new();
@@ -228,17 +229,18 @@ fn disc(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
     sum * width / f64::from(LONGITUDES) / f64::from(LATITUDES)
 }
 
-/// The light of a whole sphere decides how bright a point is; the law at each place, how bright a disc is. Within 1e-3 of full.
+/// The brightness of a point comes from the integrated light of the sphere, the brightness of a disc from the law at each point: both must agree. Tolerance 1e-3 of full
+/// phase.
 #[test]
 fn spheres_of_each_law_are_as_bright_as_their_points() {
     const TOLERANCE: f64 = 1e-3;
-    let off = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
+    let relative_error = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
         let full = model_geometric_albedo(model)[0];
         let at = |deg: f64| (disc(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
         [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(at).into_iter().fold(0.0, f64::max)
     };
     for (module, model, parameter) in &LAWS {
-        let found = off(&Emitted::new(module, &call(module)), model, *parameter);
+        let found = relative_error(&Emitted::new(module, &call(module)), model, *parameter);
         assert!(found < TOLERANCE, "{module}: {found}");
         let (right, wrong) = match model {
             Photometry::Lambert => ("return cos_incidence;", "return 1.01 * cos_incidence;"),
@@ -247,14 +249,14 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
             }
             _ => ("0.45 * sigma_sq", "0.48 * sigma_sq"),
         };
-        let found = off(&Emitted::edited(module, &call(module), |text| once(text, right, wrong)), model, *parameter);
+        let found = relative_error(&Emitted::edited(module, &call(module), |text| replace_once(text, right, wrong)), model, *parameter);
         assert!(found > 2.0 * TOLERANCE, "{module}, {wrong}: {found}");
     }
 }
 
-/// The law itself, which the exposure's meter takes for the light of ground. Within 1e-6: the parameter is the only number that f32 holds on the way.
+/// The law itself, which the light meter uses for ground. Tolerance 1e-6: the parameter is the only number passed in f32.
 #[test]
-fn reflectance_is_that_of_the_shader_at_every_angle() {
+fn reflectance_agrees_with_the_shader_at_every_angle() {
     let mut angles = Vec::new();
     for i in 1..40 {
         for j in 1..40 {
@@ -272,13 +274,13 @@ fn reflectance_is_that_of_the_shader_at_every_angle() {
         let found = worst(&answers, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
         assert!(found < 1e-6, "{module}: {found}");
         let other = worst(&answers, angles.iter().map(|[i, e, p]| reflectance(model, *e, *i, *p)));
-        assert!(other > 1e-2, "{module}: incidence and emission exchanged are not seen, {other}");
+        assert!(other > 1e-2, "{module}: exchanged incidence and emission are not detected, {other}");
     }
 }
 
-/// The roughness that a catalog gives in degrees reaches the shader as the square of radians.
+/// A roughness given in degrees in the catalog reaches the shader as the square of radians.
 #[test]
-fn the_catalogs_parameters_are_those_that_the_laws_take() {
+fn the_catalogs_parameters_reach_the_photometric_laws() {
     let catalog = Catalog::embedded();
     let time = Instant::parse("2024-09-08T04:00:00Z").expect("a time");
     let mut found = 0;
@@ -296,18 +298,18 @@ fn the_catalogs_parameters_are_those_that_the_laws_take() {
             assert!((f64::from(draw.uniforms.photometric_parameter) - expected).abs() < 1e-6, "{}", body.name);
         }
     }
-    assert!(found > 0, "no body has such a law");
+    assert!(found > 0, "no body has this law");
 }
 
-/// Within 1e-6 of white, a four-thousandth of a level of 255.
+/// Tolerance 1e-6 of white, a four-thousandth of a level of 255.
 #[test]
-fn the_display_curve_is_that_of_the_shader() {
+fn the_display_curve_agrees_with_the_shader() {
     let levels: Vec<f64> = (0..=4000).map(|k| f64::from(k) / 4000.0).collect();
     let questions: Vec<EvalInput> = levels.iter().map(|v| question([*v])).collect();
     let value = "vec4f(srgb_encoded(p.xxx), 1.0)";
-    let off = |module: &Emitted| worst(&module.ask(&plain(), None, &questions), levels.iter().map(|v| linear_to_srgb(*v)));
-    let found = off(&Emitted::new("tone_map", value));
+    let error = |module: &Emitted| worst(&module.ask(&plain(), None, &questions), levels.iter().map(|v| linear_to_srgb(*v)));
+    let found = error(&Emitted::new("tone_map", value));
     assert!(found < 1e-6, "{found}");
-    let found = off(&Emitted::edited("tone_map", value, |text| once(text, "(1.0 / 2.4)", "(1.0 / 2.2)")));
+    let found = error(&Emitted::edited("tone_map", value, |text| replace_once(text, "(1.0 / 2.4)", "(1.0 / 2.2)")));
     assert!(found > 1e-3, "{found}");
 }

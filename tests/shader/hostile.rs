@@ -1,4 +1,4 @@
-//! Fragments that mean harm: each is refused or stopped with one line, and the session goes on drawing with sound ones.
+//! Hostile fragments: each is refused or stopped with one line, and the session continues to draw with valid ones.
 
 use orrery::scene::request::Quality;
 use orrery::session::{RendererPreference, Session, Sources};
@@ -6,12 +6,12 @@ use orrery::shader::fragments::FRAGMENTS;
 use orrery::{Fragments, Instant, NaifId, SamplingQuality, ViewRequest};
 use std::time::{Duration, Instant as Clock};
 
-/// Longest that a refusal may take here; the budget of one batch is about a second.
+/// Longest time that a refusal may take here; the time budget of one batch is about a second.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 const TONE_MAP: &str = "entry/tone_map.wesl";
 
-/// The shipped fragment with these declarations, and these statements before its fragment stage returns.
+/// The shipped tone map with added declarations, and added statements before its fragment stage returns.
 fn tone_map(declarations: &str, statements: &str) -> Fragments {
     let (_, text) = FRAGMENTS.iter().find(|(name, _)| *name == TONE_MAP).expect("a fragment");
     let text = text
@@ -24,7 +24,7 @@ fn session(renderer: RendererPreference) -> Session {
     Session::open(&Sources { renderer, ..Sources::default() }, |_| {}).expect("a session")
 }
 
-/// The picture's bytes, or why there is none.
+/// The picture's bytes, or the error.
 fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String> {
     session.set_fragments(fragments);
     let time = Instant::parse("2024-01-01T00:00:00Z").expect("a time");
@@ -35,27 +35,27 @@ fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String
     picture
 }
 
-/// Functions g0 to gN, each made of the one before.
+/// Functions g0 to gN, each defined in terms of the previous one.
 fn functions(count: usize, made: impl Fn(usize) -> String) -> String {
     let one = |k: usize| format!("fn g{}(x: f32) -> f32 {{ return {}; }}\n", k + 1, made(k));
     format!("fn g0(x: f32) -> f32 {{ return x * 1.5; }}\n{}", (0..count).map(one).collect::<String>())
 }
 
-/// Declarations, statements, and a word of the message.
-fn refused() -> Vec<(String, String, &'static str)> {
+/// Hostile cases: declarations, statements, and a word of the expected message.
+fn hostile_cases() -> Vec<(String, String, &'static str)> {
     let many_turns = "for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }";
     let deep_loops = format!("{}k += 1u;{}", "for (var i = k; i < 4000000000u; i++) { ".repeat(40), " }".repeat(40));
     let all: [(&str, &str, &'static str); 15] = [
         ("", "loop { }", "end"),
         ("", "while true { let a = 1; }", "end"),
-        // Nobody can know that these do not end.
+        // It cannot be decided in advance whether these loops end.
         ("", "var x = radiance.x; while x > -1.0 { x += 1e-9; }", "end"),
         ("", "var k = 0u; loop { k += u32(position.x) * 0u; if k > 0u { break; } }", "end"),
         ("", &format!("var k = 0u; {many_turns} if k == 7u {{ discard; }}"), "end"),
         ("", &format!("var k = 0u; {deep_loops} if k == 7u {{ discard; }}"), ""),
         ("fn again(x: f32) -> f32 { return again(x + 1.0); }", "let y = again(radiance.x);", ""),
         ("fn ping(x: f32) -> f32 { return pong(x); }\nfn pong(x: f32) -> f32 { return ping(x); }", "let y = ping(1.0);", ""),
-        // 2^40 calls, once each is laid out.
+        // 2^40 calls when inlined.
         (&functions(40, |k| format!("g{k}(x) + g{k}(x + 1.0)")), "if g40(radiance.x) > 1e30 { discard; }", "too long"),
         (&functions(300, |k| format!("g{k}(x)")), "if g300(radiance.x) > 1e30 { discard; }", "inside each other"),
         ("", "var a: array<f32, 4294967295>; a[u32(position.x)] = 1.0;", ""),
@@ -71,14 +71,14 @@ fn refused() -> Vec<(String, String, &'static str)> {
 fn hostile_fragments_are_refused_and_valid_ones_draw_again() {
     let session = session(RendererPreference::Software);
     let sound = drawn(&session, Fragments::default()).expect("a picture");
-    for (declarations, statements, word) in refused() {
+    for (declarations, statements, word) in hostile_cases() {
         let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
         assert!(why.contains(word) && !why.trim().contains('\n') && why.len() < 600, "{statements}: {why}");
         assert_eq!(drawn(&session, Fragments::default()).as_ref(), Ok(&sound), "after {statements}");
     }
 }
 
-/// Reads beyond an array or a texture give some value of it or zero, never anything else of the memory, and a bounded loop of many turns is drawn.
+/// Reads outside an array or a texture return some value of it or zero, never other memory, and a long bounded loop is drawn.
 #[test]
 fn indices_out_of_range_stay_inside_and_long_loops_that_end_are_drawn() {
     let session = session(RendererPreference::Software);
@@ -93,7 +93,7 @@ fn indices_out_of_range_stay_inside_and_long_loops_that_end_are_drawn() {
     }
 }
 
-/// What software stops a device never gets; it draws on with sound fragments.
+/// Fragments that the software renderer stops are never sent to a device; the device continues with valid fragments.
 #[cfg(feature = "gpu")]
 #[test]
 fn an_endless_loop_never_reaches_the_gpu() {
@@ -102,7 +102,7 @@ fn an_endless_loop_never_reaches_the_gpu() {
     }
     let session = session(RendererPreference::Gpu);
     let sound = drawn(&session, Fragments::default()).expect("a picture");
-    for (declarations, statements, word) in refused() {
+    for (declarations, statements, word) in hostile_cases() {
         let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
         assert!(why.contains(word) && !why.trim().contains('\n'), "{statements}: {why}");
     }

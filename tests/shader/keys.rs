@@ -1,4 +1,5 @@
-//! Every key that can be asked for, the covering sets, and a new random sample: emitted, parsed, validated, reflected; failures gathered.
+//! All reachable keys, the covering sets, and a new random sample: each module is emitted, parsed, validated and reflected; failures are
+//! collected.
 
 use orrery::catalog::Catalog;
 use orrery::scene::draw::Surface;
@@ -29,7 +30,8 @@ fn all_build(ids: &[(ModuleId, bool)]) -> Verified {
 
 #[test]
 fn reachable_and_covering_modules_are_valid_and_as_recorded() {
-    // At least: every body's surface in every view that differs, with and without each of its maps; 3 covers 2 covers 1.
+    // The reachable keys include every body's surface in every view that depends on it, with and without each of its maps; covering sets
+    // of strength 3, 2 and 1 are nested.
     let reachable = reachable();
     assert!(reachable.len() > 100, "{} reachable keys", reachable.len());
     let surfaces: BTreeSet<_> = reachable.iter().map(|k| k.features().surface).collect();
@@ -41,13 +43,13 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     });
     let (shells, grounds): (BTreeSet<_>, BTreeSet<_>) =
         surfaces.into_iter().partition(|s| matches!(s, Surface::Cloud | Surface::Ring | Surface::Sky));
-    // Lambert stands for every surface in the views that do not show it, so it may be there without a body of its own.
+    // In views that do not show the surface, Lambert represents all surfaces, so it may occur without a body that uses it.
     assert!(grounds.len() == in_catalog.len() || grounds.len() == in_catalog.len() + 1, "{grounds:?}");
     assert_eq!(shells.len(), 3, "{shells:?}");
     assert!(covering(3).len() > covering(2).len() && covering(2).len() >= 16, "the two largest dimensions alone make 24 pairs");
     let ids = recorded_modules(&reachable);
-    // Two minutes of processor time: an edit that touches neither generator, lowering nor keys finds them proven by the run before, unless
-    // ORRERY_PROVE_ANEW=1, as in .ci/run.
+    // Two minutes of processor time: after an edit that touches neither generator, lowering nor keys, the proof of the previous run is
+    // reused, unless ORRERY_PROVE_ANEW=1, as in .ci/run.
     let text = include_str!("../shader_digests.txt");
     let proven = proven_by(&ids);
     if std::env::var_os("ORRERY_PROVE_ANEW").is_none() && std::fs::read_to_string(&proven).is_ok_and(|earlier| earlier == text) {
@@ -61,7 +63,8 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     std::fs::write(&proven, text).expect("target/tmp can be written");
 }
 
-/// Where a run leaves the record that it proved: named by all that decides what a module is, and by which modules there are.
+/// The file in which a run stores the record that it proved. Its name depends on everything that determines the modules, and on the list
+/// of modules.
 fn proven_by(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
     let mut hash = std::hash::DefaultHasher::new();
     for (id, translated) in ids {
@@ -79,9 +82,9 @@ fn a_new_random_sample_is_valid() {
     all_build(&ids);
 }
 
-/// Each fragment stands on its own feet: with the fragments that it names itself, without those of whoever uses it.
+/// Each fragment is self-contained: it parses together with the fragments that it imports, without the fragments that import it.
 #[test]
-fn every_fragment_parses_with_what_it_uses() {
+fn every_fragment_parses_with_its_imports() {
     let (mut parsed, mut texts) = (BTreeSet::new(), BTreeSet::new());
     let on_of = |id: ModuleId| match &id {
         ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), features(key.features())),
@@ -114,7 +117,7 @@ fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
     for (path, text) in FRAGMENTS.iter() {
         for (number, line) in (1u32..).zip(text.lines()) {
             let line = line.trim();
-            // What no module shows: conditions on a line of their own, imports, blank lines beside them.
+            // Lines that never appear in a module: conditions on a line of their own, imports, adjacent blank lines.
             let unseen = line.is_empty()
                 || line.starts_with("@if(")
                 || line.starts_with("@elif(")
@@ -138,7 +141,7 @@ fn the_source_map_names_a_feature_of_the_key_for_every_line() {
             assert!(feature == "planet" || on.contains(&feature) || feature.starts_with("not "), "{key}: {feature}");
             let (fragment, line) = map.origin_of(number).expect("mapped");
             let (_, source) = FRAGMENTS.iter().find(|(name, _)| *name == fragment).expect("a fragment");
-            // But for the condition before it.
+            // Identical except for a condition in front of the line.
             let original = source.lines().nth(line as usize - 1).expect("a line of the fragment");
             assert!(original.ends_with(text.trim_start()), "{key}: line {number}: {original} became {text}");
         }
@@ -146,7 +149,7 @@ fn the_source_map_names_a_feature_of_the_key_for_every_line() {
 }
 
 #[test]
-fn emission_is_deterministic_and_differences_are_told_by_feature() {
+fn emission_is_deterministic_and_differences_name_their_feature() {
     let key = |t: &str| t.parse::<ShaderKey>().expect(t);
     let (plain, relief) = (emit(&key("lambert.sun1.sphere")).expect("a"), emit(&key("lambert.normal.sun1.sphere")).expect("b"));
     assert_eq!(plain, emit(&key("lambert.sun1.sphere")).expect("again"));
@@ -154,19 +157,19 @@ fn emission_is_deterministic_and_differences_are_told_by_feature() {
     let difference = difference(&plain, &relief);
     let features: Vec<_> = difference.iter().map(|d| d.feature.as_str()).collect();
     assert!(features.contains(&"maps.normal"), "{features:?}");
-    // The sphere's own lines without relief are replaced, nothing else goes.
+    // Only the lines of the smooth sphere without relief are replaced; all other lines remain.
     assert!(difference.iter().all(|d| d.only_first.is_empty() || d.feature.starts_with("not ")), "{difference:?}");
 }
 
 #[test]
-fn every_language_is_written_and_costs_count() {
+fn modules_are_written_in_every_language_and_their_costs_counted() {
     let id: ModuleId = "oren-nayar.albedo-normal-specular-night.sun3.ellipsoid".parse().expect("key");
     let module = ShaderModule::build(&id, &lowering()).expect("builds");
     for language in Language::ALL {
         let text = translate(&module, language).unwrap_or_else(|e| panic!("{e}"));
         assert!(text.len() > 1000, "{language}: {} bytes", text.len());
     }
-    // The text of SPIR-V has every instruction of the words once; the first five words are no instruction.
+    // The SPIR-V text lists every instruction of the binary once; the first five words are the header.
     let words: Vec<u32> =
         translate(&module, Language::Spirv).expect("words").lines().map(|l| u32::from_str_radix(l, 16).expect("hex")).collect();
     let instructions =

@@ -1,4 +1,4 @@
-//! The library on disk: damage, strangers, crowds, and disks that refuse.
+//! The library on disk: damaged and foreign entries, concurrent access, and disks that refuse writes.
 
 use orrery::shader::library::{ShaderLibrary, file_name};
 use orrery::shader::{Lowering, ModuleId, ShaderModule};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 
-/// A stand-in for the renderer's lowering whose tape depends on the module, so that a mixed-up tape shows.
+/// A stand-in for the renderer's lowering. Its tape depends on the module, so that an exchanged tape is detected.
 fn lowering() -> Lowering {
     Lowering {
         digest: "test 1".into(),
@@ -26,28 +26,28 @@ fn ids() -> Vec<ModuleId> {
         .collect()
 }
 
-struct Heard(Arc<Mutex<Vec<String>>>);
+struct Messages(Arc<Mutex<Vec<String>>>);
 
-impl Heard {
+impl Messages {
     fn lines(&self) -> Vec<String> {
         self.0.lock().expect("no panic").clone()
     }
 }
 
-fn open(cache: &Path) -> (ShaderLibrary, Heard) {
+fn open(cache: &Path) -> (ShaderLibrary, Messages) {
     let said = Arc::new(Mutex::new(Vec::new()));
     let into = Arc::clone(&said);
-    (ShaderLibrary::open(cache, lowering(), move |line| into.lock().expect("no panic").push(line.to_owned())), Heard(said))
+    (ShaderLibrary::open(cache, lowering(), move |line| into.lock().expect("no panic").push(line.to_owned())), Messages(said))
 }
 
-/// Equal in everything that a renderer or a reader sees. Spans do not survive the disk and are no part of that.
+/// Equality in everything that a renderer or a reader uses. Spans are not stored on disk and are not compared.
 fn assert_same(a: &ShaderModule, b: &ShaderModule) {
     assert_eq!((&a.id, &a.wgsl, &a.layout, &a.source_map, &a.tape), (&b.id, &b.wgsl, &b.layout, &b.source_map, &b.tape));
     let ir = |m: &ShaderModule| postcard::to_stdvec(&(&m.module, &m.info)).expect("encodes");
     assert_eq!(ir(a), ir(b));
 }
 
-fn fresh(id: &ModuleId) -> ShaderModule {
+fn newly_built(id: &ModuleId) -> ShaderModule {
     ShaderModule::build(id, &lowering()).expect("builds")
 }
 
@@ -55,34 +55,34 @@ fn fresh(id: &ModuleId) -> ShaderModule {
 fn a_second_library_reads_what_the_first_wrote() {
     let dir = tempfile::tempdir().expect("temp");
     let ids = ids();
-    assert_eq!(ids.len(), 4, "one of the texts leaves out its lights and is no key");
+    assert_eq!(ids.len(), 4, "one text without lights is not a key");
     for round in 0..2 {
-        let (library, heard) = open(dir.path());
+        let (library, messages) = open(dir.path());
         for id in &ids {
-            assert_same(&library.get(id).expect("module"), &fresh(id));
+            assert_same(&library.get(id).expect("module"), &newly_built(id));
             assert!(Arc::ptr_eq(&library.get(id).expect("module"), &library.get(id).expect("module")));
         }
         let s = library.statistics();
         let n = ids.len() as u64;
         assert_eq!((s.emitted, s.written, s.from_disk, s.healed), if round == 0 { (n, n, 0, 0) } else { (0, 0, n, 0) });
         assert_eq!(s.from_memory, 2 * n);
-        assert!(heard.lines().is_empty(), "{:?}", heard.lines());
+        assert!(messages.lines().is_empty(), "{:?}", messages.lines());
         assert_eq!(library.status().entries, n);
         assert_eq!((library.verify().whole, library.verify().damaged.len()), (n, 0));
     }
 }
 
-/// Puts `damaged` in an entry's place and expects the right module, one message, and a whole entry afterwards.
-fn heals(dir: &Path, id: &ModuleId, path: &Path, whole: &[u8], damaged: &[u8], what: &str) {
+/// Replaces an entry by `damaged` and expects the right module, one message, and an intact entry afterwards.
+fn assert_repaired(dir: &Path, id: &ModuleId, path: &Path, whole: &[u8], damaged: &[u8], what: &str) {
     std::fs::write(path, damaged).expect("write");
-    let (library, heard) = open(dir);
+    let (library, messages) = open(dir);
     assert_eq!(library.verify().damaged.len(), 1, "{what}");
-    assert_same(&library.get(id).expect(what), &fresh(id));
+    assert_same(&library.get(id).expect(what), &newly_built(id));
     library.get(id).expect(what);
-    let lines = heard.lines();
+    let lines = messages.lines();
     assert!(lines.len() == 1 && lines[0].contains("is replaced"), "{what}: {lines:?}");
     assert_eq!(library.statistics().healed, 1, "{what}");
-    assert_eq!(std::fs::read(path).expect("read"), whole, "{what}: the entry is whole again");
+    assert_eq!(std::fs::read(path).expect("read"), whole, "{what}: the entry is intact again");
 }
 
 #[test]
@@ -94,39 +94,39 @@ fn damaged_entries_are_detected_and_repaired() {
     let path = library.entry_path(&id).expect("on disk");
     let whole = std::fs::read(&path).expect("written");
     for keep in [0, 1, 7, 8, 39, 40, 41, whole.len() / 2, whole.len() - 1] {
-        heals(dir.path(), &id, &path, &whole, &whole[..keep], &format!("cut to {keep} bytes"));
+        assert_repaired(dir.path(), &id, &path, &whole, &whole[..keep], &format!("cut to {keep} bytes"));
     }
-    // Magic, checksum, head, and 24 places through the content.
+    // Magic, checksum, header, and 24 positions spread over the content.
     let places = (0..48).chain((0..24).map(|i| 48 + (whole.len() - 49) * i / 23));
     for at in places {
         let mut damaged = whole.clone();
         damaged[at] ^= 1 << (at % 8);
-        heals(dir.path(), &id, &path, &whole, &damaged, &format!("bit flipped in byte {at}"));
+        assert_repaired(dir.path(), &id, &path, &whole, &damaged, &format!("bit flipped in byte {at}"));
     }
-    heals(dir.path(), &id, &path, &whole, b"a text file", "foreign");
+    assert_repaired(dir.path(), &id, &path, &whole, b"a text file", "foreign");
     let mut longer = whole.clone();
     longer.push(0);
-    heals(dir.path(), &id, &path, &whole, &longer, "a byte too many");
+    assert_repaired(dir.path(), &id, &path, &whole, &longer, "a byte too many");
 }
 
 #[test]
-fn a_whole_entry_of_another_module_or_generator_is_not_taken() {
+fn an_intact_entry_of_another_module_or_generator_is_rejected() {
     let dir = tempfile::tempdir().expect("temp");
     let ids = ids();
     let (library, _) = open(dir.path());
     ids.iter().for_each(|id| drop(library.get(id).expect("module")));
     let path = |id| library.entry_path(id).expect("on disk");
     let (first, second) = (std::fs::read(path(&ids[0])).expect("read"), std::fs::read(path(&ids[1])).expect("read"));
-    heals(dir.path(), &ids[0], &path(&ids[0]), &first, &second, "another module's entry");
+    assert_repaired(dir.path(), &ids[0], &path(&ids[0]), &first, &second, "another module's entry");
 
     let other = Lowering { digest: "test 2".into(), ..lowering() };
     let stranger = ShaderLibrary::open(dir.path(), other, |_| {});
     stranger.get(&ids[0]).expect("module");
     assert_ne!(stranger.generator(), library.generator());
-    assert_eq!((stranger.statistics().from_disk, stranger.status().entries), (0, 1), "it has a folder of its own");
+    assert_eq!((stranger.statistics().from_disk, stranger.status().entries), (0, 1), "each generator has its own folder");
     assert_eq!(stranger.status().other_entries, ids.len() as u64);
     let foreign = std::fs::read(stranger.entry_path(&ids[0]).expect("on disk")).expect("read");
-    heals(dir.path(), &ids[0], &path(&ids[0]), &first, &foreign, "another generator's entry");
+    assert_repaired(dir.path(), &ids[0], &path(&ids[0]), &first, &foreign, "another generator's entry");
 
     assert_eq!(library.clear().expect("clears"), ids.len() as u64 + 1);
     assert_eq!((library.status().entries, library.status().other_entries), (0, 0));
@@ -137,30 +137,30 @@ fn a_path_below_a_file_only_warns() {
     let dir = tempfile::tempdir().expect("temp");
     let file = dir.path().join("not-a-folder");
     std::fs::write(&file, "x").expect("write");
-    let (library, heard) = open(&file);
+    let (library, messages) = open(&file);
     for id in ids() {
-        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+        assert_same(&library.get(&id).expect("module"), &newly_built(&id));
     }
-    let lines = heard.lines();
+    let lines = messages.lines();
     assert!(lines.len() == 1 && lines[0].contains("cannot be written") && lines[0].contains("--cache"), "{lines:?}");
     assert_eq!((library.statistics().written, library.status().entries), (0, 0));
     assert_eq!(library.verify().damaged.len(), 0);
-    assert_eq!(library.clear().expect("nothing to do"), 0);
+    assert_eq!(library.clear().expect("clearing an empty library succeeds"), 0);
 }
 
 #[test]
-fn missing_folders_are_made_at_the_first_write() {
+fn missing_folders_are_created_at_the_first_write() {
     let dir = tempfile::tempdir().expect("temp");
     let nested = dir.path().join("not/there/yet");
-    let (library, heard) = open(&nested);
+    let (library, messages) = open(&nested);
     for id in ids() {
-        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+        assert_same(&library.get(&id).expect("module"), &newly_built(&id));
     }
     assert_eq!((library.status().entries, library.verify().whole), (ids().len() as u64, ids().len() as u64));
-    assert!(heard.lines().is_empty() && nested.is_dir(), "{:?}", heard.lines());
+    assert!(messages.lines().is_empty() && nested.is_dir(), "{:?}", messages.lines());
 }
 
-/// A folder that may be read but not written into; for the superuser, who may write into any ordinary one, a folder of the kernel's.
+/// A folder that can be read but not written; for the superuser, who may write into every ordinary folder, one of the kernel's.
 #[cfg(unix)]
 #[test]
 fn a_read_only_folder_only_warns() {
@@ -171,11 +171,11 @@ fn a_read_only_folder_only_warns() {
     let refuses = |p: &&Path| p.is_dir() && std::fs::write(p.join("probe"), "x").is_err();
     let folders = [dir.path(), Path::new("/proc/self"), Path::new("/sys/kernel")];
     let Some(folder) = folders.iter().find(|p| refuses(p)) else { panic!("this user writes into every folder") };
-    let (library, heard) = open(folder);
+    let (library, messages) = open(folder);
     for id in ids() {
-        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+        assert_same(&library.get(&id).expect("module"), &newly_built(&id));
     }
-    let lines = heard.lines();
+    let lines = messages.lines();
     assert!(lines.len() == 1 && lines[0].contains("cannot be written"), "{lines:?}");
     assert_eq!((library.statistics().written, library.status().entries), (0, 0));
     allow(0o755);
@@ -184,15 +184,15 @@ fn a_read_only_folder_only_warns() {
 #[test]
 fn an_entry_that_is_a_folder_only_warns() {
     let dir = tempfile::tempdir().expect("temp");
-    let (library, heard) = open(dir.path());
+    let (library, messages) = open(dir.path());
     let id = &ids()[0];
     std::fs::create_dir_all(library.entry_path(id).expect("path")).expect("folder");
-    assert_same(&library.get(id).expect("module"), &fresh(id));
-    assert!(!heard.lines().is_empty() && heard.lines().len() <= 2, "{:?}", heard.lines());
+    assert_same(&library.get(id).expect("module"), &newly_built(id));
+    assert!(!messages.lines().is_empty() && messages.lines().len() <= 2, "{:?}", messages.lines());
 }
 
 #[test]
-fn long_names_make_short_file_names() {
+fn long_names_give_short_file_names() {
     for id in ids() {
         assert!(file_name(&id).starts_with(&id.to_string()));
     }
@@ -203,22 +203,22 @@ fn long_names_make_short_file_names() {
 
 const CHILD: &str = "ORRERY_TEST_LIBRARY_CHILD";
 
-/// Runs only in the processes that the tests below start: fills the library in the folder that the variable names.
+/// Runs only in the processes that the tests below start: fills the library in the folder that the environment variable names.
 #[test]
 fn child_fills_a_library() {
     let Some(cache) = std::env::var_os(CHILD) else { return };
-    let (library, heard) = open(&PathBuf::from(cache));
+    let (library, messages) = open(&PathBuf::from(cache));
     for _ in 0..3 {
         for id in ids() {
-            assert_same(&library.get(&id).expect("module"), &fresh(&id));
+            assert_same(&library.get(&id).expect("module"), &newly_built(&id));
         }
     }
-    println!("emitted {} written {} said {:?}", library.statistics().emitted, library.statistics().written, heard.lines());
+    println!("emitted {} written {} said {:?}", library.statistics().emitted, library.statistics().written, messages.lines());
 }
 
 fn child(cache: &Path) -> Command {
     let mut command = Command::new(std::env::current_exe().expect("this binary"));
-    // The test binary names its tests by their path below the crate.
+    // The test binary lists its tests by their path without the crate name.
     let own_path = module_path!().split_once("::").map_or("", |(_, path)| path);
     command.args(["--exact", &format!("{own_path}::child_fills_a_library"), "--nocapture"]).env(CHILD, cache);
     command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
@@ -229,10 +229,10 @@ fn child(cache: &Path) -> Command {
 fn eight_processes_and_as_many_threads_fill_one_library_at_once() {
     let dir = tempfile::tempdir().expect("temp");
     let children: Vec<_> = (0..8).map(|_| child(dir.path()).spawn().expect("starts")).collect();
-    let (library, heard) = open(dir.path());
+    let (library, messages) = open(dir.path());
     std::thread::scope(|scope| {
         for _ in 0..8 {
-            scope.spawn(|| ids().iter().for_each(|id| assert_same(&library.get(id).expect("module"), &fresh(id))));
+            scope.spawn(|| ids().iter().for_each(|id| assert_same(&library.get(id).expect("module"), &newly_built(id))));
         }
     });
     for child in children {
@@ -240,15 +240,15 @@ fn eight_processes_and_as_many_threads_fill_one_library_at_once() {
         let text = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success() && text.contains("said []"), "{text}{}", String::from_utf8_lossy(&output.stderr));
     }
-    assert!(heard.lines().is_empty(), "{:?}", heard.lines());
+    assert!(messages.lines().is_empty(), "{:?}", messages.lines());
     let n = ids().len() as u64;
-    assert_eq!(library.statistics().emitted + library.statistics().from_disk, n, "threads of one library share the work");
+    assert_eq!(library.statistics().emitted + library.statistics().from_disk, n, "the threads of one library must share the work");
     assert_eq!((library.verify().whole, library.verify().damaged.len()), (n, 0));
     let folder = library.entry_path(&ids()[0]).expect("path").parent().expect("folder").to_owned();
     assert_eq!(std::fs::read_dir(folder).expect("read").count() as u64, n, "no temporary file is left");
 }
 
-/// A disk that takes no byte: the shell forbids files longer than 0 and has the signal for it ignored, so each write fails.
+/// Simulates a full disk: the shell limits files to length 0 and ignores the resulting signal, so each write fails.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_only_warns() {
@@ -260,13 +260,13 @@ fn a_full_disk_only_warns() {
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.contains("written 0") && text.matches("cannot be written").count() == 1, "{text}");
-    let (library, heard) = open(dir.path());
+    let (library, messages) = open(dir.path());
     assert_eq!(library.status().entries, 0);
     library.get(&ids()[0]).expect("module");
-    assert!(heard.lines().is_empty());
+    assert!(messages.lines().is_empty());
 }
 
-/// An entry whose content was edited and whose checksum is right: what someone writes who may write into the folder.
+/// An entry with edited content and a correct checksum: what an attacker with write access to the folder could create.
 fn forged(whole: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     use sha2::{Digest, Sha256};
     let (magic, content) = (&whole[..8], &whole[40..]);
@@ -275,10 +275,10 @@ fn forged(whole: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     [magic, Sha256::digest(&content).as_slice(), &content].concat()
 }
 
-/// Single bytes of the content replaced all the way through it, by the software renderer's lowering: what is read is valid, its tape fits it, and
-/// `verify` finds each without a panic.
+/// Single bytes at positions throughout the content are replaced, with the software renderer's lowering: an entry that is accepted is valid and
+/// has a matching tape, and `verify` handles each without a panic.
 #[test]
-fn forged_entries_are_read_only_where_they_are_valid() {
+fn forged_entries_are_accepted_only_if_valid() {
     let dir = tempfile::tempdir().expect("temp");
     let lowering = orrery::lowering();
     let id: ModuleId = "point".parse().expect("name");
@@ -297,29 +297,29 @@ fn forged_entries_are_read_only_where_they_are_valid() {
         let module = library.get(&id).expect("a module");
         if library.statistics().healed == 1 {
             healed += 1;
-            assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is whole again");
+            assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is intact again");
             continue;
         }
         read += 1;
         orrery::shader::module::validate(&module.module).expect("valid");
         (lowering.check)(&module.module, &module.tape).expect("its own tape");
-        // Whoever cannot use it has it made anew.
+        // A renderer that cannot use the module has it rebuilt.
         assert_eq!(
             (library.replace_forged(std::slice::from_ref(&id)), library.replace_forged(std::slice::from_ref(&id))),
             (1, 0),
             "byte {at}"
         );
         assert_eq!(library.get(&id).expect("a module").wgsl, ShaderModule::build(&id, &lowering).expect("builds").wgsl);
-        assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is whole again");
+        assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is intact again");
     }
     println!("of 400 forged entries {healed} are replaced when read, {read} are valid modules");
-    assert!(healed > 100 && read > 0, "{healed} and {read}: the sweep shows nothing");
-    // The whole entry is none of them.
+    assert!(healed > 100 && read > 0, "{healed} and {read}: the sweep needs both rejected and accepted entries");
+    // The unmodified entry itself is valid.
     let library = ShaderLibrary::open(dir.path(), lowering, |_| {});
     assert_eq!((library.verify().whole, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
 }
 
-/// A forged entry that a plan or a renderer cannot use ends no frame: it is made anew and the picture is the right one.
+/// A forged entry that a plan or a renderer cannot use does not abort the frame: the entry is rebuilt and the picture is the right one.
 #[test]
 fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     use orrery::{NaifId, SamplingQuality, Session, Sources, ViewRequest};
@@ -331,9 +331,9 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
         request
     };
     let draw = || {
-        let heard = Arc::clone(&said);
+        let messages = Arc::clone(&said);
         let sources = Sources { cache: Some(dir.path().to_owned()), ..Sources::default() };
-        let session = Session::open(&sources, move |line| heard.lock().expect("no panic").push(line.to_owned())).expect("opens");
+        let session = Session::open(&sources, move |line| messages.lock().expect("no panic").push(line.to_owned())).expect("opens");
         session.draw(&request, SamplingQuality::of(request.quality), false).map(|drawn| drawn.frame.display).map_err(|e| e.to_string())
     };
     let right = draw().expect("a picture");
@@ -344,7 +344,7 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     let mut renamed = 0;
     for path in &entries {
         let whole = std::fs::read(path).expect("read");
-        // Another name for each field and binding of the module: valid, and no plan knows it.
+        // Each field and binding of the module is renamed: the module stays valid, but no plan can fill it.
         let names = ["exposure", "body_from", "camera", "source", "picture", "scene"];
         for name in names {
             let places: Vec<usize> =
@@ -364,7 +364,7 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     assert!(renamed > 2, "{renamed} names were found in the entries");
 }
 
-/// A library that cannot be looked into is not an empty one.
+/// A library folder that cannot be read is reported, not treated as empty.
 #[test]
 fn unreadable_library_folders_are_reported() {
     let dir = tempfile::tempdir().expect("temp");
@@ -373,7 +373,7 @@ fn unreadable_library_folders_are_reported() {
     let (library, _) = open(dir.path());
     assert!(library.status().unreadable.is_some_and(|why| why.contains("shaders cannot be read")));
     assert!(library.verify().unreadable.is_some());
-    // One that is not there yet is empty.
+    // A folder that does not exist yet counts as empty.
     let (library, _) = open(&dir.path().join("none"));
     assert_eq!((library.status().unreadable, library.verify().unreadable), (None, None));
 }

@@ -1,4 +1,4 @@
-//! Keys, emitted modules, the library on disk, and questions that modules answer.
+//! Keys, emitted modules, the library on disk, and queries that modules answer.
 
 mod exports;
 mod formulas;

@@ -69,11 +69,11 @@ fn the_list_of_queries_matches_their_fields() {
         strange.remove("q");
         strange.insert("zzz".into(), 1.into());
         let error = (kind.ask)(&prober, strange.into()).expect_err(kind.name).to_string();
-        let mut taken: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
+        let mut accepted: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
         let mut listed: Vec<&str> = kind.fields.iter().map(|f| f.name).collect();
-        taken.sort_unstable();
+        accepted.sort_unstable();
         listed.sort_unstable();
-        assert_eq!(taken, listed, "{}: {error}", kind.name);
+        assert_eq!(accepted, listed, "{}: {error}", kind.name);
         for field in kind.fields {
             assert!(!field.says.is_empty());
             let mut without = whole.clone();
@@ -100,7 +100,7 @@ fn the_default_model_is_limb_darkened() {
     let plain = blocked("");
     assert_eq!(plain, blocked(r#","model":"limb-darkened","u1":0.40,"u2":0.26"#));
     assert!(plain.as_f64() > blocked(r#","model":"uniform-disc""#).as_f64(), "the middle of the disc is brighter than its mean");
-    assert_eq!(blocked(r#","u1":0.6"#), blocked(r#","u1":0.6,"u2":0"#), "a law of one term has no other");
+    assert_eq!(blocked(r#","u1":0.6"#), blocked(r#","u1":0.6,"u2":0"#), "a law with one term has no second");
     let sunlight = |more: &str| {
         let question = format!(r#"{{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":30,"lon":-100{more}}}"#);
         prober.answer(&question).expect("answers")
@@ -141,7 +141,7 @@ fn a_pixel_reports_the_values_of_its_draws() {
         assert_eq!((single["body"].as_str(), single["part"].as_str()), (Some("Mars"), Some("globe")));
         let globe = single["draws"].as_array().expect("draws").iter().find(|d| d["part"] == "globe").expect("the globe");
         let values = globe["values"].as_object().expect("values");
-        // The last of them sets the colour, and each name is there.
+        // The globe is drawn last and sets the colour; every value has a name.
         for k in 0..3 {
             let number = |v: &serde_json::Value| v.as_f64().expect("a number");
             let (radiance, coverage) = (number(&values["radiance"][k]), number(&values["coverage"]));
@@ -157,13 +157,14 @@ fn a_pixel_reports_the_values_of_its_draws() {
     let graphic = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
     assert!((middle["lat"].as_f64().expect("lat") - graphic).abs() < 0.05, "{} {graphic}", middle["lat"]);
     assert!((middle["lon"].as_f64().expect("lon") - mars.sub_viewer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
-    // Beside the disc only stars are drawn.
+    // Outside the disc only stars are drawn.
     let beside = pixel(Precision::F32, 0, 0);
     let light = beside["radiance"][0].as_f64().expect("a number");
     assert!(beside["body"].is_null() && beside["lat"].is_null() && light < 1e-6, "{beside}");
 }
 
-/// The pixel of a star, a body and a direction: those of the reference (tests/data/stars_public.json), in the frame or behind the camera, hidden or not.
+/// The pixels of a star, a body and a direction equal those of the reference (tests/data/stars_public.json), in the frame or behind the camera, hidden
+/// or visible.
 #[test]
 fn a_star_and_a_body_have_their_pixel() {
     let prober = Prober { session: &SESSION, renderer: SESSION.renderer() };
@@ -179,7 +180,7 @@ fn a_star_and_a_body_have_their_pixel() {
     // Antares is behind the camera.
     let antares = ask(r#""star":"80763""#).expect("a star");
     assert!(near(&antares, 397.066, 237.970) && antares["in_frame"] == false, "{antares}");
-    // The same place by right ascension and declination, J2000, without proper motion.
+    // The same position by right ascension and declination, J2000, without proper motion.
     let place = ask(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
     assert!(near(&place, 354.653, 486.187), "{place}");
     // The Earth hides objects behind it, towards -x, but not itself.

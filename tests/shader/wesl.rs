@@ -1,4 +1,4 @@
-//! The generator against the reference compiler of WESL: the same fragments, the same module.
+//! The generator against the reference compiler of WESL: the same fragments give the same module.
 
 use orrery::shader::emit::{emit_fragment, emit_module, emit_module_with};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
@@ -16,7 +16,7 @@ fn module_path(fragment: &str) -> ModulePath {
     ModulePath::new(PathOrigin::Absolute, stem.split('/').map(str::to_owned).collect())
 }
 
-/// The module as the reference compiler makes it, for the features of a key.
+/// The module that the reference compiler creates for the features of a key.
 fn by_reference(entry: &str, on: &[&str]) -> String {
     let mut resolver = VirtualResolver::new();
     for (path, text) in FRAGMENTS.iter() {
@@ -24,7 +24,7 @@ fn by_reference(entry: &str, on: &[&str]) -> String {
     }
     let flags = names_that_hold(Features::of(on)).map(|(name, holds)| (name.to_owned(), Feature::from(holds))).collect();
     let options = CompileOptions {
-        // All of each module that is imported, as the generator takes it; vertex stages stand in imported modules.
+        // Imported modules are included completely, as in the generator; they contain the vertex stages.
         strip: false,
         lazy: false,
         validate: false,
@@ -35,8 +35,8 @@ fn by_reference(entry: &str, on: &[&str]) -> String {
     compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {on:?}: {e}")).to_string()
 }
 
-/// The declarations of a module as one printer writes them, in the order of their text. Blanks and parentheses do not count: the reference
-/// compiler prints its result, which adds parentheses.
+/// The declarations of a module in order, in the format of one printer. Blanks and parentheses are ignored, because the reference compiler
+/// adds parentheses.
 fn declarations(wgsl: &str) -> Vec<String> {
     let syntax = wgsl_parse::parse_str(wgsl).unwrap_or_else(|e| panic!("{e}\n{wgsl}"));
     let plain = |text: String| text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
@@ -54,7 +54,7 @@ fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
 }
 
 #[test]
-fn every_covering_module_is_what_the_reference_compiler_makes() {
+fn every_covering_module_equals_the_reference_compilers() {
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
     let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering(2).into_iter().map(ModuleId::Planet)).collect();
     ids.par_iter().for_each(|id| {
@@ -62,7 +62,7 @@ fn every_covering_module_is_what_the_reference_compiler_makes() {
         let emitted = emit_module(id).unwrap_or_else(|e| panic!("{e}"));
         assert!(declarations(&emitted.wgsl) == declarations(&by_reference(&entry, &on)), "{id}");
     });
-    // The comparison sees one feature.
+    // A difference in a single feature is detected.
     let on = ["surface.lambert", "lights.1", "shape.sphere", "view.shaded"];
     let more = [&on[..], &["lights.2"]].concat();
     let emitted = emit_fragment("entry/planet.wesl", "planet", &on).expect("emits");
@@ -70,12 +70,12 @@ fn every_covering_module_is_what_the_reference_compiler_makes() {
     assert_ne!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &more)));
 }
 
-/// A fragment of the user's in place of the one that every globe has.
+/// The shipped fragments with a user's text in place of a fragment that every globe uses.
 fn with(text: &str) -> Fragments {
     Fragments::with_files([("lib/photometry/lambert.wesl".to_owned(), text.to_owned())])
 }
 
-fn fault(text: &str) -> (u32, u32, String) {
+fn error_position(text: &str) -> (u32, u32, String) {
     let id: ModuleId = "lambert.sun1.sphere".parse().expect("a key");
     match emit_module_with(&with(text), &id) {
         Err(ShaderError::Fragment { path, line, column, what }) => {
@@ -89,7 +89,7 @@ fn fault(text: &str) -> (u32, u32, String) {
 }
 
 #[test]
-fn a_mistake_in_a_fragment_is_told_with_line_and_column() {
+fn an_error_in_a_fragment_has_line_and_column() {
     let law = "fn reflectance(cos_incidence: f32, cos_emission: f32, cos_phase: f32) -> f32 {\n    return cos_incidence;\n}\n";
     for (text, line, column, says) in [
         (format!("//: if lights.1\n{law}"), 1, 1, "no longer read"),
@@ -104,7 +104,7 @@ fn a_mistake_in_a_fragment_is_told_with_line_and_column() {
         (format!("import package::lib::screen::corner;\n{law}"), 1, 1, "declares no `corner`"),
         (format!("import package::lib::screen::screen_corner as corner;\n{law}"), 1, 1, "rename"),
     ] {
-        let (at_line, at_column, what) = fault(&text);
+        let (at_line, at_column, what) = error_position(&text);
         assert!(what.contains(says), "{what}");
         assert_eq!((at_line, at_column), (line, column), "{text}{what}");
     }
@@ -150,9 +150,9 @@ fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
     assert_eq!(feature("third: f32"), feature("fn reflectance("));
 }
 
-/// Found by fuzzing: forty `<` in one statement, and the parser of WESL does not end.
+/// Found by fuzzing: with forty `<` in one statement, the WESL parser does not terminate.
 #[test]
-fn a_fragment_that_would_take_the_parser_for_ever_is_refused_by_its_place() {
+fn a_fragment_that_the_parser_cannot_finish_is_refused_with_its_position() {
     let (name, text) = FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");
     let build = |text: String| {
         emit_module_with(&Fragments::with_files(vec![((*name).to_owned(), text)]), &"tone_map".parse().expect("a name")).map(drop)
@@ -167,7 +167,7 @@ fn a_fragment_that_would_take_the_parser_for_ever_is_refused_by_its_place() {
         }
     }
     assert!(begun.elapsed().as_secs() < 5);
-    // As many as anybody writes.
+    // As many `<` as real code contains.
     build(format!("{text}\nalias A = array<array<vec4<f32>, 4>, 2>; // < < < < < < < < < < < < < < < <\n")).expect("a sound fragment");
     // The shipped fragments are far below the limit.
     for (name, text) in FRAGMENTS.iter() {

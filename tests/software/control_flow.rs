@@ -1,4 +1,4 @@
-//! Branches, loops, switches and discard on the tape against what WGSL says, lane by lane.
+//! Branches, loops, switches and discard on the tape against the semantics of WGSL, lane by lane.
 
 use super::lower::{ALL, check, check_uniform, compile, lane_x, lane_y, run_with};
 use orrery::render::software::exec::NoTextures;
@@ -49,7 +49,7 @@ fn counted_loops() {
     let program = compile(
         "@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { var s = 0.0; for (var i = 0; i < 16; i++) { s += exp(p.x * f32(i)); } return vec4f(s); }",
     );
-    assert!(program.lane_tape.len() < 20, "sixteen turns stay a loop: {} steps", program.lane_tape.len());
+    assert!(program.lane_tape.len() < 20, "sixteen iterations stay a loop: {} steps", program.lane_tape.len());
     check(
         "",
         "var s = 0.0; var t = 1.0; for (var i = 0; i < 10; i++) { let k = t; t = s + p.x; s = k; } return vec4f(s, t, 0.0, 0.0);",
@@ -110,7 +110,7 @@ fn uniform_bound_loops_and_indexed_uniforms() {
 }
 
 #[test]
-fn loops_that_lanes_leave_apart() {
+fn lanes_leave_loops_independently() {
     check(
         "fn steps(x: f32) -> vec2f { var n = 0.0; var v = x; loop { if (v < 1.0) { break; } v = v * 0.5; n += 1.0; if (n > 3.0 && x > 30.0) { return vec2f(-1.0, v); } continuing { n += 0.0; } } return vec2f(n, v); }",
         "let a = steps(p.x); var c = 0.0; var i = 0; while (f32(i) < p.x) { i++; if (i % 2 == 0) { continue; } c += 1.0; } return vec4f(a, c, f32(i));",
@@ -133,7 +133,7 @@ fn loops_that_lanes_leave_apart() {
 }
 
 #[test]
-fn what_every_turn_computes_alike_is_computed_once() {
+fn loop_invariants_are_computed_once() {
     let body = "var sum = 0.0;
          for (var i = 0; i < 20; i++) {
              let fixed = sqrt(p.x * p.x + 1.0) * 0.125;
@@ -169,11 +169,12 @@ fn what_every_turn_computes_alike_is_computed_once() {
     let inside: Vec<Op> = turns.flat_map(|turn| &program.lane_tape[turn]).flat_map(ops).collect();
     let has = |op: Op| inside.contains(&op);
     assert!(!has(Op::Sqrt) && !has(Op::Div), "{inside:?}");
-    // To run it always would cost more than to run it where some lane asks.
+    // Hoisting these out of the branch would cost more than running them only for the lanes that
+    // need them.
     assert!(has(Op::Exp) && has(Op::Log) && has(Op::Sin), "{inside:?}");
-    // The way out of a counted loop is one jump.
-    let over = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);
-    assert!(!program.lane_tape.windows(2).any(over), "{:?}", program.lane_tape);
+    // A counted loop exits with a single jump.
+    let double_exit = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);
+    assert!(!program.lane_tape.windows(2).any(double_exit), "{:?}", program.lane_tape);
 }
 
 #[test]

@@ -1,7 +1,8 @@
-//! shaders/lib/filtered_map.wesl on the tape, tap by tap, against the one operation that the software renderer makes of it, on random footprints.
+//! shaders/lib/filtered_map.wesl on the tape, tap by tap, against the single texture operation that the software renderer substitutes for it, on
+//! random footprints.
 //!
-//! The fragment is lowered twice: as it is, and with its function under another name, which the lowering does not know. An edited function is no
-//! longer that operation.
+//! The fragment is lowered twice: unchanged, and with its function renamed, so that the lowering does not recognise it. An edited function is not
+//! replaced by that operation.
 
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
@@ -38,7 +39,7 @@ fn reads(program: &Program) -> Vec<TextureOp> {
     program.lane_tape.iter().filter_map(|i| if let Instr::Texture { what, .. } = i { Some(*what) } else { None }).collect()
 }
 
-/// Random texels on every level, so that a wrong level shows.
+/// Random texels on every level, so that a wrong level is detected.
 fn noise() -> Texture {
     let mut seed = 5_u32;
     let mut next = || {
@@ -54,7 +55,7 @@ fn noise() -> Texture {
     Texture { format: TexelFormat::Rgba32Float, levels: sizes.map(|s| level(s, &mut next)).collect() }
 }
 
-/// One batch of random places and footprints: from magnified to 300 texels long, of any direction and elongation.
+/// One batch of random positions and footprints, from magnified to 300 texels long, of any direction and elongation.
 fn batch<R: Real>(program: &Program, textures: &Textures<'_>, class: KernelClass, most: f32, number: usize) -> Vec<[f64; 4]> {
     let mut executor = Executor::<R>::with_class(program, class).expect("binds");
     let unit = |lane: usize, k: usize| ((lane + LANES * number) as f64 * [0.618_034, 0.754_878, 0.819_173, 0.856_675, 0.880_2][k]).fract();
@@ -62,7 +63,7 @@ fn batch<R: Real>(program: &Program, textures: &Textures<'_>, class: KernelClass
         for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
             let (long, ratio) = ((unit(lane, 2) * 11.0 - 3.0).exp2(), (-unit(lane, 3) * 5.0).exp2());
             let (turn, skew) = (unit(lane, 4) * 6.3, unit(lane, 0) * 6.3);
-            // A turned ellipse's gradients, in texels; then in map coordinates.
+            // The gradients of a rotated ellipse, in texels; then in map coordinates.
             let ([a, b], [c, d]) = ([long * turn.cos(), long * turn.sin()], [-long * ratio * turn.sin(), long * ratio * turn.cos()]);
             let x = [a * skew.cos() + c * skew.sin(), b * skew.cos() + d * skew.sin()];
             let y = [c * skew.cos() - a * skew.sin(), d * skew.cos() - b * skew.sin()];
@@ -77,7 +78,7 @@ fn batch<R: Real>(program: &Program, textures: &Textures<'_>, class: KernelClass
     (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())).collect()
 }
 
-/// Differences of all lanes, the greatest of the four channels, ascending.
+/// Differences of all lanes (the largest of the four channels), in ascending order.
 fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, most: f32) -> Vec<f64> {
     let texture = noise();
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
@@ -96,37 +97,38 @@ fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, mo
 }
 
 #[test]
-fn the_operation_is_the_fragment_tap_by_tap() {
+fn the_operation_equals_the_fragment_tap_by_tap() {
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     let renamed = format!("{FRAGMENT}{ENTRY}").replace("filtered_map", "tap_by_tap");
     let taps = program(&renamed);
     assert_eq!(reads(&native), [TextureOp::Filtered]);
-    assert_eq!(reads(&taps), [TextureOp::Level]);
+    // Four texels of each of two mip levels.
+    assert_eq!(reads(&taps), [TextureOp::Level; 8]);
     for most in [1.0, 2.0, 8.0, 16.0] {
         for class in KernelClass::available() {
             let d = differences::<f64>(&native, &taps, class, most);
             assert!(d[d.len() - 1] < 1e-9, "{} at {most} taps, f64: {}", class.name(), d[d.len() - 1]);
-            // In f32 a footprint may lie on the other side of a step in the number of taps, and coordinates carry 2^-16 of a texel.
+            // In f32 rounding may change the number of taps of a footprint, and coordinates are accurate to 2^-16 of a texel.
             let d = differences::<f32>(&native, &taps, class, most);
             assert!(d[d.len() * 99 / 100] < 1e-3, "{} at {most} taps, f32: {}", class.name(), d[d.len() * 99 / 100]);
         }
     }
-    // The comparison can fail: a third of a level more, or half a tap aside.
+    // The comparison must be able to fail: the level raised by 0.3, or the taps shifted by half a tap.
     for (right, wrong) in [("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"), ("- 0.5 * (reach.taps - 1.0)", "- 0.5 * reach.taps")] {
         assert!(renamed.contains(right));
         let d = differences::<f64>(&native, &program(&renamed.replace(right, wrong)), KernelClass::detect(), 8.0);
-        assert!(d[d.len() / 2] > 1e-3, "{wrong} is not seen");
+        assert!(d[d.len() / 2] > 1e-3, "{wrong} is not detected");
     }
 }
 
-/// Under its own name, so that only the body tells it from the shipped one.
+/// An edited function under its original name, so that only its body differs from the shipped one.
 fn edited(right: &str, wrong: &str) -> String {
     assert!(FRAGMENT.contains(right), "{right}");
     FRAGMENT.replace(right, wrong)
 }
 
 #[test]
-fn an_edited_function_runs_as_edited() {
+fn an_edited_function_is_not_replaced() {
     let class = KernelClass::detect();
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     for (right, wrong) in [
@@ -141,9 +143,9 @@ fn an_edited_function_runs_as_edited() {
         assert_eq!(reads(&own), [TextureOp::Level], "{wrong}");
         assert_eq!(differences::<f64>(&own, &taps, class, 8.0).last(), Some(&0.0), "{wrong}");
         let d = differences::<f64>(&own, &native, class, 8.0);
-        assert!(d[d.len() - 1] > 1e-3, "{wrong} is not seen");
+        assert!(d[d.len() - 1] > 1e-3, "{wrong} is not detected");
     }
-    // Steps that leave no value behind count too.
+    // Statements without a result, such as discard, count as edits too.
     let discarding = program(&format!("{}{ENTRY}", edited("let reach =", "if most > 100.0 { discard; }\n    let reach =")));
     assert!(discarding.uses_discard && reads(&discarding) == [TextureOp::Level]);
     let discarding = program(&format!("{}{ENTRY}", edited("return sum / reach.taps;", "discard;\n    return sum / reach.taps;")));
@@ -162,7 +164,7 @@ fn names_comments_and_the_module_around_it_change_no_operation() {
     }
 }
 
-/// A planet's module with its map, and the same with a fragment of the user's: the digest of a file, as `view --shaders` puts it there.
+/// A planet's module with its map, and the same module with a user's fragment, given by the digest of its file as `view --shaders` does.
 #[test]
 fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
     let reads_of = |fragments: &Fragments| {

@@ -1,5 +1,5 @@
-//! Whole frames through generated modules: a lit sphere against its formula, points against their flux, display bytes against sRGB, and
-//! the same bits from every number of threads and every kernel class with the same rounding.
+//! Complete frames through generated modules: a lit sphere against its formula, points against their flux, display bytes against sRGB,
+//! and identical bits for every number of threads and for all kernel classes with the same rounding.
 
 use glam::{Vec2, Vec3, Vec4};
 use orrery::image::{TexelFormat, Texture};
@@ -20,7 +20,7 @@ use std::sync::{Arc, LazyLock};
 static LIBRARY: LazyLock<ShaderLibrary> = LazyLock::new(|| ShaderLibrary::in_memory(lowering()));
 
 const ALBEDO: f32 = 0.75;
-/// Half the side of the picture, in radii.
+/// Half the side of the picture, in radii of the sphere.
 const HALF_SIDE: f64 = 1.25;
 
 fn draw(label: &str, module: ModuleId, uniform_bytes: Vec<u8>, vertices: Vertices) -> PlanDraw {
@@ -53,7 +53,7 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         ray_dv: Vec3::ZERO,
         anchor_radius_sq_minus_1: 0.0,
         anchor_is_camera: 0.0,
-        // 1 less the square of the place on the parallel rays.
+        // 1 minus the squared position on the parallel rays.
         silhouette_form: [
             Vec4::new(1.0 - 0.5 * side * side, side * side, side * side, 0.0),
             Vec4::new(-side * side, 0.0, -side * side, 0.0),
@@ -115,7 +115,7 @@ fn worst_difference(a: &Frame, b: &Frame) -> f32 {
 }
 
 #[test]
-fn a_lambert_sphere_is_its_formula() {
+fn a_lambert_sphere_agrees_with_its_formula() {
     let sun = Vec3::new(0.6, 0.2, 0.7);
     let plan = scene([200, 200], vec![sphere(sun, MapSet::default())]);
     let s = sun.as_dvec3().normalize_or_zero();
@@ -126,12 +126,12 @@ fn a_lambert_sphere_is_its_formula() {
             let step = 2.0 * HALF_SIDE / 200.0;
             let (x, y) = (((i % 200) as f64 + 0.5) * step - HALF_SIDE, HALF_SIDE - ((i / 200) as f64 + 0.5) * step);
             let r = x.hypot(y);
-            // The edge pixels hold part of the disc.
+            // Edge pixels contain only part of the disc.
             if r < 1.0 - 1.5 * step {
                 inside += 1;
                 let cos = x * s.x + y * s.y + (1.0 - r * r).sqrt() * s.z;
                 let expected = f64::from(ALBEDO) * cos.max(0.0);
-                // Near the limb the normal is ill-conditioned in f32: allow for its slope.
+                // Near the limb the normal is ill-conditioned in f32: the tolerance grows with its slope.
                 let slope = 1.0 / (1.0 - r * r).sqrt();
                 assert!((f64::from(p[0]) - expected).abs() < tolerance * slope, "pixel {i}: {} is not {expected}", p[0]);
             } else if r > 1.0 + 1.5 * step {
@@ -143,8 +143,8 @@ fn a_lambert_sphere_is_its_formula() {
 }
 
 #[test]
-fn the_discs_area_survives_its_edge() {
-    // Seen full: the sum over pixels of a radiance of cos is 2/3 of the disc's area.
+fn antialiasing_keeps_the_discs_area() {
+    // At full phase the sum of cosines over pixels is 2/3 of the disc's area.
     let frame = render(&scene([96, 96], vec![sphere(Vec3::Z, MapSet::default())]), Options::default());
     let step = 2.0 * HALF_SIDE / 96.0;
     let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[0])).sum::<f64>() * step * step;
@@ -160,7 +160,7 @@ fn points_keep_their_flux() {
     writer.vec2("pixel_size", Vec2::new(2.0 / 200.0, 2.0 / 100.0)).expect("a field");
     writer.f32("core_sigma_px", CORE_SIGMA_PX as f32).expect("a field");
     writer.f32("glare_width_px", GLARE_WIDTH_PX as f32).expect("a field");
-    // A crisp point, one with a little glare, and one with much.
+    // A sharp point, a point with a little glare, and a point with much glare.
     let shape = |radius_px: f32| {
         let [core, glare] = point_spread(f64::from(radius_px));
         [radius_px, core as f32, glare as f32]
@@ -227,7 +227,7 @@ fn noise(texels: u32) -> Vec<u8> {
 }
 
 #[test]
-fn what_does_not_fit_is_named() {
+fn errors_name_what_does_not_fit() {
     let renderer = SoftwareRenderer::new(with_threads(1)).expect("a renderer");
     let error = |plan: &Plan| renderer.render(plan, &*LIBRARY, true).expect_err("must be refused");
     let unbound = scene([8, 8], vec![sphere(Vec3::Z, MapSet { albedo: true, ..MapSet::default() })]);
@@ -277,10 +277,10 @@ fn times_of_the_passes() {
 #[path = "../../benches/heavy/mod.rs"]
 mod heavy;
 
-/// No test measures time, but what the benches draw must go on being drawable.
+/// No test measures time, but the pictures of the benches must remain drawable.
 #[test]
 fn the_benches_draw_their_pictures() {
-    // One each: a renderer keeps its modules by name.
+    // A new renderer for each, because a renderer caches its modules by name.
     let renderer =
         || SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32 }).expect("a renderer");
     let (frame, _) = renderer().render(&heavy::plan(64), &heavy::module(heavy::WGSL), true).expect("the heavy shader draws");

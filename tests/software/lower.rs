@@ -1,5 +1,5 @@
-//! The tape against what WGSL says: each test writes a small fragment shader, runs it on every kernel class and compares each lane with the
-//! value that Rust computes for it. `near` is relative to the larger of 1 and the value.
+//! The tape against the semantics of WGSL: each test writes a small fragment shader, runs it on every kernel class and compares each lane
+//! with the value that Rust computes for it. `near` is relative to the larger of 1 and the value.
 
 use orrery::render::software::exec::{Executor, Gradients, LANES, LaneMask, NoTextures, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
@@ -27,7 +27,7 @@ pub(super) fn compile(wgsl: &str) -> Program {
     program
 }
 
-/// Lane values: x = 0, 0.25, ... in every lane, y alternates by quad pixel.
+/// Lane values: x is 0, 0.25, ... by lane, y alternates between the pixels of a quad.
 pub(super) fn lane_x(i: usize) -> f32 {
     i as f32 * 0.25
 }
@@ -244,10 +244,10 @@ fn derivatives_are_quad_differences() {
     }
 }
 
-/// Answers every question with its own arguments.
+/// A texture source that returns its own arguments.
 struct Echo;
 
-/// Writes the channels that are asked for.
+/// Writes the requested channels.
 fn answer<R: Real>(out: [&mut [R]; 4], of_lane: impl Fn(usize) -> [R; 4]) {
     for (k, to) in out.into_iter().enumerate() {
         to.iter_mut().enumerate().for_each(|(i, to)| *to = of_lane(i)[k]);
@@ -275,7 +275,7 @@ impl<R: Real> TextureUnit<R> for Echo {
 }
 
 #[test]
-fn dead_lanes_are_skipped_unless_derivatives_need_them() {
+fn inactive_lanes_are_skipped_unless_derivatives_need_them() {
     let program = |rest: &str| {
         compile(&format!(
             "@group(0) @binding(1) var t: texture_2d<f32>; @group(0) @binding(8) var s: sampler;
@@ -289,14 +289,14 @@ fn dead_lanes_are_skipped_unless_derivatives_need_them() {
         assert_eq!(alive, 0);
         executor.counts().texture_reads
     };
-    assert_eq!(reads(&program("return textureSampleLevel(t, s, p, q);")), 0, "nobody asks");
-    assert_eq!(reads(&program("return textureSample(t, s, p);")), 1, "the sampler takes differences");
-    // Lanes beside dead ones: y falls by 0.5 a lane from 10, so that lanes 0 to 120 are dead.
+    assert_eq!(reads(&program("return textureSampleLevel(t, s, p, q);")), 0, "no lane is active");
+    assert_eq!(reads(&program("return textureSample(t, s, p);")), 1, "the sampler needs differences between lanes");
+    // Lanes next to inactive ones: y falls by 0.5 per lane from 10, so lanes 0 to 120 are inactive.
     let program = program("return vec4f(dpdx(q), 0.0, 0.0, 1.0);");
     let (lanes, alive) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
     assert_eq!(alive, ALL << 121);
     let q = |i: usize| f64::from(lane_x(i)).powi(2);
-    assert_eq!(lanes[121][0], q(121) - q(120), "the dead lane 120 lends its value");
+    assert_eq!(lanes[121][0], q(121) - q(120), "the inactive lane 120 provides its value");
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn textures_get_their_arguments() {
     );
     assert_eq!(lanes[4], [1.0, 16.0, 7.0, 1.0]);
     assert_eq!(lanes[8], [0.0; 4]);
-    // Each turn reads another channel of what the turn before loaded, some lanes load anew.
+    // Each iteration reads a different channel of the texel from the previous one, and some lanes load again.
     let (lanes, _) = run("var texel = textureLoad(t, vec2i(3, 5), 7); var sum = vec4f(0.0);
          for (var k = 0; k < 4; k++) {
            sum.x += texel.x; sum.y = texel.y + sum.z; sum.z = f32(k);
@@ -388,7 +388,7 @@ fn fused_operations_change_no_bit() {
     let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::FusedKernel { .. })).count();
     assert!(chains(&joined) > 20 && chains(&apart) == 0, "{} chains", chains(&joined));
     assert!(3 * joined.lane_tape.len() < 2 * apart.lane_tape.len(), "{} of {} steps", joined.lane_tape.len(), apart.lane_tape.len());
-    // A negation before a sum of products is part of it; nothing else is added or lost.
+    // A negation is merged into the sum of products that follows it; no other operation is added or lost.
     let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
     for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
         assert_eq!(count(&joined, op), count(&apart, op), "{op:?}");
@@ -401,7 +401,7 @@ fn fused_operations_change_no_bit() {
                 let mut executor = Executor::<R>::with_class(program, class).expect("binds");
                 let prepared = program.prepare_for::<R>(uniform_bytes, class);
                 let mut values = Vec::new();
-                // Rows across the disc, its atmosphere and the space beside it.
+                // Rows across the disc, its atmosphere and the space next to it.
                 for row in 0..16 {
                     for (k, input) in program.inputs.iter().enumerate() {
                         for (i, v) in executor.input_mut(k).iter_mut().enumerate() {
@@ -418,7 +418,7 @@ fn fused_operations_change_no_bit() {
                 values
             });
             assert!(a == b, "{} {}", class.name(), std::any::type_name::<R>());
-            assert!(a.iter().any(|v| *v != a[0]), "a picture of one colour shows nothing");
+            assert!(a.iter().any(|v| *v != a[0]), "a uniform picture proves nothing");
         }
     }
     compare::<f32>(&joined, &apart, &uniform_bytes);
@@ -442,7 +442,7 @@ fn a_chain_without_a_kernel_is_refused() {
     assert!(changed(&|_, _| ()));
     assert!(!changed(&|links, _| links[1].op = Op::Ldexp));
     assert!(!changed(&|links, _| links.clear()));
-    // An operand too few or too many is no kernel's either.
+    // One operand too few or too many matches no kernel.
     assert!(!changed(&|_, args| args.truncate(1)));
     assert!(!changed(&|_, args| args.push(Operand::Reg(0))));
 }

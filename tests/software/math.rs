@@ -1,5 +1,5 @@
 //! The elementary functions against the standard library's, in units in the last place of the result, with and without fused multiply-add;
-//! their edges; and every kernel, lane by lane, against the scalar form of its operation.
+//! their edge cases; and every kernel, lane by lane, against the scalar form of its operation.
 
 use orrery::render::software::exec::{Executor, LaneMask, NoTextures};
 use orrery::render::software::kernels::{self, KernelClass, chains};
@@ -7,7 +7,7 @@ use orrery::render::software::math::Real;
 use orrery::render::software::program::{Constant, LaneInput, LaneOutput, Program, Stage};
 use orrery::render::software::tape::{FusedOp, Instr, Op, Operand};
 
-/// Distance in units in the last place of f32 at `exact`, subnormal results in units of the smallest subnormal.
+/// Distance in units in the last place of f32 at `exact`; for subnormal results, in units of the smallest subnormal.
 fn ulp32(got: f32, exact: f64) -> f64 {
     if f64::from(got) == exact || (got.is_nan() && exact.is_nan()) || (got.is_infinite() && exact as f32 == got) {
         return 0.0;
@@ -24,7 +24,7 @@ fn ulp64(got: f64, exact: f64) -> f64 {
     (got - exact).abs() / 2f64.powi(exponent.max(-970) - 52)
 }
 
-/// Even steps through a range, with a little irregularity so that no round values are favoured.
+/// Even steps through a range, slightly irregular so that round values are not favoured.
 fn span(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
     (0..n).map(move |i| from + (to - from) * (i as f64 + 0.5 + 0.4 * (i as f64 * 0.618).fract()) / n as f64)
 }
@@ -49,7 +49,7 @@ fn cases() -> Vec<Case> {
     let both = |v: Vec<f64>| v.iter().flat_map(|x| [*x, -x]).collect::<Vec<_>>();
     vec![
         case("exp", Op::Exp, f64::exp, span(-86.98, 88.7, N).collect(), [1.1, 1.5]),
-        // Where the result nears the end of f32's range, half of it has one bit less.
+        // Near the end of f32's range, half of the result has one bit less.
         case("exp2", Op::Exp2, f64::exp2, span(-125.49, 127.9, N).collect(), [1.4, 2.5]),
         case("log", Op::Log, f64::ln, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.1, 1.5]),
         case("log2", Op::Log2, f64::log2, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.6, 1.5]),
@@ -126,7 +126,7 @@ fn atan2_and_pow() {
     }
     println!("atan2 f32 {:.2} f64 {:.2}; pow f32 {:.2} f64 {:.2} ulp", worst[0], worst[1], worst[2], worst[3]);
     assert!(worst[0] < 3.0 && worst[1] < 2.5 && worst[2] < 0.51 && worst[3] < 6.0, "{worst:?}");
-    assert!(ulp32(1.0 + 4.0 * f32::EPSILON, 1.0) > 3.9, "the measure sees four ulp");
+    assert!(ulp32(1.0 + 4.0 * f32::EPSILON, 1.0) > 3.9, "the measure must detect four ulp");
 }
 
 fn one<R: Real>(op: Op, x: f64) -> f64 {
@@ -263,7 +263,7 @@ fn edges<R: Real>(smallest: f64) {
 fn edges_of_the_domain() {
     edges::<f32>(2f64.powi(-149));
     edges::<f64>(f64::from_bits(1));
-    // f64 goes down to the smallest subnormal. f32 ends where its results would become subnormal, at zero and never below it.
+    // f64 extends to the smallest subnormal. In f32, results that would be subnormal become zero.
     assert!(one::<f64>(Op::Exp, f64::from_bits(1).ln() + 0.1) == f64::from_bits(1), "exp into the subnormals");
     for (op, last) in [(Op::Exp, -125.5 * std::f64::consts::LN_2), (Op::Exp2, -125.5)] {
         for step in span(0.0, 30.0, 1000) {
@@ -272,7 +272,7 @@ fn edges_of_the_domain() {
         }
         assert!(one::<f32>(op, last + 1e-4) > 0.0);
     }
-    // The last numbers before infinity, with either rounding of products and sums.
+    // The last numbers before infinity, with and without fused multiply-add.
     for fused in [false, true] {
         let largest = kernels::eval::<f32>(Op::Exp, fused, 88.722_83, 0.0, 0.0);
         assert!(ulp32(largest, f64::from(88.722_83_f32).exp()) < 1.1, "{largest}");
@@ -283,7 +283,7 @@ fn edges_of_the_domain() {
 }
 
 #[test]
-fn both_ways_of_rounding_to_whole_numbers_give_the_same_bits() {
+fn both_roundings_to_integers_give_the_same_bits() {
     fn compare<R: Real>(largest: f64) {
         let values = span(-9.0, 9.0, 5000).chain((-40..40).map(|k| f64::from(k) * 0.25)).chain(scales(1e-30, largest, 5000));
         let odd = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, largest - 0.5, 0.5 - largest, largest * 3.0];
@@ -298,7 +298,7 @@ fn both_ways_of_rounding_to_whole_numbers_give_the_same_bits() {
     compare::<f64>(4_503_599_627_370_496.0);
 }
 
-/// Operand values that visit the difficult places of every operation.
+/// Operand values that include the edge cases of every operation.
 fn operands<R: Real>() -> Vec<R> {
     let floats = [0.0, -0.0, 1.0, -1.0, 0.5, 2.5, -3.75, 1e-30, 3e20, -7e9, f64::INFINITY, -f64::INFINITY, f64::NAN, 0.3, 88.0, 1e-42];
     let ints = [0u32, 1, 2, 31, 32, 33, 0x8000_0000, u32::MAX, 0x7fff_ffff, 12345, 0x00ff_00ff, 77, 0xdead_beef, 5, 3, 4];
@@ -311,7 +311,7 @@ fn operands<R: Real>() -> Vec<R> {
 }
 
 fn equal<R: Real>(a: R, b: R) -> bool {
-    // Which NaN comes out is left to the machine.
+    // The NaN's bit pattern depends on the machine.
     !a.bit_xor(b).mask() || (a.is_nan() && b.is_nan())
 }
 
@@ -350,7 +350,7 @@ fn kernels_match<R: Real>() {
     }
 }
 
-/// The value of a chain's operations one after the other.
+/// The value of a chain, computed one operation after the other.
 fn one_by_one<R: Real>(links: &[FusedOp], fused: bool, mut operands: impl Iterator<Item = R>) -> R {
     let mut last = None;
     for link in links {
@@ -367,7 +367,7 @@ fn one_by_one<R: Real>(links: &[FusedOp], fused: bool, mut operands: impl Iterat
     last.expect("a chain is never empty")
 }
 
-/// A program of one chain; operands that are not lanes are its constants.
+/// A program of one chain; operands that are not lanes are constants.
 fn program_of(links: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program {
     let (mut lanes, mut registers) = (0, 0);
     let args = kinds.bytes().map(|kind| {
@@ -397,7 +397,7 @@ fn program_of(links: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Progr
     }
 }
 
-/// By one kernel or, in a class without kernels for chains, by those of the operations.
+/// Checks chains computed by one kernel or, in a class without kernels for chains, by the kernels of the operations.
 fn chains_match<R: Real>() {
     const N: usize = kernels::LANES;
     let pool = operands::<R>();
@@ -408,7 +408,7 @@ fn chains_match<R: Real>() {
             assert_eq!(chains::find(links, chains::kind_bits(kinds)), Some(place), "{links:?} {kinds} is listed twice");
             assert!(links.len() > 1 && links.len() <= chains::MAX_LINKS && kinds.len() <= chains::MAX_OPERANDS && kinds.contains('L'));
             assert_eq!(chains::operand_count(links), kinds.len(), "{links:?} {kinds}");
-            // Some numbers of every kind, then tame ones, which get further than the first NaN.
+            // First special values of every kind, then ordinary ones, which pass through more operations before a NaN.
             for tame in [false, true] {
                 let operands: [[R; N]; chains::MAX_OPERANDS] = [1, 5, 3, 7, 11, 13, 17, 19].map(|step: usize| {
                     std::array::from_fn(|i| match tame {

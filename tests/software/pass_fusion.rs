@@ -1,4 +1,4 @@
-//! The HDR pass and its tone map fused tile by tile, against the two executed one after the other: every byte is the same.
+//! The HDR pass and its tone map fused tile by tile, against separate passes: every byte is equal.
 
 use super::frame::{pass, scene, sphere, tone_map, with_threads};
 use super::lower::compile;
@@ -9,10 +9,10 @@ use orrery::scene::draw::MapSet;
 use orrery::shader::ShaderLibrary;
 use orrery::shader::fragments::Fragments;
 
-/// The tone map as it ships.
+/// The shipped tone map.
 const TONE_MAP: &str = include_str!("../../shaders/entry/tone_map.wesl");
 
-/// A library whose tone map has another fragment stage.
+/// A library whose tone map has a modified fragment stage.
 fn with_tone_map(from: &str, to: &str) -> ShaderLibrary {
     assert!(TONE_MAP.contains(from));
     let library = ShaderLibrary::in_memory(lowering());
@@ -20,7 +20,7 @@ fn with_tone_map(from: &str, to: &str) -> ShaderLibrary {
     library
 }
 
-/// The display bytes of a plan, from two passes and from one.
+/// The display bytes of a plan drawn in two passes and in one.
 fn both_ways(plan: &Plan, library: &ShaderLibrary, options: Options) -> [Vec<[u8; 4]>; 2] {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     [true, false].map(|keep_hdr| {
@@ -54,25 +54,25 @@ fn one_pass_gives_the_bytes_of_two() {
     let [two, one] = both_ways(&lit([150, 130]), &library, Options { precision: Precision::F64, ..Options::default() });
     assert!(two == one, "in f64");
     let [_, empty] = both_ways(&scene([150, 130], Vec::new()), &library, with_threads(1));
-    assert!(empty.iter().all(|p| *p == [0, 0, 0, 255]), "a sky without anything");
+    assert!(empty.iter().all(|p| *p == [0, 0, 0, 255]), "an empty sky must be black");
 }
 
 #[test]
-fn what_is_drawn_over_the_picture_stays() {
+fn draws_over_the_picture_are_kept() {
     let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit([150, 130]);
-    let mut over = sphere(Vec3::X, MapSet::default());
-    (over.scissor, over.blend) = ([70, 3, 140, 90], Blend::PremultipliedOver);
-    over.depth = tone_map(0).depth;
-    plan.passes[1].draws.push(over);
+    let mut top = sphere(Vec3::X, MapSet::default());
+    (top.scissor, top.blend) = ([70, 3, 140, 90], Blend::PremultipliedOver);
+    top.depth = tone_map(0).depth;
+    plan.passes[1].draws.push(top);
     let [two, one] = both_ways(&plan, &library, with_threads(2));
     assert!(two == one);
     let [_, without] = both_ways(&lit([150, 130]), &library, with_threads(2));
-    assert!(one != without, "the draw over it shows");
+    assert!(one != without, "the draw on top must be visible");
 }
 
 #[test]
-fn a_tone_map_that_looks_elsewhere_is_drawn_as_a_pass_of_its_own() {
+fn a_tone_map_that_reads_other_pixels_is_a_separate_pass() {
     let place = "vec2i(floor(position.xy))";
     for (from, to) in [
         (place, "vec2i(floor(position.xy)) + vec2i(1, 0)"),
@@ -90,17 +90,17 @@ fn a_tone_map_that_looks_elsewhere_is_drawn_as_a_pass_of_its_own() {
 }
 
 #[test]
-fn light_that_is_read_again_is_a_picture() {
+fn light_that_is_read_twice_is_stored() {
     let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit([150, 130]);
-    // The second tone map needs the first's light.
+    // The second tone map needs the light of the first HDR pass.
     plan.passes.push(pass("again", [150, 130], ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)]));
     let [two, one] = both_ways(&plan, &library, with_threads(2));
     assert!(two == one && two.iter().any(|p| p[0] > 100));
 }
 
 #[test]
-fn a_program_knows_whether_its_place_matters() {
+fn programs_that_depend_on_the_pixel_position_are_detected() {
     let fragment = |body: &str| {
         compile(&format!(
             "@group(0) @binding(1) var light: texture_2d<f32>;

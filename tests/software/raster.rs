@@ -7,7 +7,7 @@ use orrery::render::software::program::{LaneInput, LaneOutput};
 
 const DEPTH: DepthState = DepthState { test: true, write: true };
 
-/// Numbers that look random and are the same on every run (Knuth's multiplicative congruence).
+/// Pseudo-random numbers, the same on every run (Knuth's multiplicative congruence).
 fn random(seed: &mut u64) -> f32 {
     *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
     (*seed >> 40) as f32 / (1u64 << 24) as f32
@@ -22,7 +22,7 @@ fn one_colour(colour: [f32; 4]) -> impl Fn(&[f32]) -> Option<Vec<f32>> + Sync {
     move |_| Some(colour.to_vec())
 }
 
-/// Draws triangles that each add one, and returns the red channel.
+/// Draws triangles that each add one, and returns the red channel: the coverage count.
 fn count_covered(vertices: &[[f32; 4]], width: u32, height: u32, samples: u8) -> Vec<f32> {
     let pass = pass(width, height, samples, vec![draw(mesh(vertices, &[]), Blend::Add)]);
     let add_one = one_colour([1.0; 4]);
@@ -43,7 +43,7 @@ fn a_fan_covers_every_sample_exactly_once() {
             let (w, h) = (101.0, 101.0);
             let centre = at(place(1.0, w - 1.0), place(1.0, h - 1.0), w);
             let (x, y) = (place(0.0, w), place(0.0, h));
-            // The square's border in order, as a fan.
+            // The square's border as a fan, in order.
             let rim: Vec<_> = [(0.0, 0.0), (x, 0.0), (w, 0.0), (w, y), (w, h), (x / 2.0, h), (0.0, h)].map(|(x, y)| at(x, y, w)).to_vec();
             let fan: Vec<_> = (0..7).flat_map(|k| [centre, rim[k], rim[(k + 1) % 7]]).collect();
             let counts = count_covered(&fan, 101, 101, samples);
@@ -54,7 +54,7 @@ fn a_fan_covers_every_sample_exactly_once() {
 }
 
 #[test]
-fn without_a_shared_edge_the_count_shows_it() {
+fn a_gap_between_triangles_changes_the_count() {
     let counts = count_covered(
         &[at(0.0, 0.0, 64.0), at(64.0, 0.0, 64.0), at(0.0, 64.0, 64.0), at(64.0, 0.0, 64.0), at(64.0, 64.0, 64.0), at(2.0, 64.0, 64.0)],
         64,
@@ -77,7 +77,7 @@ fn coverage_approaches_the_area_of_an_edge() {
         for (i, covered) in counts.iter().enumerate() {
             let beyond = |x: f32, y: f32| (x - 32.0) * c + (y - 32.0) * s - 0.2;
             let (left, top) = ((i % 64) as f32, (i / 64) as f32);
-            // No point of a pixel is farther from its middle than 0.71.
+            // No point of a pixel is farther from its centre than 0.71.
             let middle = beyond(left + 0.5, top + 0.5);
             let inside = if middle.abs() > 0.75 {
                 if middle > 0.0 { 4096 } else { 0 }
@@ -99,7 +99,7 @@ fn coverage_approaches_the_area_of_an_edge() {
 
 #[test]
 fn a_triangle_through_the_camera_plane_draws_only_what_is_in_front() {
-    // A ground plane from behind the camera to far ahead: w = distance. Its horizon is the middle of the picture.
+    // A ground plane from behind the camera to far ahead: w = distance. Its horizon is the middle row of the picture.
     let (near, far) = (-10.0_f32, 1.0e6_f32);
     let corner = |x: f32, d: f32| [x, -1.0, 0.01, d];
     let ground = [corner(-4.0e6, near), corner(4.0e6, near), corner(0.0, far)];
@@ -119,7 +119,7 @@ fn huge_and_invalid_triangles_are_safe() {
         let counts = count_covered(&[[bad, -1.0, 0.5, 1.0], [1.0, -1.0, 0.5, 1.0], [0.0, 1.0, 0.5, 1.0]], 64, 64, 1);
         assert!(counts.iter().all(|c| *c == 0.0));
     }
-    // Without area.
+    // Zero area.
     assert!(count_covered(&[at(1.0, 1.0, 64.0); 3], 64, 64, 4).iter().all(|c| *c == 0.0));
 }
 
@@ -140,7 +140,7 @@ fn worst_ground_error<R: Real>() -> f64 {
         let z = -1.0 / y;
         if p[3] == 1.0 {
             covered += 1;
-            // In pixels on the screen, which is what a wrong interpolation shows as.
+            // Error in pixels on the screen, where a wrong interpolation is visible.
             let (u, v) = (f64::from(p[0]), f64::from(p[1]));
             worst = worst.max(((u / v - x).abs()).max((1.0 / v - 1.0 / z).abs()) * 64.0);
         }
@@ -171,7 +171,7 @@ fn with_w_one_the_plane_is_exact() {
 }
 
 #[test]
-fn flat_takes_the_first_vertex_and_facing_follows_the_winding() {
+fn flat_uses_the_first_vertex_and_facing_follows_the_winding() {
     let vertices =
         [at(0.0, 0.0, 64.0), at(0.0, 64.0, 64.0), at(64.0, 0.0, 64.0), at(64.0, 64.0, 64.0), at(0.0, 64.0, 64.0), at(64.0, 0.0, 64.0)];
     let varyings: Vec<_> = [5.0, 6.0, 7.0, 8.0, 9.0, 10.0].map(|v| vec![v]).to_vec();
@@ -189,8 +189,8 @@ fn flat_takes_the_first_vertex_and_facing_follows_the_winding() {
 }
 
 #[test]
-fn helper_lanes_carry_the_plane_outside_the_triangle() {
-    // A triangle of a few pixels whose quads are never whole: du/dx from lane differences is still that of the plane.
+fn helper_lanes_extrapolate_the_plane_outside_the_triangle() {
+    // A triangle of a few pixels without any complete quad: du/dx from lane differences is still that of the plane.
     let place = |x: f32, y: f32| (at(x, y, 64.0), vec![3.0 * x - 2.0 * y]);
     let (vertices, varyings): (Vec<_>, Vec<_>) = [place(9.2, 9.3), place(10.1, 20.7), place(13.9, 9.4)].into_iter().unzip();
     let body = |q: &[Vec<f32>; 4]| std::array::from_fn(|c: usize| vec![q[c | 1][0] - q[c & !1][0], q[c | 2][0] - q[c & !2][0], 0.0, 1.0]);
@@ -209,7 +209,7 @@ fn rect(z_over_w: f32) -> Vec<[f32; 4]> {
 }
 
 #[test]
-fn depth_orders_a_metre_against_a_hundred_au() {
+fn depth_orders_distances_from_a_metre_to_a_hundred_au() {
     // Reversed depth 1 / distance in km.
     let depths = [1.0e3_f32, 1.0, 1.0 / 384_400.0, 1.0 / 1.496e8, 1.0 / 1.496e10, 1.0 / 1.4961e10].map(|d| d / 1.0e3);
     let colours = [0, 1, 2, 3, 4, 5].map(|k| one_colour([k as f32 + 1.0, 0.0, 0.0, 1.0]));
@@ -248,7 +248,7 @@ fn written_depth_and_discard_are_honoured() {
         draws.iter_mut().for_each(|d| d.depth = DEPTH);
         let forward = render(&pass(32, 32, samples, draws.clone()), &[(&vertex, &near_far), (&vertex, &flat)]);
         let backward = render(&pass(32, 32, samples, draws), &[(&vertex, &flat), (&vertex, &near_far)]);
-        assert!(forward == backward, "the order of the draws shows");
+        assert!(forward == backward, "the order of the draws must not matter");
         for (i, p) in forward.iter().enumerate() {
             let x = i % 32;
             let red = x < 16 && x != 8;
@@ -292,7 +292,7 @@ fn draws_stay_inside_their_scissor() {
     }
 }
 
-/// Many small and large overlapping triangles: order decides every pixel.
+/// Many small and large overlapping triangles, for which draw order decides every pixel.
 fn crowd() -> (Pass, Vec<Vec<f32>>) {
     let mut seed = 3;
     let (mut vertices, mut varyings) = (Vec::new(), Vec::new());

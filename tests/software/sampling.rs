@@ -49,12 +49,12 @@ fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Text
     Textures::new(vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
 }
 
-/// Samples with gradients (du, dv) along x and y; one lane each, by the plain sampler.
+/// Samples with gradients (du, dv) along x and y, one lane each, without anisotropy.
 fn sample<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2]) -> Vec<[f64; 4]> {
     along::<R>(textures, uv, dx, dy, None)
 }
 
-/// The same; `most`: taps along the footprint.
+/// Like [`sample`], with at most `most` taps along the footprint.
 fn along<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2], most: Option<f64>) -> Vec<[f64; 4]> {
     let lanes = |f: &dyn Fn(usize) -> f64| (0..uv.len()).map(|k| R::from_f64(f(k))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| uv[k][0]), lanes(&|k| uv[k][1]));
@@ -69,7 +69,7 @@ fn along<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f
     (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
 }
 
-/// Bilinear by the definition: the sum over all texels of the level of tent weights, u periodic, v clamped.
+/// Bilinear filtering by its definition: a sum over all texels of the level with tent weights; u is periodic, v is clamped.
 fn tent(level: &Level, u: f64, v: f64, component: usize) -> f64 {
     let (w, h) = (i64::from(level.width), i64::from(level.height));
     let (x, y) = (u * w as f64 - 0.5, v * h as f64 - 0.5);
@@ -111,7 +111,7 @@ fn worst<R: Real>(rho_texels: f64) -> f64 {
 fn bilinear_and_trilinear_match_the_definition() {
     for rho in [0.01, 0.5, 1.0, 1.3, 2.0, 2.9, 7.0, 31.0, 1000.0] {
         let (single, double) = (worst::<f32>(rho), worst::<f64>(rho));
-        // f32 coordinates of a 64-texel map carry 2^-17 texel.
+        // f32 coordinates in a map of 64 texels are accurate to 2^-17 texel.
         assert!(single < 3e-5, "f32 at {rho} texels a pixel: {single}");
         assert!(double < 1e-12, "f64 at {rho} texels a pixel: {double}");
     }
@@ -126,7 +126,7 @@ fn a_different_mip_level_is_detected() {
     assert!((one[0][0] - two[0][0]).abs() > 1e-3);
 }
 
-/// Stripes one texel wide along u, seen at a grazing angle: 16 texels of v a pixel, one of u.
+/// Contrast and mean of stripes one texel wide along u at a grazing angle: a pixel spans 16 texels of v and one of u.
 fn stripe_contrast(taps: f64) -> (f64, f64) {
     let mut texture = noise(64, 64);
     for level in &mut texture.levels {
@@ -159,7 +159,8 @@ fn anisotropic_taps_keep_a_grid_at_grazing_angles_and_its_mean() {
 
 #[test]
 fn the_footprint_turns_with_the_gradients() {
-    // The same stripes at 45 degrees: major axis along (1, 1) in texels; what is left after filtering must not depend on the sign of the axis.
+    // The same stripes at 45 degrees: the major axis is along (1, 1) in texels; the contrast after filtering must not depend on the sign of
+    // the axis.
     let texture = noise(64, 64);
     let uv = places(50).into_iter().map(|[u, v]| [u, 0.3 + 0.3 * v]).collect::<Vec<_>>();
     let (along, across) = ([5.0 / 64.0, 5.0 / 64.0], [0.7 / 64.0, -0.7 / 64.0]);
@@ -171,7 +172,7 @@ fn the_footprint_turns_with_the_gradients() {
 }
 
 #[test]
-fn a_constant_texture_stays_constant_whatever_is_asked() {
+fn a_constant_texture_stays_constant_for_any_gradients() {
     let texture = Texture {
         format: TexelFormat::Rgba8Srgb,
         levels: [(4, 2), (2, 1), (1, 1)]
@@ -194,7 +195,7 @@ fn a_constant_texture_stays_constant_whatever_is_asked() {
     }
 }
 
-/// 128 lanes whose levels, numbers of taps and places all differ.
+/// 128 lanes with different levels, numbers of taps and positions.
 fn scattered<R: Real>(textures: &Textures<'_>, most: f64, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
     let lanes = |f: &dyn Fn(f64) -> f64| (first..first + count).map(|k| R::from_f64(f(k as f64))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
@@ -255,7 +256,7 @@ fn of_each_format() -> [Texture; 3] {
 }
 
 #[test]
-fn a_channel_is_the_same_whether_others_are_asked_for_or_not() {
+fn a_channel_does_not_depend_on_which_others_are_requested() {
     let lanes = |f: &dyn Fn(f64) -> f64| (0..128).map(|k| f32::from_f64(f(f64::from(k)))).collect::<Vec<f32>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
     let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 6.0 - 6.0)), lanes(&|k| (k * 0.11).sin() * 0.02));

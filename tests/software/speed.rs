@@ -1,5 +1,5 @@
-//! Times of the software renderer's parts, for those who work on them: `cargo test --test main software::speed -- --ignored --nocapture`.
-//! They assert nothing about time. Each figure is the least of many short rounds on one thread, which a busy machine disturbs least.
+//! Times parts of the software renderer, for development: `cargo test --test main software::speed -- --ignored --nocapture`. Time is not
+//! asserted. Each figure is the minimum of many short rounds on one thread, which a busy machine disturbs least.
 
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
@@ -16,7 +16,7 @@ use std::time::Instant;
 const LANES: usize = 128;
 const ROUNDS: usize = 60;
 
-/// Nanoseconds a call in the best round.
+/// Nanoseconds per call in the best round.
 fn best_of(calls: usize, mut work: impl FnMut(usize)) -> f64 {
     (0..ROUNDS).fold(f64::INFINITY, |best, _| {
         let start = Instant::now();
@@ -33,7 +33,7 @@ fn map() -> Texture {
 
 fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
     let state = |linear| SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear };
-    // Taps at most, texels a pixel along x and y.
+    // Maximum number of taps, texels per pixel along x and y.
     for (what, sampler, most, dx, dy) in [
         ("nearest", state(false), 1.0, 0.7, 0.7),
         ("bilinear", state(true), 1.0, 0.7, 0.7),
@@ -43,7 +43,7 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
         ("8 taps, ratio 8", state(true), 8.0, 12.0, 1.5),
     ] {
         let textures = bind(texture, sampler, class);
-        // 64 blocks of 16x8 pixels side by side, in quads as the rasteriser has them.
+        // 64 blocks of 16x8 pixels side by side, in quads, the rasteriser's order.
         let place = |block: usize, lane: usize| {
             let (quad, corner) = (lane / 4, lane % 4);
             let x = block % 8 * 16 + quad % 8 * 2 + corner % 2;

@@ -7,7 +7,7 @@ use orrery::render::software::program::{LaneInput, Program};
 use orrery::shader::emit::emit_module;
 
 const LANES: usize = 128;
-/// Half of what the eight-bit picture could show is 2e-3; f32 leaves this much.
+/// Half a level of the eight-bit picture is 2e-3; the error of f32 arithmetic stays below this bound.
 const TOLERANCE: f64 = 1.5e-6;
 
 fn program() -> Program {
@@ -17,7 +17,7 @@ fn program() -> Program {
     lower(&module, &info, "fragment_main").expect("lowers")
 }
 
-/// A picture whose texels are given lane by lane, wherever they are asked for.
+/// A texture whose texels are given lane by lane, for any coordinates.
 struct Picture([[f32; LANES]; 3]);
 
 impl TextureUnit<f32> for Picture {
@@ -59,7 +59,7 @@ fn mapped(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], ro
     [0, 1, 2, 3].map(|k| *executor.output(k))
 }
 
-/// The formula of the shader's comments, exponent of the curve given.
+/// The formula in the shader's comments, with the exponent of the sRGB curve as an argument.
 fn formula(radiance: [f64; 3], exponent: f64) -> [f64; 3] {
     let colour = radiance.map(|c| c.clamp(0.0, 1.0e6));
     let peak = colour.iter().fold(1.0e-12, |a: f64, b| a.max(*b));
@@ -71,7 +71,7 @@ fn formula(radiance: [f64; 3], exponent: f64) -> [f64; 3] {
     })
 }
 
-/// Colours from far below the straight piece of the curve to far beyond white.
+/// Colours from far below the linear part of the curve to far above white.
 fn colours(batch: usize) -> [[f32; LANES]; 3] {
     [3, 17, 29].map(|step: usize| {
         std::array::from_fn(|i| {
@@ -81,7 +81,7 @@ fn colours(batch: usize) -> [[f32; LANES]; 3] {
     })
 }
 
-/// The greatest distance from the formula with this exponent.
+/// The greatest difference from the formula with this exponent.
 fn worst(class: KernelClass, exponent: f64) -> f64 {
     let program = program();
     let exposure = 0.75;
@@ -101,17 +101,17 @@ fn worst(class: KernelClass, exponent: f64) -> f64 {
 }
 
 #[test]
-fn the_tone_map_is_its_formula() {
+fn the_tone_map_agrees_with_its_formula() {
     for class in KernelClass::available() {
         let error = worst(class, 1.0 / 2.4);
         println!("{}: {error:.2e}", class.name());
         assert!(error < TOLERANCE, "{}: {error}", class.name());
     }
-    assert!(worst(KernelClass::Portable, 1.0 / 2.4 + 1e-5) > TOLERANCE, "the measure sees a wrong exponent");
+    assert!(worst(KernelClass::Portable, 1.0 / 2.4 + 1e-5) > TOLERANCE, "the measure must detect a wrong exponent");
 }
 
 #[test]
-fn black_negative_and_boundless_light_stay_in_range() {
+fn black_negative_and_infinite_light_stay_in_range() {
     let program = program();
     let of = |v: f32| mapped(&program, KernelClass::detect(), [[v; LANES]; 3], 0, 1.0)[0][0];
     assert_eq!((of(0.0), of(-1.0)), (0.0, 0.0));

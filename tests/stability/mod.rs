@@ -1,4 +1,4 @@
-//! The sweeps of `stability` detect their faults: each past fault, injected, exceeds the bound of a sweep that passes without it.
+//! The sweeps of `stability` detect faults: each past fault, when injected, exceeds the bound of a sweep that passes without the fault.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -37,9 +37,10 @@ fn edited(changes: &[(&str, &str, &str)]) -> Session {
     session
 }
 
-/// The closed form at the limb covers the whole Sun to the last digit but one: without the early return and the clamps an umbra is not 0.
+/// When the entire Sun is covered, the closed form at the limb is accurate only to the last digits: without the early return and the
+/// clamps the light in an umbra is not 0.
 #[test]
-fn shadows_are_stable_and_a_dropped_clamp_in_an_umbra_is_found() {
+fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
     assert!(!swept(&SESSION, "shadows", Faults::default()).has_failed());
     let obscuration = "lib/eclipse/obscuration.wesl";
     let unclamped = edited(&[
@@ -56,7 +57,7 @@ fn shadows_are_stable_and_a_dropped_clamp_in_an_umbra_is_found() {
 }
 
 #[test]
-fn an_angle_by_the_arc_cosine_of_a_dot_product_is_found() {
+fn an_angle_from_the_arc_cosine_of_a_dot_product_is_detected() {
     let by_cosine = edited(&[(
         "lib/eclipse/occluders.wesl",
         "    s.semi = select(shape.zw * scale",
@@ -76,7 +77,7 @@ fn an_umbra_is_black_at_every_exposure() {
 }
 
 #[test]
-fn light_time_that_is_left_out_is_found() {
+fn missing_light_time_is_detected() {
     fn geometric(session: &Session, body: NaifId, time: Instant) -> Result<glam::DVec3, SessionError> {
         Ok(session.ephemeris().state(body, NaifId::EARTH, time, None)?.state.pos_km)
     }
@@ -86,7 +87,7 @@ fn light_time_that_is_left_out_is_found() {
 }
 
 #[test]
-fn clouds_that_fight_with_the_ground_are_found() {
+fn clouds_with_depth_conflicts_are_detected() {
     fn by_depth(plan: &mut Plan) {
         for draw in plan.passes.iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.label.ends_with("clouds")) {
             draw.depth = DepthState { test: true, write: true };
@@ -97,9 +98,9 @@ fn clouds_that_fight_with_the_ground_are_found() {
 }
 
 #[test]
-fn a_feature_that_is_chosen_too_late_is_found() {
+fn a_feature_that_is_chosen_too_late_is_detected() {
     assert!(!swept(&SESSION, "needs-linear", Faults::default()).has_failed());
-    // Half of the light instead of a thousandth.
+    // A floor of half the light instead of a thousandth.
     let late = Purpose::Linear { floor: 0.5 };
     assert!(swept(&SESSION, "needs-linear", Faults { purpose: Some(late), ..Faults::default() }).has_failed());
 }

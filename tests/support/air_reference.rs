@@ -72,7 +72,7 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_83, 0.417_959_183_673_469_4),
 ];
 
-/// Relative tolerance of the whole integral, by the difference of the two rules, which is far above the error.
+/// Relative tolerance of the entire integral, estimated by the difference of the two rules, which is far larger than the true error.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
 const MAX_INTERVALS: usize = 600;
 
@@ -80,6 +80,7 @@ fn radius_sq_minus_1(height: f64) -> f64 {
     height * (2.0 + height)
 }
 
+/// Height of a point with |p|^2 - 1 = `excess`.
 fn height_of(excess: f64) -> f64 {
     excess / (1.0 + (1.0 + excess).sqrt())
 }
@@ -92,68 +93,71 @@ impl Profile {
     fn density(&self, height: f64) -> f64 {
         match self {
             Self::Exponential { height: scale } => (-height / scale).exp(),
-            Self::Triangle { knots: [foot, middle, top] } => {
-                ((height - foot) / (middle - foot)).min((top - height) / (top - middle)).max(0.0)
+            Self::Triangle { knots: [bottom, middle, top] } => {
+                ((height - bottom) / (middle - bottom)).min((top - height) / (top - middle)).max(0.0)
             }
         }
     }
 
-    /// Column density along a line whose perigee has |p|^2 - 1 = `low`, between two distances from the perigee, both at least 0.
-    fn column(&self, low: f64, from: f64, to: f64) -> f64 {
+    /// Column density along a line whose perigee has |p|^2 - 1 = `perigee_excess`, between two distances from the perigee, both at least 0.
+    fn column(&self, perigee_excess: f64, from: f64, to: f64) -> f64 {
         if to <= from {
             return 0.0;
         }
         match self {
             Self::Exponential { height: scale } => {
-                let (first, last) = (height_of(low + from * from), height_of(low + to * to));
+                let (first, last) = (height_of(perigee_excess + from * from), height_of(perigee_excess + to * to));
                 let (mut sum, mut start, mut height) = (0.0, from, first);
-                // Beyond forty scale heights the density vanishes in f64.
+                // Beyond forty scale heights the density is zero in f64.
                 while start < to && height < first + 40.0 * scale {
                     height += 2.5 * scale;
-                    let end = if height < last { (radius_sq_minus_1(height) - low).max(0.0).sqrt().min(to) } else { to };
+                    let end = if height < last { (radius_sq_minus_1(height) - perigee_excess).max(0.0).sqrt().min(to) } else { to };
                     let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-                    let at = |s: f64| (-height_of(low + s * s) / scale).exp();
-                    sum += half * GAUSS.iter().map(|(x, w)| w * (at(middle - half * x) + at(middle + half * x))).sum::<f64>();
+                    let density_at = |s: f64| (-height_of(perigee_excess + s * s) / scale).exp();
+                    sum +=
+                        half * GAUSS.iter().map(|(x, w)| w * (density_at(middle - half * x) + density_at(middle + half * x))).sum::<f64>();
                     start = end;
                 }
                 sum
             }
             Self::Triangle { knots } => {
-                let reach = knots.map(|h| (radius_sq_minus_1(h) - low).max(0.0).sqrt());
-                // Derivative of r - 1 with respect to s, r^2 = 1 + low + s^2.
-                let heights = |s: f64| {
-                    let r = (1.0 + low + s * s).sqrt();
+                let knot_distances = knots.map(|h| (radius_sq_minus_1(h) - perigee_excess).max(0.0).sqrt());
+                // Antiderivative of the height r - 1 along the line, where r^2 = 1 + perigee_excess + s^2.
+                let height_integral = |s: f64| {
+                    let r = (1.0 + perigee_excess + s * s).sqrt();
                     // For a line through the centre the second term is 0.
-                    let near_sq = (1.0 + low).max(1e-200);
-                    0.5 * (s * r + near_sq * ((s + r).ln() - 0.5 * near_sq.ln())) - s
+                    let perigee_sq = (1.0 + perigee_excess).max(1e-200);
+                    0.5 * (s * r + perigee_sq * ((s + r).ln() - 0.5 * perigee_sq.ln())) - s
                 };
-                let integrate_interval = |a: f64, b: f64, foot: f64, width: f64| {
+                let integrate_interval = |a: f64, b: f64, bottom: f64, width: f64| {
                     let (a, b) = (a.max(from), b.min(to));
-                    if b > a { (heights(b) - heights(a) - foot * (b - a)) / width } else { 0.0 }
+                    if b > a { (height_integral(b) - height_integral(a) - bottom * (b - a)) / width } else { 0.0 }
                 };
-                let [foot, middle, top] = *knots;
-                integrate_interval(reach[0], reach[1], foot, middle - foot) + integrate_interval(reach[1], reach[2], top, middle - top)
+                let [bottom, middle, top] = *knots;
+                integrate_interval(knot_distances[0], knot_distances[1], bottom, middle - bottom)
+                    + integrate_interval(knot_distances[1], knot_distances[2], top, middle - top)
             }
         }
     }
 }
 
 impl Air {
-    fn depth(&self, low: f64, from: f64, to: f64) -> DVec3 {
-        let of = |from: f64, to: f64| self.species.iter().map(|s| s.extinction * s.profile.column(low, from, to)).sum::<DVec3>();
+    fn depth(&self, perigee_excess: f64, from: f64, to: f64) -> DVec3 {
+        let summed =
+            |from: f64, to: f64| self.species.iter().map(|s| s.extinction * s.profile.column(perigee_excess, from, to)).sum::<DVec3>();
         if from >= 0.0 {
-            of(from, to)
+            summed(from, to)
         } else if to <= 0.0 {
-            of(-to, -from)
+            summed(-to, -from)
         } else {
-            of(0.0, -from) + of(0.0, to)
+            summed(0.0, -from) + summed(0.0, to)
         }
     }
 
     /// Optical depth towards the Sun from a point with this |p|^2 - 1; `rise`: dot(p, sun).
     fn depth_to_sun(&self, excess: f64, rise: f64) -> DVec3 {
-        let low = excess - rise * rise;
-        self.depth(low, rise, (radius_sq_minus_1(self.top) - low).max(0.0).sqrt())
+        let perigee_excess = excess - rise * rise;
+        self.depth(perigee_excess, rise, (radius_sq_minus_1(self.top) - perigee_excess).max(0.0).sqrt())
     }
 
     fn scattered(&self, height: f64, cosine: f64) -> DVec3 {
@@ -168,56 +172,56 @@ impl Air {
     pub fn seen(&self, ray: &Ray) -> Seen {
         let (along, sun) = (ray.along.normalize(), ray.sun.normalize());
         let camera = ray.camera.dot(along);
-        let nearest = ray.camera - along * camera;
-        let outside = (ray.camera.length() - 1.0) * (ray.camera.length() + 1.0);
-        let low = outside - camera * camera;
+        let perigee = ray.camera - along * camera;
+        let camera_excess = (ray.camera.length() - 1.0) * (ray.camera.length() + 1.0);
+        let perigee_excess = camera_excess - camera * camera;
         let top = radius_sq_minus_1(self.top);
-        let edge = (top - low).max(0.0).sqrt();
-        let hits_ground = low < 0.0 && camera < 0.0;
-        let from = camera.max(-edge);
-        let to = if hits_ground { -(-low).sqrt() } else { edge };
-        if low >= top || to <= from {
+        let exit_distance = (top - perigee_excess).max(0.0).sqrt();
+        let hits_ground = perigee_excess < 0.0 && camera < 0.0;
+        let from = camera.max(-exit_distance);
+        let to = if hits_ground { -(-perigee_excess).sqrt() } else { exit_distance };
+        if perigee_excess >= top || to <= from {
             return Seen { radiance: DVec3::ZERO, transmittance: DVec3::ONE, hits_ground, in_air: false };
         }
-        let (a, b) = (nearest.dot(sun), along.dot(sun));
+        let (a, b) = (perigee.dot(sun), along.dot(sun));
         let mut cuts = vec![from, to, 0.0, -a / b];
         for species in &self.species {
             match species.profile {
                 Profile::Triangle { knots } => {
                     for knot in knots.map(radius_sq_minus_1) {
-                        cuts.extend([(knot - low).sqrt(), -(knot - low).sqrt()]);
-                        cuts.extend(tangents(low - knot, a, b));
+                        cuts.extend([(knot - perigee_excess).sqrt(), -(knot - perigee_excess).sqrt()]);
+                        cuts.extend(tangents(perigee_excess - knot, a, b));
                     }
                 }
                 // The integrand does not jump here, but a narrow peak must not be missed.
                 Profile::Exponential { height } => {
                     for k in [1.0, 3.0, 6.0, 12.0, 20.0] {
-                        let at = (radius_sq_minus_1(k * height) - low).sqrt();
+                        let at = (radius_sq_minus_1(k * height) - perigee_excess).sqrt();
                         cuts.extend([at, -at]);
                     }
                 }
             }
         }
-        cuts.extend(tangents(low, a, b));
+        cuts.extend(tangents(perigee_excess, a, b));
         cuts.retain(|s| s.is_finite() && *s >= from && *s <= to);
         cuts.sort_by(f64::total_cmp);
         let light = |s: f64| {
-            let (excess, rise) = (low + s * s, a + b * s);
+            let (excess, rise) = (perigee_excess + s * s, a + b * s);
             if rise < 0.0 && excess - rise * rise < 0.0 {
                 return DVec3::ZERO;
             }
-            let depth = self.depth(low, from, s) + self.depth_to_sun(excess, rise);
+            let depth = self.depth(perigee_excess, from, s) + self.depth_to_sun(excess, rise);
             self.scattered(height_of(excess), b) * exp(-depth)
         };
         let radiance = adaptive(&cuts, light);
-        Seen { radiance, transmittance: exp(-self.depth(low, from, to)), hits_ground, in_air: true }
+        Seen { radiance, transmittance: exp(-self.depth(perigee_excess, from, to)), hits_ground, in_air: true }
     }
 }
 
-/// Roots of low + s^2 - (a + b s)^2.
-fn tangents(low: f64, a: f64, b: f64) -> [f64; 2] {
+/// Roots of perigee_excess + s^2 - (a + b s)^2.
+fn tangents(perigee_excess: f64, a: f64, b: f64) -> [f64; 2] {
     let (square, half) = (1.0 - b * b, -a * b);
-    let root = (half * half - square * (low - a * a)).sqrt();
+    let root = (half * half - square * (perigee_excess - a * a)).sqrt();
     [(-half - root) / square, (-half + root) / square]
 }
 
@@ -250,8 +254,11 @@ fn adaptive(cuts: &[f64], f: impl Fn(f64) -> DVec3) -> DVec3 {
         if error.cmple(allowed).all() {
             break;
         }
-        let part = |p: &Interval| (p.error / allowed.max(DVec3::splat(1e-300))).max_element();
-        let Some(worst) = (0..intervals.len()).max_by(|i, j| part(&intervals[*i]).total_cmp(&part(&intervals[*j]))) else { break };
+        let relative_error = |p: &Interval| (p.error / allowed.max(DVec3::splat(1e-300))).max_element();
+        let Some(worst) = (0..intervals.len()).max_by(|i, j| relative_error(&intervals[*i]).total_cmp(&relative_error(&intervals[*j])))
+        else {
+            break;
+        };
         let Interval { from, to, .. } = intervals.swap_remove(worst);
         let middle = 0.5 * (from + to);
         intervals.extend([integrate_interval(from, middle, &f), integrate_interval(middle, to, &f)]);

@@ -1,4 +1,4 @@
-//! Evaluates a function of an emitted module in f64: tests compare the same formula in Rust with it.
+//! Evaluates a function of an emitted module in f64, so that tests can compare it with the same formula in Rust.
 //!
 //! In: a module, and a WGSL expression over the inputs of a query. Out: four numbers per query. The expression becomes a fragment entry
 //! point appended to the module's own text, which is parsed, validated and lowered as in the software renderer.
@@ -23,8 +23,8 @@ pub type EvalInput = [f64; 8];
 pub struct Emitted {
     program: Program,
     layout: Layout,
-    /// Whether the module draws a body; other modules have uniforms of their own, which are zero here.
-    of_a_body: bool,
+    /// Whether the module draws a body. Other modules have uniforms of their own, which are filled with zeros here.
+    draws_a_body: bool,
 }
 
 impl Emitted {
@@ -41,8 +41,12 @@ impl Emitted {
             format!("@fragment fn formula_main(@location(0) p: vec4f, @location(1) q: vec4f) -> @location(0) vec4f {{ return {value}; }}");
         let parsed = naga::front::wgsl::parse_str(&format!("{text}\n{entry}\n")).unwrap_or_else(|e| panic!("{module}: {e}"));
         let info = orrery::shader::module::validate(&parsed).expect("valid");
-        let of_a_body = matches!(id, ModuleId::Planet(_));
-        Self { of_a_body, program: lower(&parsed, &info, "formula_main").expect("lowers"), layout: Layout::of(&parsed).expect("a layout") }
+        let draws_a_body = matches!(id, ModuleId::Planet(_));
+        Self {
+            draws_a_body,
+            program: lower(&parsed, &info, "formula_main").expect("lowers"),
+            layout: Layout::of(&parsed).expect("a layout"),
+        }
     }
 
     /// Results with the given uniforms. `texture`: bound at every texture binding, read by texel.
@@ -52,7 +56,7 @@ impl Emitted {
 
     /// The same in f32, as for frames, or in f64, as for references.
     pub fn ask_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[EvalInput]) -> Vec<[f64; 4]> {
-        let uniform_bytes = match self.of_a_body {
+        let uniform_bytes = match self.draws_a_body {
             true => uniforms_of(&self.layout, uniforms, 1).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
         };
@@ -68,15 +72,15 @@ impl Emitted {
         let prepared = self.program.prepare_for::<R>(&uniform_bytes, class);
         let mut executor = Executor::<R>::with_class(&self.program, class).expect("binds");
         let mut answers = Vec::with_capacity(questions.len());
-        for some in questions.chunks(LANES) {
+        for chunk in questions.chunks(LANES) {
             for (k, input) in self.program.inputs.iter().enumerate() {
                 let LaneInput::Location { index, component, .. } = *input else { panic!("{input:?}") };
                 for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
-                    *v = R::from_f64(some[lane.min(some.len() - 1)][(4 * index + component) as usize]);
+                    *v = R::from_f64(chunk[lane.min(chunk.len() - 1)][(4 * index + component) as usize]);
                 }
             }
             executor.run(&prepared, LaneMask::MAX, &textures);
-            answers.extend((0..some.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())));
+            answers.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())));
         }
         answers
     }

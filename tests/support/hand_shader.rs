@@ -8,7 +8,7 @@ use orrery::render::software::stage::{LANES, LaneProgram, LaneRun};
 use orrery::shader::ModuleId;
 use std::sync::Arc;
 
-/// From the inputs of one lane, in order, to its outputs; `None` discards.
+/// Maps the inputs of one lane, in order, to its outputs; `None` discards the lane.
 pub type PerLane<R> = dyn Fn(&[R]) -> Option<Vec<R>> + Sync;
 
 /// The same over a 2x2 quad, for derivatives.
@@ -136,6 +136,6 @@ pub fn render<R: Real>(pass: &Pass, stages: &[(&HandShader<'_, R>, &HandShader<'
     let stages: Vec<_> = stages.iter().map(|(vertex, fragment)| DrawStages { vertex: *vertex, fragment: *fragment }).collect();
     match execute(pass, &stages).expect("the pass renders").0 {
         PassImage::Float(image) => image,
-        PassImage::Unorm(_) => panic!("the pass asked for floats"),
+        PassImage::Unorm(_) => panic!("the pass must render floats"),
     }
 }

@@ -1,4 +1,4 @@
-//! One session for all tests of pictures: maps are decoded, modules lowered and scattering tables computed once.
+//! One session for all tests of pictures, so that maps are decoded, modules lowered and scattering tables computed only once.
 //!
 //! It draws in software, keeps its cache in a temporary folder, and panics on any message. A test that changes catalogs, or checks
 //! messages, opens its own.
@@ -17,14 +17,14 @@ pub fn sources() -> Sources {
 
 /// A session with the catalogs and images of a folder, and its messages.
 pub fn session_over(folder: &Path) -> (Session, Arc<Mutex<Vec<String>>>) {
-    let said: Arc<Mutex<Vec<String>>> = Arc::default();
-    let heard = said.clone();
+    let messages: Arc<Mutex<Vec<String>>> = Arc::default();
+    let sink = messages.clone();
     let sources = Sources {
         catalogs: Some(folder.to_owned()),
         textures: Some(folder.to_owned()),
         cache: Some(folder.join("cache")),
         ..Sources::default()
     };
-    let session = Session::open(&sources, move |line| heard.lock().expect("a list").push(line.to_owned())).expect("opens");
-    (session, said)
+    let session = Session::open(&sources, move |line| sink.lock().expect("a list").push(line.to_owned())).expect("opens");
+    (session, messages)
 }

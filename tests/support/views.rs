@@ -71,8 +71,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         stars_boost: 3.0,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-07T00:00:00Z").expect("a time"))
     };
-    // The camera is close to the ground, where the second form of the intersection is used.
-    // And the stars.
+    // Views from close to the ground, where the second form of the intersection is used, and views of stars.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
     let drawn_at_once = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
     drawn_at_once.chain(composed_views()).chain(small_bodies_and_orbits()).collect()

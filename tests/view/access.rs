@@ -41,7 +41,7 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     settle(&mut harness);
     let plot = harness.get_by_role_and_label(Role::Image, "Frame times").accesskit_node().value().unwrap_or_default();
     assert!(plot.contains("frames") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
-    // It does not announce every second.
+    // The announcement does not change every second.
     harness.state_mut().settings.panels.timeline_shown = true;
     harness.state_mut().viewer.time_rate.toggle_pause();
     later(&mut harness, 0.1);
@@ -49,14 +49,14 @@ fn a_screen_reader_is_told_what_the_window_shows() {
         h.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().numeric_value().expect("a number")
     };
     let (first, first_title) = (day(&harness), title(&harness));
-    let mut told = std::collections::BTreeSet::new();
+    let mut announced = std::collections::BTreeSet::new();
     for _ in 0..45 {
         later(&mut harness, 2.0);
-        told.insert(day(&harness).to_bits());
+        announced.insert(day(&harness).to_bits());
         assert_eq!(title(&harness), first_title);
     }
     // Ninety seconds contain one end of a minute, or two.
-    assert!((1..=3).contains(&told.len()), "{} values in 90 seconds", told.len());
+    assert!((1..=3).contains(&announced.len()), "{} values in 90 seconds", announced.len());
     assert!((day(&harness) - first).abs() * 86_400.0 <= 120.5);
 }
 
@@ -150,7 +150,7 @@ fn keys_change_the_size_of_text() {
 }
 
 #[test]
-fn why_a_link_was_not_opened_stays_until_it_is_closed() {
+fn the_reason_why_a_link_was_not_opened_stays_until_closed() {
     let mut shown = interface(SATURN, "2017-05-17T00:00:00Z");
     shown.warning = Some("orrery://view?aim=3: unknown field `aim`".into());
     let mut harness = harness_of(session(), shown);
@@ -168,7 +168,7 @@ fn why_a_link_was_not_opened_stays_until_it_is_closed() {
 }
 
 #[test]
-fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
+fn a_partial_link_opens_and_an_impossible_link_gives_a_reason() {
     let now = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
     let open = |link: &str| view_from_text(link, session(), now);
     let jupiter = open("orrery://view?target=599").expect("a view");
@@ -193,8 +193,8 @@ fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
     }
 }
 
-/// In a slow frame a whole search arrives at once: its text belongs to the search field, such as a date, whose digits are shortcuts elsewhere, or a word with an e,
-/// the shortcut of the next event. Escape, in the same frame or not, leaves the view as it is.
+/// In a slow frame a complete search arrives at once. All of its text belongs to the search field, such as a date, whose digits are shortcuts elsewhere, or a word
+/// with an e, the shortcut of the next event. Escape, in the same frame or later, leaves the view unchanged.
 #[test]
 fn a_search_that_arrives_in_one_frame_is_searched() {
     let key = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
@@ -274,8 +274,51 @@ fn panels_are_remembered() {
     assert_eq!((again.state().tab, again.state().bodies_shown), (Some(Tab::Events), false));
     assert!(heading(&again).left() < 40.0);
     assert!((again.state().settings.panels.panel_width.expect("a width") - width - 80.0).abs() < 2.0);
-    // No settings file makes a panel unusable.
+    // Invalid values in a settings file do not make a panel unusable.
     for told in [Some(f32::NAN), Some(-3.0), Some(1e9), None] {
         assert_eq!(orrery::view::app::settings::valid_width(told, 330.0), 330.0);
     }
+}
+
+/// A panel that is kept open moves to the other side of the sky while another one opens. In a narrow window it is hidden until there is room again.
+#[test]
+fn a_kept_panel_stays_open_beside_another() {
+    let mut harness = saturn();
+    let shown = |h: &Harness<'static, Interface>, panel: &str| {
+        h.query_by_role_and_label(Role::Button, &format!("Close {panel}")).map(|close| close.rect().center().x)
+    };
+    let press = |h: &mut Harness<'static, Interface>, key: &str| {
+        h.event(Event::Text(key.to_owned()));
+        settle(h);
+    };
+    press(&mut harness, "6");
+    let alone = shown(&harness, "Information").expect("on the right");
+    harness.get_by_label("Keep open").click();
+    settle(&mut harness);
+    assert!(shown(&harness, "Information").expect("on the left") < alone - 200.0);
+    assert_eq!((harness.state().tab, harness.state().kept_tab), (None, Some(Tab::Information)));
+    press(&mut harness, "3");
+    assert!(shown(&harness, "Information") < shown(&harness, "Effects"), "both are open, on two sides");
+    // The next session opens both.
+    let text = serde_json::to_string(&harness.state().settings).expect("text");
+    let next = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, serde_json::from_str(&text).expect("settings"));
+    assert_eq!((next.tab, next.kept_tab), (Some(Tab::Effects), Some(Tab::Information)));
+    // Too narrow for two: the key of the hidden panel opens it in place of the other.
+    harness.set_size(egui::vec2(800.0, 640.0));
+    settle(&mut harness);
+    assert!(shown(&harness, "Information").is_none() && shown(&harness, "Effects").is_some());
+    assert!(harness.query_by_label("Keep open").is_none(), "there is no room to keep it");
+    harness.set_size(egui::vec2(1100.0, 640.0));
+    settle(&mut harness);
+    assert!(shown(&harness, "Information").is_some() && shown(&harness, "Effects").is_some());
+    // Escape closes the open panel, then the kept one.
+    for left in [(None, Some(Tab::Information)), (None, None)] {
+        harness.key_press(Key::Escape);
+        settle(&mut harness);
+        assert_eq!((harness.state().tab, harness.state().kept_tab), left);
+    }
+    // A second press of its key closes a kept panel.
+    harness.state_mut().kept_tab = Some(Tab::Information);
+    press(&mut harness, "6");
+    assert_eq!((harness.state().tab, harness.state().kept_tab), (None, None));
 }

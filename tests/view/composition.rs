@@ -1,6 +1,6 @@
 //! Domes, whole spheres and stereo pairs in the window: chosen in the panel, kept in links, and clicked on where things are drawn.
 
-use crate::view::input::{SATURN, TIME, Window, click, held};
+use crate::view::input::{SATURN, TIME, Window, click, pausable_window};
 use crate::view::interface::{interface, session, settle};
 use egui_kittest::kittest::Queryable;
 use glam::DVec2;
@@ -36,12 +36,13 @@ fn of_saturn(composition: &CompositionState) -> Interface {
 }
 
 fn drawn(composition: &CompositionState) -> Window {
-    let mut window = held(of_saturn(composition), &Arc::new(AtomicBool::new(true)), 640.0);
+    let mut window = pausable_window(of_saturn(composition), &Arc::new(AtomicBool::new(true)), 640.0);
     settle(&mut window);
     window
 }
 
-/// In every composition a click on the middle of Saturn, and on each moon that has a mark, selects what is drawn there; of a side-by-side pair in both pictures.
+/// In every composition a click on the middle of Saturn, and on each moon that has a mark, selects the body drawn there; in a side-by-side pair this holds in
+/// both pictures.
 #[test]
 fn a_click_selects_what_the_picture_shows_there() {
     for composition in compositions() {
@@ -56,7 +57,7 @@ fn a_click_selects_what_the_picture_shows_there() {
         };
         let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(shown).collect();
         assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
-        // The target is in the middle of its picture, a dome's tilt apart.
+        // The target is in the middle of its picture, except for a dome's tilt.
         let halves = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
         assert!((places[0].1.x - 0.5 * width / halves).abs() < 1.0, "{composition:?}: {places:?} of {width}");
         let rights = if halves == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
@@ -70,19 +71,19 @@ fn a_click_selects_what_the_picture_shows_there() {
                 }
                 window.state_mut().viewer.selected = NaifId::SUN;
                 click(&mut window, sky.min + egui::vec2(((px.x + right) * points) as f32, (px.y * points) as f32), false);
-                // A moon may stand before or behind the planet or another.
+                // A moon may be in front of or behind the planet or another moon.
                 let selected = window.state().viewer.selected;
                 assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
                 clicked += usize::from(selected == id);
-                // The next click is not the second of two.
-                crate::view::input::later(&mut window, 1.0);
+                // Wait, so that the next click is not part of a double-click.
+                crate::view::input::advance(&mut window, 1.0);
             }
         }
         assert!(clicked >= 1, "{composition:?}");
     }
 }
 
-/// A mesh mirrors the picture and shifts it: the click goes with it, and where Saturn would be without the mesh there is none.
+/// A mesh mirrors and shifts the picture: clicks follow it, and at Saturn's position without the mesh there is no Saturn.
 #[test]
 fn a_click_follows_the_mesh_of_a_projector() {
     let aspect = 1.6;
@@ -94,7 +95,7 @@ fn a_click_follows_the_mesh_of_a_projector() {
     }
     let mut interface = of_saturn(&CompositionState::default());
     interface.warp = Some(Arc::new(WarpMesh::parse("projector.data", &mesh).expect("a mesh")));
-    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 640.0);
+    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
     settle(&mut window);
     let sky = window.get_by_label_contains("The sky: ").rect();
     let drawing = window.state().drawing().expect("a picture");
@@ -109,16 +110,16 @@ fn a_click_follows_the_mesh_of_a_projector() {
         window.state_mut().viewer.selected = NaifId::SUN;
         click(&mut window, sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32), false);
         assert_eq!(window.state().viewer.selected == SATURN, is_saturn, "at {px}");
-        crate::view::input::later(&mut window, 1.0);
+        crate::view::input::advance(&mut window, 1.0);
     }
 }
 
-/// What the panel chooses is what the session draws: projection and stereo switch each other off.
+/// The session draws what the panel chooses: projection and stereo switch each other off.
 #[test]
 fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     let mut interface = of_saturn(&CompositionState::default());
     interface.tab = Some(Tab::Effects);
-    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 1900.0);
+    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 1900.0);
     settle(&mut window);
     window.get_by_label("Projection and stereo").click();
     settle(&mut window);
@@ -143,12 +144,12 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     assert_eq!(window.state().viewer.view.composition, CompositionState::default());
 }
 
-/// The frames of a dome have other sizes than the picture: a pixel of the picture is none of theirs.
+/// The frames of a dome have other sizes than the picture, so a pixel of the picture does not correspond to a pixel of a frame.
 #[test]
-fn a_pixel_of_a_dome_is_refused_by_the_probe_and_not_read_from_another_place() {
+fn the_probe_refuses_a_pixel_of_a_dome() {
     let mut interface = of_saturn(&compositions()[1]);
     interface.tab = Some(Tab::Shader);
-    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 900.0);
+    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 900.0);
     settle(&mut window);
     window.get_by_label("Probe").click();
     settle(&mut window);
@@ -161,7 +162,7 @@ fn a_pixel_of_a_dome_is_refused_by_the_probe_and_not_read_from_another_place() {
 }
 
 #[test]
-fn a_link_keeps_the_composition_and_says_what_none_can_be() {
+fn a_link_keeps_the_composition_and_refuses_impossible_ones() {
     let view = of_saturn(&CompositionState::default()).viewer.view;
     assert!(!view.to_link().contains("composition"), "a plain picture says nothing about it");
     let now = Instant::parse(TIME).expect("a time");
@@ -181,7 +182,7 @@ fn a_link_keeps_the_composition_and_says_what_none_can_be() {
         ("composition.tilt=3", "no such field"),
         ("composition=fisheye", "composition"),
     ] {
-        let said = view_from_text(&format!("orrery://view?target=saturn&{wrong}"), session(), now).expect_err(wrong).to_string();
-        assert!(said.contains(told) && said.contains("composition") && !said.contains('\n'), "{wrong}: {said}");
+        let error = view_from_text(&format!("orrery://view?target=saturn&{wrong}"), session(), now).expect_err(wrong).to_string();
+        assert!(error.contains(told) && error.contains("composition") && !error.contains('\n'), "{wrong}: {error}");
     }
 }

@@ -34,7 +34,7 @@ fn written(shapes: &[ClippedShape]) -> Vec<Written> {
     fn walk(shape: &Shape, clip: Rect, filled: &mut Vec<(Rect, Color32)>, found: &mut Vec<Written>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|s| walk(s, clip, filled, found)),
-            // A picture counts as black.
+            // A picture's background counts as black.
             Shape::Rect(r) if r.brush.is_some() => filled.push((r.rect.intersect(clip), Color32::BLACK)),
             Shape::Rect(r) if r.fill.a() > 0 => {
                 let below = filled.iter().rev().find(|(rect, _)| rect.contains(r.rect.center())).map_or(Color32::BLACK, |f| f.1);

@@ -38,15 +38,15 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
         settle(&mut harness);
         (harness.state().message.clone(), dots(&harness))
     };
-    let (said, shown) = drop("own.csv", "lat,lon\n0,135\n5,140\n");
-    assert_eq!((said.as_str(), shown), ("own.csv: 2 points and 0 lines on Earth", 2));
+    let (reported, shown) = drop("own.csv", "lat,lon\n0,135\n5,140\n");
+    assert_eq!((reported.as_str(), shown), ("own.csv: 2 points and 0 lines on Earth", 2));
     // An invalid file changes nothing, and its error has a position.
-    let (said, shown) = drop("wrong.csv", "lat,lon\n0,135\n95,140\n");
-    assert!(said.contains("wrong.csv:3: field lat_deg: `95`") && shown == 2, "{said}");
-    let (said, shown) = drop("own.png", "");
-    assert!(said.contains("no layer of data") && shown == 2, "{said}");
-    // A file of the same name replaces the layer; places in the sky are in the sky.
-    let (said, _) = drop("own.csv", "ra,dec\n10,20\n");
-    assert_eq!(said, "own.csv: 1 points and 0 lines in the sky");
+    let (reported, shown) = drop("wrong.csv", "lat,lon\n0,135\n95,140\n");
+    assert!(reported.contains("wrong.csv:3: field lat_deg: `95`") && shown == 2, "{reported}");
+    let (reported, shown) = drop("own.png", "");
+    assert!(reported.contains("no layer of data") && shown == 2, "{reported}");
+    // A file of the same name replaces the layer; celestial coordinates give points in the sky.
+    let (reported, _) = drop("own.csv", "ra,dec\n10,20\n");
+    assert_eq!(reported, "own.csv: 1 points and 0 lines in the sky");
     assert_eq!(session.catalog().data_layers().len(), 1);
 }

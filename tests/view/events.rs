@@ -1,6 +1,6 @@
 //! The Events panel: what it finds, the views it opens, contacts at a place; stopped searches and stable rows.
 
-use crate::view::input::{Window, later, without_pictures};
+use crate::view::input::{Window, advance, without_pictures};
 use crate::view::interface::{OwnPainter, interface, session};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -31,7 +31,7 @@ fn seconds(event: &SkyEvent) -> f64 {
     event.greatest().tdb_seconds_past_j2000()
 }
 
-/// A search in steps finds the same events as one over the whole span, in either direction.
+/// A search in steps finds the same events as a single search over the whole span, in either direction.
 #[test]
 fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
     for (kinds, from, to) in [
@@ -60,7 +60,7 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
             assert!(found.iter().zip(&whole).all(|(a, b)| (a - b).abs() < 1.0), "{kinds:?}, backward {backward}");
         }
     }
-    assert!(EventSearch::new(Vec::new(), at("2000-01-01"), 1e9, false).is_over(), "a search for nothing never ends");
+    assert!(EventSearch::new(Vec::new(), at("2000-01-01"), 1e9, false).is_over(), "an empty search never ends");
 }
 
 /// Twenty years: from the camera of each view the discs meet, and the target is above the horizon.
@@ -98,7 +98,7 @@ fn each_view_shows_its_event() {
     assert!(low > 3, "eclipses at the horizon: {low}");
 }
 
-/// The Moon set in Greenwich while it was in the umbra on 2022-05-16 (timeanddate.com: set 05:07 BST, totality from 04:29 to 05:53 BST).
+/// The Moon set in Greenwich while in the umbra on 2022-05-16 (timeanddate.com: moonset 05:07 BST, totality from 04:29 to 05:53 BST).
 #[test]
 fn contacts_below_the_horizon_are_marked() {
     let event = between(&[EventKind::Lunar], "2022-05-01", "2022-06-01").remove(0);
@@ -150,12 +150,12 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     assert!(rate > 100.0 && start_s < greatest_s - 4000.0, "{rate}, {} s before", greatest_s - start_s);
     let mut real_s = 0.0;
     while !window.state().viewer.time_rate.is_paused() {
-        later(&mut window, 0.5);
+        advance(&mut window, 0.5);
         real_s += 0.5;
         assert!(real_s < 60.0, "the watch never ends");
     }
     assert!((20.0..40.0).contains(&real_s), "{real_s} s");
-    // Half the passage of the penumbra over a place: 1 to 2 hours.
+    // Half the passage of the penumbra over a location: 1 to 2 hours.
     let after_s = window.state().viewer.view.tdb_s - greatest_s;
     assert!((3600.0..8000.0).contains(&after_s), "{after_s} s after the greatest eclipse");
     window.get_by_label("Greatest").click();
@@ -179,7 +179,7 @@ fn kinds_and_direction_choose_what_is_listed() {
         let name = format!("{moon}'s shadow on Jupiter, 2015-01-24 0");
         assert!(window.query_all_by_label_contains(&name).count() >= 1, "{name}");
     }
-    // Nothing is searched for, which is reported.
+    // An empty selection is reported.
     window.get_by_role_and_label(Role::CheckBox, EventKind::Moons.name()).click();
     window.run_steps(2);
     window.get_by_label("Choose at least one kind of event.");
@@ -197,7 +197,7 @@ fn kinds_and_direction_choose_what_is_listed() {
     assert!(tops[0] < tops[1]);
 }
 
-/// Draws nothing and answers one query at a time, on request.
+/// A worker that draws nothing and answers one query at a time, on request.
 #[derive(Default)]
 struct Slow {
     asked: Mutex<VecDeque<Task>>,

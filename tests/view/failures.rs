@@ -31,8 +31,8 @@ fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Lines, Interf
     (session, said, Interface::new(viewer, Settings::default()))
 }
 
-/// The reason is accessible in the window, and was reported once.
-fn is_said(session: &'static Session, said: &Lines, interface: Interface, word: &str) {
+/// Checks that the reason is accessible in the window, and was reported once.
+fn assert_reported_once(session: &'static Session, said: &Lines, interface: Interface, word: &str) {
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
     assert!(harness.state().drawing().is_none());
@@ -45,7 +45,7 @@ fn is_said(session: &'static Session, said: &Lines, interface: Interface, word: 
 #[test]
 fn a_time_outside_the_ephemeris_is_reported() {
     let (session, said, interface) = window(None, "9999-12-31T00:00:00Z");
-    is_said(session, &said, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
+    assert_reported_once(session, &said, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn a_fragment_that_does_not_compile_is_reported_and_a_valid_one_is_silent() {
     std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
     std::fs::write(&path, text.replace("@fragment", "@fragment nonsense")).expect("a file");
     let (session, said, interface) = window(Some(folder.path()), "2024-01-01T00:00:00Z");
-    is_said(session, &said, interface, "tone_map");
+    assert_reported_once(session, &said, interface, "tone_map");
     let (sound, said, interface) = window(None, "2024-01-01T00:00:00Z");
     let mut harness = harness_of(sound, interface);
     settle(&mut harness);

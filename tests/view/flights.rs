@@ -15,7 +15,7 @@ fn camera(view: &ViewState) -> Camera {
     viewer(session.catalog(), session.ephemeris(), &request).expect("a camera").camera
 }
 
-/// From the camera to a body's apparent centre: at its true place if the camera is on its ground, else with light time.
+/// Vector from the camera to a body's apparent centre: the true position if the camera is on the body's ground, otherwise with light time.
 fn seen_from_camera_km(body: NaifId, camera: &Camera, view: &ViewState, stands_on_it: bool) -> DVec3 {
     let ephemeris = session().ephemeris();
     let centre_km = if stands_on_it {
@@ -26,7 +26,8 @@ fn seen_from_camera_km(body: NaifId, camera: &Camera, view: &ViewState, stands_o
     centre_km - camera.position_km
 }
 
-/// From each of seven bodies to each other, from orbits and from the ground: light takes hours between some, in which they move a million kilometres.
+/// From each of seven bodies to each other, from orbits and from the ground: light takes hours between some of them, in which they move a million
+/// kilometres.
 #[test]
 fn a_flight_starts_where_the_camera_is() {
     let bodies = [10, 399, 301, 499, 599, 699, 999].map(NaifId);
@@ -57,12 +58,12 @@ fn a_flight_starts_where_the_camera_is() {
                 let moved_km = (seen_after_km - seen_before_km).length();
                 // Positions of five billion kilometres have steps of a metre.
                 assert!(moved_km < 0.1, "{from:?} to {to:?}, ground {on_ground}: {moved_km} km");
-                // True and apparent places differ by the body's speed times the light time through its radius.
+                // True and apparent positions differ by the body's speed times the light time through its radius.
                 let light_km = if on_ground { 50.0 * seen_before_km.length() / 299_792.458 } else { 0.1 };
                 let step_km = (after.position_km - before.position_km).length();
                 assert!(step_km < light_km.max(0.1), "{from:?} to {to:?}, ground {on_ground}: {step_km} km");
-                assert!((after.forward - before.forward).length() < 1e-3, "{from:?} to {to:?}, ground {on_ground}: the gaze jumps");
-                let CameraPose::Free { offset_km, .. } = viewer.view.eye else { panic!("no flight") };
+                assert!((after.forward - before.forward).length() < 1e-3, "{from:?} to {to:?}, ground {on_ground}: the camera turns");
+                let CameraPose::Free { offset_km, .. } = viewer.view.eye else { panic!("the camera must be in flight") };
                 let state = session().ephemeris().state(to, NaifId::SOLAR_SYSTEM_BARYCENTER, viewer.view.time(), None).expect("a place");
                 geometric_jump_km = geometric_jump_km.max((state.state.pos_km + offset_km - before.position_km).length());
             }

@@ -1,5 +1,5 @@
-//! The window under clicks and keys: the pressed row is selected, Escape closes one thing at a time and never the program, a failed search is reported and
-//! replaced, no picture is stretched.
+//! The window under clicks and keys: the pressed row is selected, Escape closes one thing at a time and never the program, a failed search is reported and replaced, and
+//! no picture is stretched.
 
 use crate::view::interface::{OwnPainter, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
@@ -23,13 +23,13 @@ const SEARCH: &str = "Search";
 
 pub(super) type Window = Harness<'static, Interface>;
 
-/// Draws immediately at first, and then not at all: the last picture stays, as it does for seconds if drawing is slow.
-struct Held {
+/// Draws immediately at first, and later not at all: the last picture stays on screen, as it does for seconds when drawing is slow.
+struct PausableWorker {
     prompt: InlineWorker<'static>,
     draws: Arc<AtomicBool>,
 }
 
-impl RenderWorker for Held {
+impl RenderWorker for PausableWorker {
     fn session(&self) -> &Session {
         self.prompt.session()
     }
@@ -47,8 +47,8 @@ impl RenderWorker for Held {
 }
 
 /// A window that draws pictures while `draws` is set, tall enough for every row of the list.
-pub(super) fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
-    let worker = Held { prompt: InlineWorker::new(session()), draws: Arc::clone(draws) };
+pub(super) fn pausable_window(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
+    let worker = PausableWorker { prompt: InlineWorker::new(session()), draws: Arc::clone(draws) };
     Harness::builder()
         .with_size([1100.0, height])
         .with_max_steps(40)
@@ -59,12 +59,12 @@ pub(super) fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -
 }
 
 pub(super) fn without_pictures(target: NaifId) -> Window {
-    let mut window = held(interface(target, TIME), &Arc::default(), 1900.0);
+    let mut window = pausable_window(interface(target, TIME), &Arc::default(), 1900.0);
     window.run_steps(3);
     window
 }
 
-pub(super) fn later(window: &mut Window, seconds: f64) {
+pub(super) fn advance(window: &mut Window, seconds: f64) {
     let next = window.ctx.input(|i| i.time) + seconds;
     window.input_mut().time = Some(next);
     window.run_steps(1);
@@ -133,7 +133,7 @@ fn the_pressed_row_is_the_selected_row() {
         assert_eq!(rows(&window), at_press, "the list moved under a click on {name}");
         window.run_steps(1);
         assert_eq!(window.state().viewer.selected, id, "{name} was pressed");
-        (0..3).for_each(|_| later(&mut window, 0.25));
+        (0..3).for_each(|_| advance(&mut window, 0.25));
     }
     assert_eq!(met.len(), window.state().viewer.subjects().len(), "rows that never showed");
 }
@@ -163,7 +163,7 @@ fn collapsed_branches_stay_collapsed() {
             let (place, mut is_open) = arrow(&window, name);
             for turn in 0..4 {
                 click(&mut window, place, turn % 2 == 0);
-                (0..3).for_each(|_| later(&mut window, 0.25));
+                (0..3).for_each(|_| advance(&mut window, 0.25));
                 let now = arrow(&window, name).1;
                 assert!(now != is_open, "{name}'s arrow does nothing at click {turn}, {selected:?} selected");
                 is_open = now;
@@ -175,12 +175,12 @@ fn collapsed_branches_stay_collapsed() {
 
 #[test]
 fn a_moon_that_is_selected_elsewhere_shows_in_the_list() {
-    let mut window = held(interface(NaifId::EARTH, TIME), &Arc::default(), 640.0);
+    let mut window = pausable_window(interface(NaifId::EARTH, TIME), &Arc::default(), 640.0);
     window.run_steps(3);
     for id in [NaifId(501), NaifId(606), NaifId(801), NaifId::MOON] {
         window.state_mut().viewer.selected = id;
         for _ in 0..8 {
-            later(&mut window, 0.2);
+            advance(&mut window, 0.2);
         }
         let place = rows(&window).into_iter().find(|r| r.0 == id).map(|r| r.2);
         let list = window.get_by_label("Fly").rect().top();
@@ -247,11 +247,12 @@ fn open_things(window: &Window) -> usize {
     things.into_iter().filter(|open| *open).count()
 }
 
-/// Every combination of search, menu, warning, help, some panel and fullscreen, and every panel with each of them: each Escape closes one of them, the last ones nothing, none the program.
+/// Every combination of search, menu, warning, help, one panel and fullscreen, and every panel with each of them: each Escape closes exactly one, further ones close
+/// nothing, and none ends the program.
 #[test]
 fn escape_closes_one_thing_at_a_time_and_never_the_program() {
     let tabs: Vec<Option<Tab>> = std::iter::once(None).chain(Tab::ALL.map(Some)).collect();
-    let mut window = held(interface(SATURN, TIME), &Arc::default(), 700.0);
+    let mut window = pausable_window(interface(SATURN, TIME), &Arc::default(), 700.0);
     window.run_steps(2);
     for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Left, Search::Menu] {
         for tab in &tabs {
@@ -266,7 +267,7 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
                 if !panel_meets {
                     continue;
                 }
-                // After all is closed, the state is the initial one.
+                // After everything is closed, the state is the initial one.
                 assert_eq!(open_things(&window), 0);
                 prepared(&mut window, search);
                 let state = window.state_mut();
@@ -287,7 +288,7 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
                     let now = open_things(&window);
                     assert!(!window.state().quit_requested, "{case}: Escape {press} quits");
                     assert_eq!(now, open.saturating_sub(1), "{case}: Escape {press}");
-                    // Items below the topmost are not closed first.
+                    // Only the topmost item is closed.
                     assert!(
                         now == 0 || window.state().fullscreen == full,
                         "{case}: Escape {press} leaves the full screen before what lies over it"
@@ -302,7 +303,7 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
 #[test]
 fn only_ctrl_q_quits() {
     for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Left] {
-        let mut window = held(interface(SATURN, TIME), &Arc::default(), 700.0);
+        let mut window = pausable_window(interface(SATURN, TIME), &Arc::default(), 700.0);
         window.run_steps(2);
         prepared(&mut window, search);
         for letter in (' '..='~').filter(|c| *c != '/') {
@@ -387,7 +388,7 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
     let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
     (shown.settings.names, shown.settings.markers, shown.settings.outline) = (false, false, false);
     let draws: Arc<AtomicBool> = Arc::new(true.into());
-    let mut window = held(shown, &draws, 640.0);
+    let mut window = pausable_window(shown, &draws, 640.0);
     settle(&mut window);
     let sky = |w: &Window| w.get_by_label_contains("The sky:").rect();
     let before_sky = sky(&window);
@@ -433,7 +434,7 @@ fn compared_pictures_are_never_stretched() {
     let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
     (shown.settings.names, shown.settings.markers, shown.settings.outline) = (false, false, false);
     let draws: Arc<AtomicBool> = Arc::new(true.into());
-    let mut window = held(shown, &draws, 640.0);
+    let mut window = pausable_window(shown, &draws, 640.0);
     window.state_mut().tab = Some(Tab::Compare);
     settle(&mut window);
     let request = window.state().drawing().expect("a picture").job.request.clone();

@@ -124,7 +124,7 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     let built_in = session.library().generator();
     assert!(
         ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.to_string().contains("no *.wesl")),
-        "an empty folder is a mistake"
+        "an empty folder is an error"
     );
     let (path, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wesl").expect("a fragment");
     let file = folder.path().join(path);
@@ -143,8 +143,8 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     harness.run_steps(8);
     assert_eq!(harness.state().drawing().expect("the last good picture").took_ms, shown);
     assert!(harness.state().message_line().contains(path), "{}", harness.state().message_line());
-    let told = names(&harness, "fn broken( {");
-    assert!(told.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {told:?}");
+    let labels = names(&harness, "fn broken( {");
+    assert!(labels.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {labels:?}");
     // Repaired.
     std::fs::write(&file, format!("{text}\n// mended\n")).expect("written");
     watch.check_files(&worker);

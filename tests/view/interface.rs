@@ -1,4 +1,4 @@
-//! The window's interface without a window: its controls are used by their accessible names, its pictures painted by the CPU painter.
+//! The window's interface without a window: its controls are used by their accessible names, and the CPU painter paints its pictures.
 
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
@@ -157,7 +157,7 @@ fn a_moment_is_one_click_away() {
     let mut harness = harness(interface(NaifId(499), "2000-01-01T12:00:00Z"));
     harness.state_mut().tab = Some(Tab::Moments);
     settle(&mut harness);
-    // Below the pictures of *What to see now*: a low window scrolls to it.
+    // The button is below the pictures of *What to see now*; a low window scrolls to it.
     harness.get_by_label("Total eclipse over North America").click_accesskit();
     settle(&mut harness);
     let state = harness.state();
@@ -357,5 +357,5 @@ fn real_time_needs_few_pictures() {
     assert!((passed_s - 10.0).abs() < 0.2, "{passed_s} s went by in ten");
     // A change of the view is drawn at once.
     harness.state_mut().viewer.view.fov_deg *= 0.9;
-    assert!(turns(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was asked for");
+    assert!(turns(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was requested");
 }

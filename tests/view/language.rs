@@ -1,4 +1,5 @@
-//! The window in German: the choice applies at once and is kept, buttons lie inside of the window, and no more texts are cut than in English.
+//! The window in German: the choice applies at once and is kept, buttons lie inside the window, and no more texts are truncated than in
+//! English.
 
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
@@ -69,8 +70,8 @@ fn german_buttons_fit() {
     }
 }
 
-/// Texts that end in an ellipsis for want of room.
-fn cut(harness: &Window) -> Vec<String> {
+/// Texts truncated with an ellipsis.
+fn truncated_texts(harness: &Window) -> Vec<String> {
     fn walk(shape: &Shape, out: &mut Vec<String>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, out)),
@@ -84,19 +85,19 @@ fn cut(harness: &Window) -> Vec<String> {
 }
 
 #[test]
-fn german_cuts_no_more_texts_of_the_bars_than_english() {
+fn german_truncates_no_more_texts_of_the_bars_than_english() {
     let mut shown = interface(SATURN, EQUINOX);
     shown.settings.panels.timeline_shown = true;
     let mut harness = harness(shown);
     harness.set_size([1280.0, 800.0].into());
     settle(&mut harness);
-    let english = cut(&harness);
+    let english = truncated_texts(&harness);
     harness.state_mut().language = Language::German;
     settle(&mut harness);
-    let german = cut(&harness);
+    let german = truncated_texts(&harness);
     assert!(german.len() <= english.len(), "{german:?}, in English {english:?}");
-    // In a narrow window something is cut: the search finds it.
+    // In a narrow window some text is truncated, and the search finds it.
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
-    assert!(cut(&harness).iter().any(|text| text.starts_with("seine Normalen")), "the reasons of effects are cut");
+    assert!(truncated_texts(&harness).iter().any(|text| text.starts_with("seine Normalen")), "the reasons of effects are cut");
 }

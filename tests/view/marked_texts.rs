@@ -1,4 +1,5 @@
-//! Each text of the window comes from its Fluent files: in the marked language whatever is painted, hovered or told to a screen reader stands between marks, or is of a stated kind.
+//! All texts of the window come from its Fluent files: in the marked test language, everything that is painted, shown as a tooltip or reported to a screen reader is
+//! enclosed in marks, or is one of the exceptions below.
 
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
@@ -20,8 +21,8 @@ const EQUINOX: &str = "2017-05-17T00:00:00Z";
 
 type Window = Harness<'static, Interface>;
 
-/// The parts of a text that no message gives: those outside of `«»`, and those in it between `‹›`, which are filled in.
-fn given_elsewhere(text: &str) -> Vec<String> {
+/// The parts of a text that do not come from a message: those outside `«»`, and the inserted values inside it, between `‹›`.
+fn parts_without_message(text: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut open = Vec::new();
     for c in text.chars() {
@@ -64,7 +65,8 @@ const UNITS: [&str; 22] = [
     "e",
 ];
 
-/// Names that are written alike in every language: of this program, languages, hardware, shading languages; places and stars that the searches below find; keys and pins of one letter.
+/// Names that are the same in every language: of this program, languages, hardware, shading languages; places and stars that the searches below find; keys and pins of
+/// one letter.
 const NAMES: [&str; 37] = [
     "C1",
     "C2",
@@ -105,10 +107,10 @@ const NAMES: [&str; 37] = [
     "V",
 ];
 
-/// What egui itself tells screen readers, in English.
+/// Texts that egui itself reports to screen readers, in English.
 const OF_EGUI: [&str; 3] = ["Resize panel", "Close window", "Hide"];
 
-/// A number in digits, with its units and marks: no decimal point.
+/// Whether a word is a number with its units and marks, without a decimal point.
 fn is_number(word: &str) -> bool {
     word.chars().all(|c| c.is_ascii_digit() || "°′″%±×".contains(c))
         || word
@@ -118,19 +120,19 @@ fn is_number(word: &str) -> bool {
         || word.split_once('x').is_some_and(|(a, b)| is_number(a) && is_number(b) && !a.is_empty() && !b.is_empty())
 }
 
-/// Names of the catalogs that have no message: bodies, rings, features of surfaces, moments' sources.
+/// Catalog names without a message: bodies, rings, surface features, sources of moments.
 fn catalog_names() -> BTreeSet<String> {
     let catalog = session().catalog();
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
-        // One that has a message is shown by it.
+        // A body that has a message is shown by its message.
         if translated(&body.name) == body.name && !MESSAGE_BODIES.contains(&body.name.as_str()) {
             all.insert(body.name.clone());
         }
         all.extend(body.rings.iter().map(|ring| ring.name.clone()));
     }
     all.extend(catalog.moments().iter().map(|moment| moment.source.clone()));
-    // Comets, constellations and instruments, and the features that the searches below find.
+    // Comets, constellations and instruments, and surface features that the searches below find.
     for file in ["comets.csv", "constellation_names.json", "instruments.toml", "nomenclature_usgs.csv"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("catalogs").join(file);
         let text = std::fs::read_to_string(path).expect(file);
@@ -146,7 +148,7 @@ fn catalog_names() -> BTreeSet<String> {
 /// Bodies whose names differ between languages.
 const MESSAGE_BODIES: [&str; 10] = ["Sun", "Mercury", "Earth", "Moon", "Neptune", "Pluto", "Callisto", "Ganymede", "Nereid", "Saturn"];
 
-/// Names of shader modules, as their files are called.
+/// Names of shader modules, from their files.
 fn module_names() -> BTreeSet<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/entry");
     let stems =
@@ -154,14 +156,14 @@ fn module_names() -> BTreeSet<String> {
     stems.flat_map(|stem| [stem.replace('_', " "), stem]).collect()
 }
 
-/// Dimensions of keys with their values and features, stages of a module, effects as the Shader panel's features name them.
+/// Dimensions of keys with their values and features, stages of a module, and effects as named by the Shader panel's features.
 fn key_names() -> BTreeSet<String> {
     let of_dimension = |d: &'static Dimension| std::iter::once(d.name).chain(d.texts.iter().copied()).chain(d.features.iter().copied());
     let effects = Effect::ALL.into_iter().map(|effect| effect.name());
     DIMENSIONS.iter().flat_map(of_dimension).chain(effects).chain(["limb-heights", "vertex", "fragment", "y"]).map(str::to_owned).collect()
 }
 
-/// Parts of texts that are neither messages nor of a stated kind.
+/// Collects parts of texts that are neither messages nor allowed exceptions.
 pub struct Scan {
     names: BTreeSet<String>,
     modules: BTreeSet<String>,
@@ -175,7 +177,7 @@ impl Scan {
         Self { names: catalog_names(), modules: module_names(), keys: key_names(), faults: BTreeSet::new(), seen: 0 }
     }
 
-    fn is_stated(&self, place: &str, part: &str) -> bool {
+    fn is_allowed(&self, place: &str, part: &str) -> bool {
         let code = |text: &str| place.contains("Shader") && self.keys.contains(text);
         let known = |text: &str| {
             code(text)
@@ -185,7 +187,7 @@ impl Scan {
                 || UNITS.contains(&text)
                 || OF_EGUI.contains(&text)
         };
-        // Links, files and folders; the fields of effects and keys with what is typed there.
+        // Links, files and folders; editable fields of effects and keys with their typed text.
         let folder = env!("CARGO_MANIFEST_DIR").trim_matches('/');
         let is_typed = |word: &str| {
             word.contains("/orrery/")
@@ -224,8 +226,8 @@ impl Scan {
     pub fn check(&mut self, place: &str, texts: impl IntoIterator<Item = String>) {
         for text in texts {
             self.seen += 1;
-            for part in given_elsewhere(&text) {
-                if !self.is_stated(place, &part) {
+            for part in parts_without_message(&text) {
+                if !self.is_allowed(place, &part) {
                     let whole: String = text.chars().take(160).collect();
                     self.faults.insert(format!("{place}: {part}   in: {whole}"));
                 }
@@ -239,36 +241,36 @@ fn is_value_list(part: &str) -> bool {
     part.contains(", ") && part.split(", ").all(is_decimal)
 }
 
-/// `1.5`: a number that was not written in the window's language.
+/// `1.5`: a number that is not formatted in the window's language.
 fn is_decimal(word: &str) -> bool {
     word.split('.').all(|digits| !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit()))
 }
 
-/// Everything that is painted or told to a screen reader. `code`: source text, which stands in a font of its own, is left out.
-fn texts<S>(window: &Harness<'static, S>, code: bool) -> BTreeSet<String> {
-    fn painted(shape: &Shape, code: bool, out: &mut BTreeSet<String>) {
+/// Every text that is painted or reported to a screen reader. With `without_code`, source text, which has its own font, is left out.
+fn texts<S>(window: &Harness<'static, S>, without_code: bool) -> BTreeSet<String> {
+    fn painted(shape: &Shape, without_code: bool, out: &mut BTreeSet<String>) {
         match shape {
-            Shape::Vec(shapes) => shapes.iter().for_each(|shape| painted(shape, code, out)),
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| painted(shape, without_code, out)),
             Shape::Text(text) => {
                 let is_code = text.galley.job.sections.iter().all(|section| section.format.font_id.family == FontFamily::Monospace);
-                if !(code && is_code) {
+                if !(without_code && is_code) {
                     out.insert(text.galley.job.text.clone());
                 }
             }
             _ => {}
         }
     }
-    fn told(node: &egui_kittest::Node<'_>, code: bool, out: &mut BTreeSet<String>) {
+    fn told(node: &egui_kittest::Node<'_>, without_code: bool, out: &mut BTreeSet<String>) {
         let n = node.accesskit_node();
-        // A text run repeats its label. Lines of source and values beside them are told as they are painted.
-        if n.role() != Role::TextRun && !(code && n.role() == Role::Label) {
+        // A text run repeats its label. With `without_code`, labels are source lines and their values, which are painted too.
+        if n.role() != Role::TextRun && !(without_code && n.role() == Role::Label) {
             out.extend([n.label(), n.value(), n.description()].into_iter().flatten());
         }
-        node.children().for_each(|child| told(&child, code, out));
+        node.children().for_each(|child| told(&child, without_code, out));
     }
     let mut out = BTreeSet::new();
-    window.output().shapes.iter().for_each(|ClippedShape { shape, .. }| painted(shape, code, &mut out));
-    told(&window.root(), code, &mut out);
+    window.output().shapes.iter().for_each(|ClippedShape { shape, .. }| painted(shape, without_code, &mut out));
+    told(&window.root(), without_code, &mut out);
     out
 }
 
@@ -276,7 +278,7 @@ fn texts<S>(window: &Harness<'static, S>, code: bool) -> BTreeSet<String> {
 fn controls(window: &Window) -> Vec<(String, Role, Rect)> {
     fn walk(node: &egui_kittest::Node<'_>, out: &mut Vec<(String, Role, Rect)>) {
         let n = node.accesskit_node();
-        // The harness draws one pixel a point.
+        // The harness draws one pixel per point.
         if let Some(b) = n.bounding_box() {
             let rect = Rect::from_min_max(Pos2::new(b.x0 as f32, b.y0 as f32), Pos2::new(b.x1 as f32, b.y1 as f32));
             out.push((n.label().unwrap_or_default(), n.role(), rect));
@@ -302,7 +304,7 @@ fn press(window: &mut Window, at: Pos2, button: PointerButton, modifiers: Modifi
     window.run_steps(1);
 }
 
-/// Scans what is shown, then each tooltip that was not seen before.
+/// Scans the visible texts, then each tooltip that was not seen before.
 fn scan_with_tooltips(scan: &mut Scan, window: &mut Window, place: &str, hovered: &mut BTreeSet<String>) {
     let code = window.state().tab == Some(Tab::Shader);
     scan.check(place, texts(window, code));
@@ -332,7 +334,7 @@ fn marked_window(target: NaifId, utc: &str) -> Window {
     window
 }
 
-/// Opens what is folded, each list and each menu, and scans them.
+/// Opens and scans each collapsed section, list and menu.
 fn scan_lists(scan: &mut Scan, window: &mut Window, place: &str, hovered: &mut BTreeSet<String>) {
     for (name, role, rect) in controls(window) {
         let is_menu = role == Role::ComboBox || role == Role::Button && ["«Layers»", "«Calendar»"].contains(&name.as_str());
@@ -372,9 +374,9 @@ fn every_panel_shows_only_messages() {
     assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.seen, scan.faults);
 }
 
-/// What the window shows after something was done: searches, menus, measured angles, tours, events, pages of the shader, comparisons, a warning.
+/// Texts that the window shows after an action: searches, menus, measured angles, tours, events, pages of the shader, comparisons, a warning.
 #[test]
-fn what_actions_bring_up_shows_only_messages() {
+fn results_of_actions_show_only_messages() {
     let mut window = marked_window(NaifId::EARTH, "2024-04-08T18:30:00Z");
     window.state_mut().settings.home = Home { latitude_deg: 32.8, longitude_deg: -96.8 };
     let (mut scan, mut hovered) = (Scan::new(), BTreeSet::new());
@@ -410,7 +412,7 @@ fn what_actions_bring_up_shows_only_messages() {
         press(&mut window, at, PointerButton::Primary, Modifiers::CTRL);
     }
     scan.check("measured angle", texts(&window, false));
-    // The line itself is an error of a link.
+    // The warning line itself is an error message of a link.
     window.state_mut().warning = Some("orrery://view?".into());
     window.run_steps(3);
     scan.check("warning", texts(&window, false));
@@ -438,13 +440,13 @@ fn what_actions_bring_up_shows_only_messages() {
     assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.seen, scan.faults);
 }
 
-/// A label, a number or a tooltip that does not come from a message is found.
+/// The scan detects a label, a number or a tooltip that does not come from a message.
 #[test]
-fn a_text_of_the_code_is_found() {
+fn a_text_without_a_message_is_found() {
     let scan = Scan::new();
     for text in ["Save image", "Save", "«Saved» file", "«Open ‹the file›»", "1.5 km", "12 kilometres", "Sun", "paused", "«km» per second"]
     {
-        assert!(given_elsewhere(text).iter().any(|part| !scan.is_stated("here", part)), "{text}");
+        assert!(parts_without_message(text).iter().any(|part| !scan.is_allowed("here", part)), "{text}");
     }
     for text in [
         "«Save image»",
@@ -457,7 +459,7 @@ fn a_text_of_the_code_is_found() {
         "orrery.png",
         "lambert.albedo.sun1",
     ] {
-        assert!(given_elsewhere(text).iter().all(|part| scan.is_stated("here", part)), "{text}");
+        assert!(parts_without_message(text).iter().all(|part| scan.is_allowed("here", part)), "{text}");
     }
     let mut window = Harness::new_ui(|ui| {
         ui.label("painted");

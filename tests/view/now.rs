@@ -44,7 +44,7 @@ fn each_picture_opens_its_view_and_hides_the_row() {
         let view = state.viewer.destination();
         let (target, tab) = match item {
             NowItem::Moon => (NaifId::MOON, None),
-            // The test's clock stands at J2000: a total eclipse of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
+            // The test's clock is at J2000: a total eclipse of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
             NowItem::Eclipse => (NaifId::MOON, Some(Tab::Events)),
             NowItem::Saturn => (SATURN, None),
             NowItem::Shadows => (NaifId(599), None),
@@ -56,9 +56,9 @@ fn each_picture_opens_its_view_and_hides_the_row() {
             window.get_by_label("Watch it");
         }
         if matches!(item, NowItem::Moon | NowItem::Saturn) {
-            assert!(view.tdb_s.abs() < 10.0, "it is of now");
+            assert!(view.tdb_s.abs() < 10.0, "the view is at the current time");
         }
-        // Over the sky it is closed; the panel still has it.
+        // The row over the sky is closed; the panel still shows it.
         window.state_mut().tab = None;
         settle(&mut window);
         assert!(tiles(&window).is_empty() && !window.state().settings.panels.now_shown);

@@ -18,7 +18,8 @@ const EQUINOX: &str = "2017-05-17T00:00:00Z";
 /// Units of measured values.
 const MEASURED: [&str; 3] = ["ms", "MiB", "µs"];
 
-/// A line without the numbers that differ from run to run: those before a unit of measurement, and in `counts` all.
+/// A line without the numbers that differ from run to run: those in front of a unit of measurement, and all numbers
+/// if `counts` is set.
 fn without_measurements(line: &str, counts: bool) -> String {
     let words: Vec<&str> = line.split(' ').collect();
     let number = |w: &str| w.trim_matches(|c| "+-−(,%".contains(c)).parse::<f64>().is_ok();
@@ -31,25 +32,25 @@ fn without_measurements(line: &str, counts: bool) -> String {
 fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
     fn walk(node: &egui_kittest::Node<'_>, depth: usize, counts: bool, out: &mut String) {
         let n = node.accesskit_node();
-        let said = n.label().or_else(|| n.value()).unwrap_or_default();
+        let shown_text = n.label().or_else(|| n.value()).unwrap_or_default();
         // Text runs repeat their label; source lines have another test.
-        let listing = n.role() == Role::Unknown || said.starts_with("    ");
-        if n.role() == Role::TextRun || listing && !said.is_empty() {
+        let listing = n.role() == Role::Unknown || shown_text.starts_with("    ");
+        if n.role() == Role::TextRun || listing && !shown_text.is_empty() {
             return;
         }
         let silent = matches!(n.role(), Role::GenericContainer | Role::Unknown | Role::Window);
-        let below = if silent && said.is_empty() { depth } else { depth + 1 };
+        let below = if silent && shown_text.is_empty() { depth } else { depth + 1 };
         if below > depth {
             let state = match n.toggled() {
                 Some(Toggled::True) => " [on]",
                 Some(Toggled::False) => " [off]",
                 _ => "",
             };
-            let said = said.split("view?").next().unwrap_or_default().replace('\n', " / ");
-            // Paths differ between machines.
+            let shown_text = shown_text.split("view?").next().unwrap_or_default().replace('\n', " / ");
+            // The current folder differs between machines.
             let here = std::env::current_dir().map_or(String::new(), |d| d.display().to_string());
-            let said = if here.is_empty() { said } else { said.replace(&here, "(here)") };
-            let line = without_measurements(&said, counts);
+            let shown_text = if here.is_empty() { shown_text } else { shown_text.replace(&here, "(here)") };
+            let line = without_measurements(&shown_text, counts);
             let _ = writeln!(out, "{}{:?} {line}{state}", "  ".repeat(depth), n.role());
         }
         for child in node.children() {
@@ -124,7 +125,7 @@ fn effect_costs_appear_once_the_view_is_at_rest() {
 }
 
 #[test]
-fn the_tone_map_cuts_or_bends_what_is_beyond_white() {
+fn the_tone_map_clips_or_compresses_light_above_white() {
     // The Moon is slightly brighter than its exposure: with added stops some of it exceeds white.
     let time = Instant::parse("2024-04-20T00:00:00Z").expect("a time");
     let view = ViewRequest { width: 48, height: 48, exposure: ExposureRequest::Stops(4.5), ..ViewRequest::of(NaifId::MOON, time) };

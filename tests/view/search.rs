@@ -31,12 +31,12 @@ fn dates_in_many_forms_set_the_time() {
         assert_eq!(window.state().viewer.view.time().to_utc_iso(), "2024-04-08T00:00:00Z", "{text}");
         assert_eq!(window.state().viewer.view.target, MARS, "{text}");
     }
-    // The test's clock stands at J2000.
+    // The test's clock is at J2000.
     assert_eq!(searched("now").state().viewer.view.tdb_s, 0.0);
 }
 
 #[test]
-fn each_kind_of_answer_leads_where_it_says() {
+fn each_kind_of_answer_leads_to_its_target() {
     let events = searched("eclipse 2027");
     assert_eq!(events.state().tab, Some(Tab::Events));
     // Total in Spain and Egypt on 2027-08-02 (Espenak and Meeus, canon of solar eclipses).
@@ -69,7 +69,7 @@ fn each_kind_of_answer_leads_where_it_says() {
     // The port's lighthouse on Cerro del Creston: 23.177 N, 106.427 W.
     assert!((latitude_deg - 23.2).abs() < 0.1 && (longitude_deg + 106.4).abs() < 0.1, "{latitude_deg} {longitude_deg}");
     city.get_by_label_contains("events, rise and set are told for this place");
-    // A crater is seen from above at its place: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
+    // A crater is viewed from above: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
     let tycho = searched("tycho");
     let view = &tycho.state().viewer.view;
     let CameraPose::Orbit { body: NaifId::MOON, fixed: true, azimuth_deg, elevation_deg, .. } = view.eye else { panic!("{view:?}") };
@@ -77,7 +77,7 @@ fn each_kind_of_answer_leads_where_it_says() {
         (elevation_deg + 43.3).abs() < 0.1 && ((azimuth_deg + 11.2 + 180.0).rem_euclid(360.0) - 180.0).abs() < 0.1,
         "{azimuth_deg} {elevation_deg}"
     );
-    // A star is no body: the view is from beside the Earth.
+    // A star is not a body: the view is from near the Earth.
     let vega = searched("vega");
     assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));
 }

@@ -45,13 +45,13 @@ fn pictures_never_overwrite_and_their_whole_path_is_shown() {
         window.key_press_modifiers(Modifiers::COMMAND, Key::S);
         settle(&mut window);
         let path = at(&format!("p-{}.png", k + 2));
-        assert_eq!(window.state().message, format!("Saved {}", path.display()), "said after the pictures that came since");
+        assert_eq!(window.state().message, format!("Saved {}", path.display()), "the message must remain after later pictures");
         assert_eq!(window.state().message_line(), window.state().message);
         assert_eq!(image::image_dimensions(&path).expect("a picture"), (24, 16));
         assert_eq!(window.state().tab, tab, "saving opens no panel");
     }
     assert_eq!(std::fs::read_to_string(at("p.png")).expect("a file"), "mine");
-    // A sequence under the same plain name, twice; the second beside the first.
+    // A sequence under the same plain name, twice; the second gets another name.
     window.state_mut().tab = Some(Tab::Share);
     for first in ["p-00000.png", "p-5-00000.png"] {
         if first.starts_with("p-5") {
@@ -114,7 +114,7 @@ fn an_animation_is_one_file_and_overwrites_none() {
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "mine");
         if name.ends_with("apng") {
             let frames = frames_of(&free);
-            assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three pictures of Saturn that turns");
+            assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three different pictures of rotating Saturn");
             // Centred on the displayed time: the middle frame is the displayed view.
             let view = window.state().viewer.view.clone();
             let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
@@ -216,7 +216,7 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         let shown_s = other.state().viewer.view.tdb_s;
         settle(&mut other);
         assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
-        assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time goes on, or does not");
+        assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time must run or stay paused as shared");
         // The saved text gives the link that it came from.
         let again = other.state().viewer.shareable();
         assert_eq!(again.paused, Some(paused));

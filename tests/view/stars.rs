@@ -1,6 +1,6 @@
-//! Stars in the window: facts about a clicked star, and angles between two places.
+//! Stars in the window: facts about a clicked star, and angles between two points.
 
-use crate::view::input::{TIME, Window, click, held};
+use crate::view::input::{TIME, Window, click, pausable_window};
 use crate::view::interface::{interface, session, settle};
 use egui::{Event, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::Queryable;
@@ -9,7 +9,8 @@ use orrery::view::panels::Tab;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A click on a star shows its name at once and its facts in the Information panel; a click beside it deselects it, and Ctrl with two clicks measures an angle.
+/// A click on a star shows its name at once and its facts in the Information panel; a click next to the star deselects it, and two clicks with Ctrl measure an
+/// angle.
 #[test]
 fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let mut interface = interface(NaifId::EARTH, TIME);
@@ -20,7 +21,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let view = orrery::view::app::search::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
     interface.viewer.apply(orrery::view::app::viewer::Action::Show(Box::new(view)), 900.0, &places);
     interface.tab = Some(Tab::Information);
-    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 900.0);
+    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 900.0);
     window.run_steps(20);
     settle(&mut window);
     // Position of the star on the screen: the sky is the area that the panels leave.
@@ -40,7 +41,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     window.run_steps(3);
     assert!(window.state().message.starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message);
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
-    // With Ctrl: from the star to a place at a known distance in pixels.
+    // With Ctrl: from the star to a point at a known distance in pixels.
     let ctrl = |window: &mut Window, pos: Pos2| {
         window.event(Event::ModifiersChanged(Modifiers::COMMAND));
         window.run_steps(1);

@@ -1,4 +1,4 @@
-//! What other layers say in English has its message in the window's Fluent files: reasons of scenes, and the catalogs that ship.
+//! English texts of other layers have messages in the window's Fluent files: reasons of scenes, and texts of the shipped catalogs.
 
 use crate::view::interface::session;
 use crate::view::marked_texts::Scan;
@@ -9,11 +9,11 @@ use orrery::time::Instant;
 use orrery::view::language::{self, Language, translated};
 use std::collections::BTreeSet;
 
-/// Each has something that the others lack: air, rings, clouds, a shape, an invented map.
+/// Each body has a property that the others lack: air, rings, clouds, a shape, an invented map.
 const BODIES: [&str; 14] =
     ["Sun", "Mercury", "Venus", "Earth", "Moon", "Mars", "Phobos", "Jupiter", "Io", "Saturn", "Titan", "Iapetus", "Triton", "Vesta"];
 
-/// Reasons of scenes of every moment and of many bodies, by day and night, near and far, with everything on and off: each has its message.
+/// Reasons of scenes of every moment and of many bodies, by day and night, near and far, with all effects on and off: each has a message.
 #[test]
 fn reasons_of_scenes_are_messages() {
     language::set(Language::Marked);
@@ -40,14 +40,14 @@ fn reasons_of_scenes_are_messages() {
                 ..ViewRequest::of(target, time)
             };
             let Ok(scene) = session().scene(&request) else { continue };
-            let mut said = vec![scene.exposure.reason.clone()];
+            let mut reasons = vec![scene.exposure.reason.clone()];
             for decision in scene.bodies.iter().flat_map(|body| &body.decisions).chain(&scene.sky) {
                 features.insert(decision.feature);
-                said.push(decision.tier.map_or(decision.reason.clone(), |tier| format!("{}; {tier}", decision.reason)));
+                reasons.push(decision.tier.map_or(decision.reason.clone(), |tier| format!("{}; {tier}", decision.reason)));
             }
-            said.sort();
-            said.dedup();
-            scan.check(&format!("{target:?}"), said.iter().map(|text| translated(text).into_owned()));
+            reasons.sort();
+            reasons.dedup();
+            scan.check(&format!("{target:?}"), reasons.iter().map(|text| translated(text).into_owned()));
         }
     }
     assert!(features.len() > 35 && scan.seen > 2000, "{} features, {} reasons", features.len(), scan.seen);
@@ -55,24 +55,24 @@ fn reasons_of_scenes_are_messages() {
     language::set(Language::English);
 }
 
-/// What the catalogs that ship say of moments, tours and estimates has its message.
+/// The texts of moments, tours and estimates in the shipped catalogs have messages.
 #[test]
-fn catalogs_speak_in_messages() {
+fn texts_of_catalogs_are_messages() {
     language::set(Language::Marked);
     let mut scan = Scan::new();
     let catalog = session().catalog();
-    let mut said: Vec<String> = catalog.moments().iter().flat_map(|moment| [moment.name.clone(), moment.about.clone()]).collect();
+    let mut texts: Vec<String> = catalog.moments().iter().flat_map(|moment| [moment.name.clone(), moment.about.clone()]).collect();
     for body in catalog.bodies() {
-        said.extend(body.estimate_notes());
-        said.extend(body.atmosphere.iter().flat_map(|air| &air.species).map(|species| species.name.clone()));
+        texts.extend(body.estimate_notes());
+        texts.extend(body.atmosphere.iter().flat_map(|air| &air.species).map(|species| species.name.clone()));
     }
     for (title, about, text) in orrery_catalogs::TOURS {
         let tour: serde_json::Value = serde_json::from_str(text).expect("JSON");
-        said.extend([title, about].map(|text| (*text).to_owned()));
-        said.extend(tour["stops"].as_array().expect("stops").iter().filter_map(|stop| stop["text"].as_str().map(str::to_owned)));
+        texts.extend([title, about].map(|text| (*text).to_owned()));
+        texts.extend(tour["stops"].as_array().expect("stops").iter().filter_map(|stop| stop["text"].as_str().map(str::to_owned)));
     }
-    assert!(said.len() > 100, "{} texts", said.len());
-    scan.check("catalogs", said.iter().map(|text| translated(text).into_owned()));
+    assert!(texts.len() > 100, "{} texts", texts.len());
+    scan.check("catalogs", texts.iter().map(|text| translated(text).into_owned()));
     assert!(scan.faults.is_empty(), "{:#?}", scan.faults);
     language::set(Language::English);
 }

@@ -1,6 +1,6 @@
-//! The time bar: clock, calendar, rate, neighbouring events; and the hints for new users.
+//! The time bar: clock, calendar, rate, neighbouring events; and hints for new users.
 
-use crate::view::input::{Window, click, later, without_pictures};
+use crate::view::input::{Window, advance, click, without_pictures};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton};
@@ -129,7 +129,7 @@ fn driver_messages_do_not_cover_the_picture() {
     window.state_mut().tab = Some(Tab::Performance);
     window.run_steps(2);
     window.get_by_label(line);
-    later(&mut window, 20.0);
+    advance(&mut window, 20.0);
     assert_eq!(window.state().message_line(), "");
 }
 
@@ -146,7 +146,7 @@ fn a_click_does_not_blur() {
     click(&mut window, sky, false);
     for _ in 0..6 {
         assert_eq!(drawn(&window), sharp);
-        later(&mut window, 0.05);
+        advance(&mut window, 0.05);
     }
     assert_eq!(window.state().viewer.selected, NaifId(499));
     // A drag of the view may cause coarse pictures.
@@ -156,7 +156,7 @@ fn a_click_does_not_blur() {
 }
 
 #[test]
-fn a_right_click_opens_what_can_be_done_with_a_body() {
+fn a_right_click_opens_the_menu_of_a_body() {
     let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
     settle(&mut window);
     let sky = window.get_by_label_contains("The sky:").rect().center();

@@ -1,4 +1,4 @@
-//! The timeline: pointer, wheel, keys and screen readers change the time; its events are those that the search finds.
+//! The timeline: pointer, wheel, keys and screen readers change the time; it shows the events that the search finds.
 
 use crate::view::input::{Window, click};
 use crate::view::interface::{harness, interface, settle};
@@ -30,7 +30,7 @@ fn days(window: &Window) -> f64 {
 }
 
 #[test]
-fn a_drag_moves_time_as_it_moves_the_dates() {
+fn a_drag_moves_the_time_with_the_dates() {
     let mut window = window();
     let rect = strip(&window);
     let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
@@ -49,19 +49,19 @@ fn a_drag_moves_time_as_it_moves_the_dates() {
 }
 
 #[test]
-fn a_click_goes_to_a_date_or_to_the_event_that_is_there() {
+fn a_click_goes_to_a_date_or_an_event() {
     let mut window = window();
     let rect = strip(&window);
     let at = |days: f64| rect.center() + egui::vec2((days / 200.0) as f32 * rect.width(), 0.0);
     click(&mut window, at(40.0), false);
     window.run_steps(2);
     assert!((days(&window) - 40.0).abs() < 1.0, "{} days", days(&window));
-    // Time is in the middle again: the total eclipse of 2024-04-08 18:17:20 UT (NASA) lies 62.2 days before it.
+    // Time is in the middle again: the total eclipse of 2024-04-08 18:17:20 UT (NASA) is 62.2 days before it.
     click(&mut window, at(-22.24 - 40.0), false);
     settle(&mut window);
     let shown = window.state().viewer.view.time().to_utc_iso();
     assert!(shown.starts_with("2024-04-08T18:17"), "{shown}");
-    assert_eq!(window.state().viewer.view.target, NaifId::SUN, "from its best standpoint");
+    assert_eq!(window.state().viewer.view.target, NaifId::SUN, "seen from the best location");
 }
 
 #[test]

@@ -15,7 +15,8 @@ fn parse(text: &str) -> Result<Tour, String> {
     Tour::parse(text, session(), Instant::parse("2024-01-01").expect("a time")).map_err(|e| e.to_string())
 }
 
-/// From a body's apparent centre to the camera, and the direction of view: a camera on the body's ground sees it at its true place, others with light time.
+/// Vector from a body's apparent centre to the camera, and the direction of view: a camera on the body's ground sees the body's true position, other
+/// cameras see it with light time.
 fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     let session = session();
     let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
@@ -35,7 +36,7 @@ fn shipped_tours_are_smooth_from_end_to_end() {
         let tour = parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(tour.title == *name && tour.stops() >= 3 && (20.0..180.0).contains(&tour.length_s()), "{name}: {} s", tour.length_s());
         let mut before = tour.at(0.0);
-        let mut way = 0;
+        let mut frames = 0;
         for k in 1..=(25.0 * tour.length_s()) as u32 {
             let now = tour.at(f64::from(k) / 25.0);
             let request = now.view.request(session().catalog(), session().ephemeris(), 16, 9).expect("a view");
@@ -44,7 +45,7 @@ fn shipped_tours_are_smooth_from_end_to_end() {
             let body = now.view.eye.body();
             if now.moves && before.moves && now.stop == before.stop && now.view.tracks == before.view.tracks && !now.view.tracks {
                 let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&now.view, body));
-                way += 1;
+                frames += 1;
                 let ratio = (b.length() / a.length()).ln().abs();
                 assert!(ratio < 0.2, "{name}, {} s: the distance changes by {ratio}", f64::from(k) / 25.0);
                 let turned = ahead.cross(ahead_now).length().atan2(ahead.dot(ahead_now)).to_degrees();
@@ -52,7 +53,7 @@ fn shipped_tours_are_smooth_from_end_to_end() {
             }
             before = now;
         }
-        assert!(way > 50, "{name}: {way} pictures on the way");
+        assert!(frames > 50, "{name}: {frames} pictures between stops");
     }
 }
 
@@ -74,7 +75,7 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
             let body = tour.at(arrives_s).view.eye.body();
             let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&after.view, body));
             assert!((a - b).length() < 1e-5 * a.length(), "stop {k}, {at_s} s: {a} {b}");
-            // A tracked target is at its apparent place; the path ends at the place without aberration: 20 arcsec.
+            // A tracked target is at its apparent position; the path ends at the position without aberration: 20 arcsec.
             assert!((ahead - ahead_now).length() < 2e-4, "stop {k}, {at_s} s: {ahead} {ahead_now}");
             assert!(
                 (before.view.tdb_s - after.view.tdb_s).abs() < 1e-3 * 86_400.0
@@ -107,14 +108,14 @@ fn a_tour_error_names_its_stop_and_field() {
         (one(r#""view":"orrery://view?target=Moon","time_rate":1e99"#), "stop 2, time_rate"),
         (one(r#""view":"orrery://view?target=Moon","holds":3"#), "holds"),
     ] {
-        let said = parse(&text).expect_err(&text);
-        assert!(said.contains(about) && !said.contains('\n'), "{text}: {said}");
+        let error = parse(&text).expect_err(&text);
+        assert!(error.contains(about) && !error.contains('\n'), "{text}: {error}");
     }
     let long = format!(r#"{{"title":"T","stops":[{}]}}"#, [r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
     assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
 }
 
-/// One more click records it: as many frames as its length, the first and the last showing its ends.
+/// One more click records the tour: as many frames as its length, with the first and last frames showing its ends.
 #[test]
 fn a_tour_is_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -147,7 +148,7 @@ fn a_tour_is_recorded() {
     assert_eq!(frames as f64, length_s.ceil());
 }
 
-/// Two clicks play it; moving the view pauses it and keeps the view; Escape ends it.
+/// Two clicks play the tour; moving the view pauses it and keeps the view; Escape ends it.
 #[test]
 fn a_tour_plays_in_the_window() {
     let mut window = without_pictures(NaifId(699));
@@ -177,7 +178,7 @@ fn a_tour_plays_in_the_window() {
         window.query_by_label("End tour").is_none() && window.state().tab == Some(Tab::Moments),
         "Escape ends the tour and leaves the panel"
     );
-    // The way back.
+    // Back returns to the view before the tour.
     window.get_by_label("Back").click();
     window.run_steps(2);
     assert_eq!(window.state().viewer.view.target, NaifId(699));

@@ -66,11 +66,11 @@ fn picture(frame: orrery::render::frame::Frame) -> DisplayImage {
     DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
 }
 
-fn apart(a: &DisplayImage, b: &DisplayImage) -> Difference {
+fn difference_of(a: &DisplayImage, b: &DisplayImage) -> Difference {
     a.difference(b).expect("one size")
 }
 
-fn far(d: &Difference) -> bool {
+fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > 0.1 || d.p999 > 2 || d.max > 6
 }
 
@@ -82,18 +82,18 @@ fn the_renderers_match_the_cpu_painter() {
     let painted = by_processor(&painter, &primitives);
     let (soft, _) = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
     let soft = picture(soft);
-    let d = apart(&painted, &soft);
+    let d = difference_of(&painted, &soft);
     println!("painter and software: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-    assert!(!far(&d), "mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-    // Negative control: shifted by one pixel it is another window.
+    assert!(!exceeds_bounds(&d), "mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+    // Negative control: a shift by one pixel must be detected.
     let mut moved = ui_primitives(&painter, SIZE, SCALE, &primitives, None);
     moved.iter_mut().for_each(|p| p.corners_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
     let moved = plan::interface(moved, SIZE, &*SESSION).expect("a plan");
     let (moved, _) = SESSION.renderer().render(&moved, SESSION.library(), false).expect("drawn");
-    assert!(far(&apart(&painted, &picture(moved))), "a pixel's shift is not seen");
+    assert!(exceeds_bounds(&difference_of(&painted, &picture(moved))), "a shift by one pixel is not detected");
     let Some(gpu) = gpu() else { return };
     let (drawn, _) = gpu.render(&plan, SESSION.library(), false).expect("drawn");
-    let d = apart(&soft, &picture(drawn));
+    let d = difference_of(&soft, &picture(drawn));
     println!("software and GPU: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
     assert!(d.mean <= 0.3 && d.p999 <= 3, "mean {:.3}, 99.9 % {}", d.mean, d.p999);
 }
@@ -106,16 +106,16 @@ fn a_prepared_device_has_the_pipelines_of_any_window() {
     drop(gpu);
     let (painter, primitives) = painted();
     let window = plan_of(&painter, &primitives);
-    assert_eq!(own.is_ready_for_windows(&window), Some(false), "nothing was made yet");
+    assert_eq!(own.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
     let smallest = plan::warm_up_interface(&*SESSION).expect("a plan");
     own.prepare_windows(&smallest, SESSION.library()).expect("prepared");
-    assert_eq!(own.is_ready_for_windows(&window), Some(true), "a window's frame waits for a compiler");
+    assert_eq!(own.is_ready_for_windows(&window), Some(true), "a window's frame would wait for a compiler");
     own.forget_modules();
-    assert_eq!(own.is_ready_for_windows(&window), Some(false), "pipelines of other modules are kept");
+    assert_eq!(own.is_ready_for_windows(&window), Some(false), "pipelines of forgotten modules are kept");
 }
 
 #[test]
-fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
+fn a_picture_kept_on_the_device_equals_the_one_read_back() {
     let Some(gpu) = gpu() else { return };
     let (_, request) = crate::support::views::views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let (_, view) = SESSION.plan(&request, plan::SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
@@ -138,7 +138,7 @@ fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
     assert_eq!(shown(&kept).expect("drawn").display, read.display, "another picture");
     let none = shown(&other).expect("drawn").display;
     assert!(none.iter().all(|p| p[..3] == [0; 3]), "the second picture is the first");
-    // An unreferenced one is dropped, and another device knows neither: an error, not a wrong image.
+    // An unreferenced picture is dropped, and another device has neither: an error, not a wrong image.
     let again = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     let window = |picture| {
         let mesh = egui::Mesh { texture_id: ON_GPU, ..unit_mesh() };
@@ -182,7 +182,7 @@ fn a_large_texture_is_uploaded_completely() {
     use orrery::image::{Level, TexelFormat, Texture};
     use orrery::render::plan::{AddressMode, SamplerState, TextureSource, UiPrimitive};
     let Some(gpu) = gpu() else { return };
-    // 64 MB and a little: more than two uploads, and no whole number of them.
+    // 64 MB and a little more: more than two uploads, and not a multiple of one.
     let (width, height) = (2048_u32, 8200_u32);
     let texel = |x: u32, y: u32| [(x % 251) as u8, (y % 241) as u8, (y / 241) as u8, 255];
     let bytes = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();

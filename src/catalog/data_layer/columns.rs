@@ -1,12 +1,12 @@
-//! Tables of points: which column is which, and a row as a point.
+//! Tables of points: finds the columns of a point's fields, and converts rows to points.
 //!
-//! In: the names of the columns, then rows of text. Out: points, or the wrong field. Always: other columns are passed over.
+//! In: the names of the columns, then rows of text. Out: points, or the wrong field. Always: other columns are ignored.
 
 use super::layer::{DataPoint, hex_colour};
 use crate::time::Instant;
 use crate::wording::echo_within;
 
-/// Where the columns of a table are: latitude, longitude, time, size, colour.
+/// The columns of latitude, longitude, time, size and colour in a table.
 pub(super) struct Columns {
     at: [Option<usize>; 5],
     count: usize,
@@ -14,7 +14,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// By names, of which letters and digits count alone and case does not.
+    /// Finds the columns by name. Only letters and digits are compared, without regard to case.
     pub fn of(names: &[String], on_body: bool) -> Result<Self, String> {
         let plain = |name: &String| name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
         let names: Vec<String> = names.iter().map(plain).collect();
@@ -31,12 +31,12 @@ impl Columns {
         Ok(Self { at, count: names.len(), place_names })
     }
 
-    /// The columns of the place.
+    /// The columns of latitude and longitude.
     pub fn places(&self) -> impl Iterator<Item = usize> {
         self.at[..2].iter().flatten().copied()
     }
 
-    /// A row as a point.
+    /// Converts a row to a point.
     pub fn point(&self, values: &[String]) -> Result<DataPoint, String> {
         if values.len() != self.count {
             return Err(format!("{} values; the table names {} columns", values.len(), self.count));

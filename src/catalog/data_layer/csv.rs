@@ -3,7 +3,7 @@
 use super::columns::Columns;
 use super::layer::Content;
 
-/// The values of a line, without their quotes; a quote in quotes is doubled.
+/// The values of a line, without their quotes. Within quotes, a doubled quote means one quote.
 fn values(line: &str) -> Vec<String> {
     let (mut all, mut value, mut quoted) = (Vec::new(), String::new(), false);
     let mut letters = line.chars().peekable();
@@ -22,7 +22,7 @@ fn values(line: &str) -> Vec<String> {
     all
 }
 
-/// The points of a table, or the line that is wrong and why.
+/// The points of a table, or the wrong line and the reason.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut lines = (1..).zip(text.lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     let (first, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;

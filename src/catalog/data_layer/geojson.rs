@@ -1,8 +1,8 @@
 //! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection, a Feature, or alone, with the feature's `time` property.
 //!
-//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are passed over; a polygon is the outlines of its rings. `time` is text
-//! (ISO 8601 UTC or jd_tdb:DAY) or, as catalogues of earthquakes have it, milliseconds since 1970. Left out: other properties, and coordinate systems of one's own (`crs`), which are
-//! refused as far as they are not that of the standard.
+//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as the outlines of its rings. `time` is
+//! text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogues of earthquakes, milliseconds since 1970. Ignored: other properties. Rejected: a `crs` member that names another coordinate
+//! system than that of the standard.
 
 use super::layer::{Content, place};
 use crate::time::Instant;
@@ -14,13 +14,13 @@ use std::fmt::Formatter;
 /// Julian date of 1970-01-01.
 const JD_1970: f64 = 2_440_587.5;
 const MS_PER_DAY: f64 = 8.64e7;
-/// The year 9999 ends.
+/// The end of the year 9999.
 const LAST_JD: f64 = 5_373_484.5;
 
-/// Numbers within lists.
+/// The value of a `coordinates` member: nested lists of numbers.
 enum Coordinates {
     Number(f64),
-    /// A position, checked: latitude, longitude.
+    /// A checked position: latitude, longitude.
     Place([f64; 2]),
     List(Vec<Coordinates>),
 }
@@ -60,7 +60,7 @@ impl<'de> Deserialize<'de> for Coordinates {
     }
 }
 
-/// What is drawn of a geometry.
+/// The points and lines of a geometry.
 #[derive(Default)]
 struct Shapes {
     points: Vec<[f64; 2]>,
@@ -106,14 +106,14 @@ struct Object {
     content: Content,
 }
 
-/// Properties of a feature, of which one counts.
+/// The properties of a feature that are read.
 #[derive(Default, Deserialize)]
 struct Properties {
     #[serde(default, deserialize_with = "time")]
     time: Option<Instant>,
 }
 
-/// Text or milliseconds.
+/// Reads a time from text or milliseconds.
 fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
     let wrong = |shown: &str| {
@@ -165,6 +165,7 @@ impl<'de> Deserialize<'de> for Geometry {
     }
 }
 
+/// Shapes and the time of their feature.
 type Timed = (Shapes, Option<Instant>);
 
 fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content), D::Error> {
@@ -211,7 +212,7 @@ fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content),
                 (_, Some(coordinates)) => {
                     let wrong = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
                     let shapes = Shapes::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
-                    // The reader is still in the line of the error here.
+                    // Checked here because the reader is still in the line of the geometry, which the error then names.
                     if let Some(short) = shapes.lines.iter().find(|l| l.len() < 2) {
                         return Err(A::Error::custom(format!("a line of {} places; two are needed", short.len())));
                     }
@@ -225,7 +226,7 @@ fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content),
     deserializer.deserialize_map(OfObject)
 }
 
-/// Before RFC 7946 a file could name its coordinates; those of the standard are passed over.
+/// Checks a `crs` member, which files before RFC 7946 could have: only the coordinate system of the standard is accepted.
 fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     let name = crs.pointer("/properties/name").and_then(serde_json::Value::as_str).unwrap_or_default();
     match crs.is_null() || name.ends_with("CRS84") || name.ends_with("4326") {
@@ -236,7 +237,7 @@ fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     }
 }
 
-/// The content of a document, or the wrong line and why.
+/// The content of a document, or the wrong line and the reason.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let object: Object = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
         let message = e.to_string();

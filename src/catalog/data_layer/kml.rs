@@ -1,6 +1,6 @@
-//! Points and outlines of a KML file (OGC 2.3): each Point, LineString and LinearRing of its Placemarks, with the Placemark's TimeStamp or the begin of its TimeSpan.
+//! Points and outlines of a KML file (OGC 2.3): each Point, LineString and LinearRing of its Placemarks, with the Placemark's TimeStamp or the start of its TimeSpan.
 //!
-//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are passed over. Left out: styles, tracks, ground overlays,
+//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored. Not read: styles, tracks, ground overlays,
 //! links to other files, and KMZ archives.
 
 use super::layer::{Content, place};
@@ -11,14 +11,14 @@ use crate::wording::echo_within;
 #[derive(Default)]
 struct Document {
     is_kml: bool,
-    /// Of the Placemark that is open: its time may follow its places.
+    /// Time of the current Placemark. It may follow the coordinates, so points and lines wait for the Placemark's end.
     time: Option<Instant>,
     points: Vec<[f64; 2]>,
     lines: Vec<Vec<[f64; 2]>>,
     content: Content,
 }
 
-/// Places of a `coordinates` element: tuples parted by blanks, numbers of one by commas.
+/// Positions of a `coordinates` element: tuples separated by blanks, the numbers of a tuple by commas.
 fn places(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let tuple = |tuple: &str| {
         let mut numbers = tuple
@@ -43,18 +43,18 @@ impl Listener for Document {
 
     fn ends(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last() else { return Ok(()) };
-        let around = path.len().checked_sub(2).and_then(|k| path.get(k)).map_or("", |e| e.name.as_str());
-        match (element.name.as_str(), around) {
+        let parent = path.len().checked_sub(2).and_then(|k| path.get(k)).map_or("", |e| e.name.as_str());
+        match (element.name.as_str(), parent) {
             ("when", "TimeStamp") | ("begin", "TimeSpan") => {
                 let text = element.text.trim();
-                // A year or a month alone begins with its first day.
-                let whole = match text.len() {
+                // A year or a month alone means its first day.
+                let full_date = match text.len() {
                     4 => format!("{text}-01-01"),
                     7 => format!("{text}-01"),
                     _ => text.to_owned(),
                 };
                 let wrong = || format!("field {}: `{}` is no date of ISO 8601", element.name, echo_within(text, 40));
-                self.time = Some(Instant::parse(&whole).map_err(|_| wrong())?);
+                self.time = Some(Instant::parse(&full_date).map_err(|_| wrong())?);
             }
             ("coordinates", "Point") => self.points.extend(places(&element.text)?),
             ("coordinates", "LineString" | "LinearRing") => self.lines.push(places(&element.text)?),
@@ -73,7 +73,7 @@ impl Listener for Document {
     }
 }
 
-/// The content of a document, or the wrong line and why.
+/// The content of a document, or the wrong line and the reason.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let mut document = Document::default();
     walk(text, &mut document)?;

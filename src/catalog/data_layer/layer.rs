@@ -24,13 +24,13 @@ pub struct DataLayer {
     pub colour: [u8; 3],
     /// Days over which an item fades after its time; `None`: it does not fade.
     pub fade_days: Option<f64>,
-    /// How the numbers of an image become colours.
+    /// How the values of an image are converted to colours.
     pub look: ImageLook,
-    /// From the file.
+    /// Points from the file.
     pub points: Arc<Vec<DataPoint>>,
-    /// From the file.
+    /// Lines from the file.
     pub lines: Arc<Vec<DataLine>>,
-    /// From the file.
+    /// The image from the file.
     pub image: Option<Arc<SkyImage>>,
     /// SHA-256 of the file.
     pub digest: String,
@@ -43,20 +43,20 @@ pub struct DataPoint {
     pub lat_deg: f64,
     /// East longitude or right ascension, degrees.
     pub lon_deg: f64,
-    /// From which on it shows; `None`: always.
+    /// Time from which on the point is shown; `None`: always.
     pub time: Option<Instant>,
-    /// Where the file gives it.
+    /// Diameter like [`DataLayer::size_px`], if the file gives it.
     pub size_px: Option<f64>,
-    /// sRGB, where the file gives it.
+    /// sRGB, if the file gives it.
     pub colour: Option<[u8; 3]>,
 }
 
 /// A line on the ground, straight in longitude and latitude from corner to corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataLine {
-    /// Planetographic latitude and east longitude, degrees. Two at least.
+    /// Planetographic latitude and east longitude, degrees; at least two corners.
     pub corners: Vec<[f64; 2]>,
-    /// From which on it shows; `None`: always.
+    /// Time from which on the line is shown; `None`: always.
     pub time: Option<Instant>,
 }
 
@@ -93,7 +93,7 @@ impl Content {
     }
 }
 
-/// Latitude and longitude of a place, checked.
+/// Checks a place; returns its latitude and longitude.
 pub(super) fn place(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
     if !(-360.0..=360.0).contains(&lon_deg) {
         return Err(format!("longitude {lon_deg} is not degrees from -360 to 360"));
@@ -104,7 +104,7 @@ pub(super) fn place(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
     Ok([lat_deg, lon_deg])
 }
 
-/// `#rrggbb`.
+/// Parses `#rrggbb`.
 pub(super) fn hex_colour(text: &str) -> Option<[u8; 3]> {
     let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
     let channel = |k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();

@@ -1,8 +1,8 @@
-//! How the numbers of an image become colours: limits by percentiles, a curve, a colour map.
+//! Conversion of an image's values to colours: limits by percentiles, a curve, a colour map.
 //!
-//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, 0 where the value is not finite.
+//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha; alpha is 0 where the value is not finite.
 
-/// How the numbers of an image become colours.
+/// How the values of an image are converted to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageLook {
     /// The curve from black to white.
@@ -11,7 +11,7 @@ pub struct ImageLook {
     pub percentiles: [f64; 2],
     /// The colour map of values between black and white.
     pub colour_map: ColourMap,
-    /// 0 to 1.
+    /// Opacity, 0 to 1.
     pub opacity: f64,
 }
 
@@ -46,7 +46,7 @@ pub enum ColourMap {
 }
 
 impl Stretch {
-    /// The curve, over 0 to 1.
+    /// The curve's value for `x`, which is clamped to [0, 1].
     pub fn of(self, x: f64) -> f64 {
         let x = x.clamp(0.0, 1.0);
         match self {
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_are_percentiles_of_what_is_a_number() {
+    fn limits_are_percentiles_of_finite_values() {
         let mut values: Vec<f32> = (0..=1000).map(|k| k as f32).collect();
         values.extend([f32::NAN, f32::INFINITY]);
         assert_eq!(limits(&values, [1.0, 99.0]), Some([10.0, 990.0]));

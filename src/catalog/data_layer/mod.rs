@@ -1,8 +1,8 @@
 //! User data on a body or in the sky: `[[layer]]` of a catalog file, and the file that it names.
 //!
-//! In: the table's section, then the bytes of its file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. The file's ending says its format: CSV and VOTable
-//! (points, on a body by `lat_deg` and `lon_deg`, planetographic, east; in the sky by `ra_deg` and `dec_deg`, ICRF; `time`, `size_px` and `colour` may be there), GeoJSON and KML (points
-//! and outlines on a body), FITS (an image on a body or in the sky). Always: nothing of a file with a wrong line is kept.
+//! In: the table's section, then the bytes of its file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. The file name's ending determines the format: CSV
+//! and VOTable (points, on a body by `lat_deg` and `lon_deg`, planetographic, east; in the sky by `ra_deg` and `dec_deg`, ICRF; `time`, `size_px` and `colour` are optional), GeoJSON and
+//! KML (points and outlines on a body), FITS (an image on a body or in the sky). Always: a file with a wrong line is rejected entirely.
 
 mod columns;
 mod csv;
@@ -25,7 +25,7 @@ pub use look::{ColourMap, ImageLook, Stretch};
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 
-/// How a file is read.
+/// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Csv,
@@ -35,7 +35,7 @@ enum Format {
     Fits,
 }
 
-/// Endings of file names, and what they mean.
+/// Endings of file names, and their formats.
 const FORMATS: [(&str, Format); 10] = [
     (".csv", Format::Csv),
     (".txt", Format::Csv),
@@ -64,7 +64,7 @@ pub fn layer_endings() -> String {
     FORMATS.map(|(ending, _)| ending).join(", ")
 }
 
-/// A layer and the name of its body, to be looked up.
+/// Reads a `[[layer]]`: the name of its body, which the caller resolves, and the layer.
 pub(super) fn layer(mut s: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
     let name = s.need("name", "a name", is_name);
     let allowed = format!("a file name without folders that ends in one of {}", layer_endings());
@@ -83,15 +83,15 @@ pub(super) fn layer(mut s: TableReader) -> Option<(Option<WithLine<String>>, Dat
     let _ = s.take::<String>("source", "a string", |_| true);
     s.finish();
     let mut layer = DataLayer::new(name?.value, file?.value);
-    let usual = layer.look;
+    let default_look = layer.look;
     layer.size_px = size_px.map_or(layer.size_px, |l| l.value);
     layer.colour = colour.and_then(|c| hex_colour(&c.value)).unwrap_or(layer.colour);
     layer.fade_days = fade_days.map(|l| l.value);
     layer.look = ImageLook {
-        stretch: stretch.unwrap_or(usual.stretch),
-        percentiles: percentiles.map_or(usual.percentiles, |p| p.value),
-        colour_map: colour_map.unwrap_or(usual.colour_map),
-        opacity: opacity.map_or(usual.opacity, |o| o.value),
+        stretch: stretch.unwrap_or(default_look.stretch),
+        percentiles: percentiles.map_or(default_look.percentiles, |p| p.value),
+        colour_map: colour_map.unwrap_or(default_look.colour_map),
+        opacity: opacity.map_or(default_look.opacity, |o| o.value),
     };
     Some((body, layer))
 }
@@ -117,7 +117,7 @@ impl DataLayer {
     /// The layer with the content of its file. `file`: its name in messages.
     ///
     /// # Errors
-    /// The first wrong line; of a FITS file the wrong card.
+    /// Names the first wrong line, or the wrong card of a FITS file.
     pub fn with_content(mut self, file: &str, bytes: &[u8]) -> Result<Self, Problem> {
         let wrong = |(line, message): (usize, String)| Problem { file: file.to_owned(), line, message };
         self.digest = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
@@ -148,12 +148,12 @@ impl DataLayer {
         Ok(self)
     }
 
-    /// The name under which the image is looked up as a texture. No file of a folder has such a name.
+    /// The name under which the image is looked up as a texture. It differs from every file name.
     pub fn image_name(&self) -> String {
         format!("layer {} {}", self.name, self.digest)
     }
 
-    /// The image of a body's layer as an image over its ground.
+    /// The image of a layer on a body, as an overlay on the ground.
     pub(super) fn overlay(&self) -> Option<Overlay> {
         let image = self.image.as_ref().filter(|_| self.body.is_some())?;
         let ImagePlace::Plate { west_deg, east_deg, south_deg, north_deg, .. } = image.place else { return None };
@@ -218,7 +218,7 @@ mod tests {
         let layer = read("a.vot", None, VOTABLE).expect("read");
         assert_eq!(layer.points.iter().map(|p| (p.lon_deg, p.lat_deg)).collect::<Vec<_>>(), [(10.5, -20.0), (11.0, -21.0)]);
         assert!(layer.points[0].time.is_some() && layer.points[1].time.is_none());
-        // Names come before what a UCD says.
+        // Column names have precedence over UCDs.
         let named = VOTABLE.replace("name=\"id\"", "name=\"RA\"").replace("name=\"time\"", "name=\"Dec\"");
         assert!(read("a.vot", None, &named).expect_err("text").contains("field ra_deg: `A & B`") || read("a.vot", None, &named).is_err());
         let why = |from: &str, to: &str| read("a.vot", None, &VOTABLE.replace(from, to)).expect_err("a mistake");
@@ -241,9 +241,9 @@ mod tests {
         assert!(read("a.vot", None, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
     }
 
-    /// The rows of [`VOTABLE`] in both binary forms give the same points.
+    /// The rows of [`VOTABLE`] give the same points in both binary formats.
     #[test]
-    fn binary_votables_hold_the_same_points() {
+    fn binary_votables_give_the_same_points() {
         use base64::Engine;
         use base64::prelude::BASE64_STANDARD;
         let text = |t: &str| [&i32::try_from(t.len()).expect("short").to_be_bytes()[..], t.as_bytes()].concat();
@@ -262,7 +262,7 @@ mod tests {
         let plain = read("a.vot", None, VOTABLE).expect("read");
         let flagged = read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]]))).expect("read");
         assert_eq!(flagged.points, plain.points);
-        // Without flags a null is a value of its own.
+        // BINARY has no null flags, so the text `never` is read as a time.
         let unflagged = rows([&[], &[]]);
         let refused = read("a.vot", None, &as_form("BINARY", &unflagged)).expect_err("a time");
         assert!(refused.starts_with("a.vot:") && refused.contains("row 2: field time: `never`"), "{refused}");
@@ -289,7 +289,7 @@ mod tests {
 ]}"#;
 
     #[test]
-    fn geojson_is_read_whole() {
+    fn all_geojson_geometries_are_read() {
         let layer = read("a.geojson", Some(NaifId::EARTH), GEOJSON).expect("read");
         let point = layer.points[0];
         assert_eq!((layer.points.len(), point.lat_deg, point.lon_deg), (1, 20.0, 10.0));
@@ -312,8 +312,8 @@ mod tests {
             ("CRS84", "EPSG::3857", "a.geojson:1: field crs: `urn:ogc:def:crs:OGC:1.3:EPSG::3857` is not longitude"),
             ("null}\n]}", "null}\n", "a.geojson:"),
         ] {
-            let said_is = why(from, to);
-            assert!(said_is.starts_with(said), "{said_is}");
+            let error_text = why(from, to);
+            assert!(error_text.starts_with(said), "{error_text}");
         }
         assert!(read("a.geojson", Some(NaifId::EARTH), "[1]").expect_err("no object").starts_with("a.geojson:1: "));
         assert!(
@@ -349,8 +349,8 @@ mod tests {
             ("0,0 1,1\n2,2", "0,0", "a.kml:5: a line of 1 places"),
             ("<kml ", "<gpx ", "a.kml:"),
         ] {
-            let said_is = why(from, to);
-            assert!(said_is.starts_with(said), "{said_is}");
+            let error_text = why(from, to);
+            assert!(error_text.starts_with(said), "{error_text}");
         }
         assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
     }

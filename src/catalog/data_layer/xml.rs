@@ -1,7 +1,7 @@
 //! A streaming XML reader that reports elements with line numbers.
 //!
-//! In: text. Out: for each element its name, attributes and own text when it ends. Always: no entity but those of XML itself and of characters is known, so that none grows; nesting is
-//! bounded.
+//! In: text. Out: for each element its name, attributes and own text when it ends. Always: only XML's predefined entities and character references are
+//! resolved, so that no entity expands without bound; nesting depth is limited.
 
 use crate::wording::{echo_within, one_line};
 use quick_xml::events::{BytesStart, Event};
@@ -12,12 +12,12 @@ const MAX_DEPTH: usize = 64;
 
 /// An element that began and has not ended.
 pub(super) struct Element {
-    /// Without its prefix.
+    /// The name without its prefix.
     pub name: String,
     attributes: Vec<(String, String)>,
-    /// Of its own, without that of the elements within.
+    /// The element's own text, without the text of nested elements.
     pub text: String,
-    /// Where it begins; the first is 1.
+    /// The line where it begins, starting at 1.
     pub line: usize,
 }
 
@@ -27,15 +27,15 @@ impl Element {
     }
 }
 
-/// A visitor of elements; `Err` says what is wrong.
+/// A visitor of elements; `Err` states what is wrong.
 pub(super) trait Listener {
-    /// An element begins; the last of `path`.
+    /// Called when an element begins: the last of `path`.
     fn begins(&mut self, path: &[Element]) -> Result<(), String>;
-    /// It ends.
+    /// Called when the last element of `path` ends.
     fn ends(&mut self, path: &[Element]) -> Result<(), String>;
 }
 
-/// Counts lines up to a byte, onwards only.
+/// Counts lines up to a byte offset; offsets must not decrease.
 struct Lines<'a> {
     text: &'a [u8],
     at: usize,
@@ -65,7 +65,7 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
 /// Walks through a document.
 ///
 /// # Errors
-/// The line, and the error in it.
+/// The line number, and what is wrong there.
 pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (usize, String)> {
     let mut reader = Reader::from_str(document.trim_start_matches('\u{feff}'));
     let mut lines = Lines { text: document.as_bytes(), at: 0, line: 1 };
@@ -77,7 +77,7 @@ pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (
         let event = reader.read_event().map_err(|e| not_xml(&e))?;
         match event {
             Event::Start(start) => {
-                // The element's own line: blanks before it are text of the one around it.
+                // `line` is the element's own line: the whitespace before it was a text event of its parent.
                 has_root = true;
                 path.push(element(&start, line).map_err(|why| (line, why))?);
                 if path.len() > MAX_DEPTH {

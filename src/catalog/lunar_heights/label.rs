@@ -1,8 +1,8 @@
-//! Heights of a PDS3 label and its image, as LOLA's LDEM are published.
+//! Reads heights from a PDS3 label and its image, the format of LOLA's LDEM maps.
 //!
 //! In: the label's text and the image's bytes. Out: kilometres, the western edge of the map and the radius of its reference sphere. Supported are detached
 //! labels, 16-bit integers and 32-bit floating point, both byte orders, SCALING_FACTOR and OFFSET, metres and kilometres, simple cylindrical maps of the
-//! whole Moon. Anything else is rejected by its keyword.
+//! entire Moon. Anything else is rejected with an error that names the keyword.
 
 use super::{USUAL_SPHERE_KM, check_size};
 use crate::wording::echo;
@@ -14,7 +14,7 @@ pub(super) struct LabelledHeights {
     pub sphere_km: f64,
 }
 
-/// The value of a keyword: text after the first `KEY =`, without quotes, units and comments.
+/// The value of a keyword: the text after the first `KEY =`, without quotes, unit and comment.
 fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
     text.lines().find_map(|line| {
         let (name, value) = line.split_once('=')?;
@@ -38,7 +38,7 @@ fn number_or(text: &str, key: &str, usual: f64) -> Result<f64, String> {
 
 pub(super) fn image_file(text: &str) -> Result<String, String> {
     let named = needed(text, "^IMAGE")?;
-    // A name and a record of it, or a record of the label's own file.
+    // Either a file name, optionally followed by a record number, or a record number in the label's own file.
     let file = named.split(',').next().unwrap_or(named).trim().trim_matches('"').trim();
     if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
         return Err("^IMAGE names no file: labels are read that stand beside their image".into());
@@ -52,24 +52,24 @@ pub(super) fn image_file(text: &str) -> Result<String, String> {
 /// The sample format of the image.
 #[derive(Clone, Copy)]
 enum Sample {
-    SignedLow,
-    SignedHigh,
-    UnsignedLow,
-    UnsignedHigh,
-    RealLow,
-    RealHigh,
+    SignedLittle,
+    SignedBig,
+    UnsignedLittle,
+    UnsignedBig,
+    RealLittle,
+    RealBig,
 }
 
 impl Sample {
     fn of(text: &str) -> Result<Self, String> {
         let (kind, bits) = (needed(text, "SAMPLE_TYPE")?.to_ascii_uppercase(), needed(text, "SAMPLE_BITS")?);
         Ok(match (kind.as_str(), bits) {
-            ("LSB_INTEGER" | "PC_INTEGER", "16") => Self::SignedLow,
-            ("MSB_INTEGER" | "INTEGER" | "SUN_INTEGER" | "MAC_INTEGER", "16") => Self::SignedHigh,
-            ("LSB_UNSIGNED_INTEGER" | "PC_UNSIGNED_INTEGER", "16") => Self::UnsignedLow,
-            ("MSB_UNSIGNED_INTEGER" | "UNSIGNED_INTEGER", "16") => Self::UnsignedHigh,
-            ("PC_REAL" | "LSB_REAL", "32") => Self::RealLow,
-            ("IEEE_REAL" | "REAL" | "FLOAT" | "MSB_REAL" | "SUN_REAL", "32") => Self::RealHigh,
+            ("LSB_INTEGER" | "PC_INTEGER", "16") => Self::SignedLittle,
+            ("MSB_INTEGER" | "INTEGER" | "SUN_INTEGER" | "MAC_INTEGER", "16") => Self::SignedBig,
+            ("LSB_UNSIGNED_INTEGER" | "PC_UNSIGNED_INTEGER", "16") => Self::UnsignedLittle,
+            ("MSB_UNSIGNED_INTEGER" | "UNSIGNED_INTEGER", "16") => Self::UnsignedBig,
+            ("PC_REAL" | "LSB_REAL", "32") => Self::RealLittle,
+            ("IEEE_REAL" | "REAL" | "FLOAT" | "MSB_REAL" | "SUN_REAL", "32") => Self::RealBig,
             _ => {
                 let what = format!("SAMPLE_TYPE = {} of SAMPLE_BITS = {}", echo(&kind), echo(bits));
                 return Err(format!("{what}: read are 16-bit integers (LSB_INTEGER, MSB_INTEGER, ...) and 32-bit PC_REAL and IEEE_REAL"));
@@ -78,18 +78,18 @@ impl Sample {
     }
 
     fn bytes(self) -> usize {
-        if matches!(self, Self::RealLow | Self::RealHigh) { 4 } else { 2 }
+        if matches!(self, Self::RealLittle | Self::RealBig) { 4 } else { 2 }
     }
 
-    /// Of exactly so many bytes.
+    /// The value of one sample. `bytes` must have the length that [`Self::bytes`] returns.
     fn value(self, bytes: &[u8]) -> f64 {
         match (self, bytes) {
-            (Self::SignedLow, [a, b]) => i16::from_le_bytes([*a, *b]).into(),
-            (Self::SignedHigh, [a, b]) => i16::from_be_bytes([*a, *b]).into(),
-            (Self::UnsignedLow, [a, b]) => u16::from_le_bytes([*a, *b]).into(),
-            (Self::UnsignedHigh, [a, b]) => u16::from_be_bytes([*a, *b]).into(),
-            (Self::RealLow, [a, b, c, d]) => f32::from_le_bytes([*a, *b, *c, *d]).into(),
-            (Self::RealHigh, [a, b, c, d]) => f32::from_be_bytes([*a, *b, *c, *d]).into(),
+            (Self::SignedLittle, [a, b]) => i16::from_le_bytes([*a, *b]).into(),
+            (Self::SignedBig, [a, b]) => i16::from_be_bytes([*a, *b]).into(),
+            (Self::UnsignedLittle, [a, b]) => u16::from_le_bytes([*a, *b]).into(),
+            (Self::UnsignedBig, [a, b]) => u16::from_be_bytes([*a, *b]).into(),
+            (Self::RealLittle, [a, b, c, d]) => f32::from_le_bytes([*a, *b, *c, *d]).into(),
+            (Self::RealBig, [a, b, c, d]) => f32::from_be_bytes([*a, *b, *c, *d]).into(),
             _ => f64::NAN,
         }
     }
@@ -97,8 +97,8 @@ impl Sample {
 
 pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, String> {
     let count = |key: &str| -> Result<usize, String> {
-        let said = needed(text, key)?;
-        said.parse().map_err(|_| format!("{key} = {}: not a whole number", echo(said)))
+        let value = needed(text, key)?;
+        value.parse().map_err(|_| format!("{key} = {}: not a whole number", echo(value)))
     };
     let (rows, columns) = (count("LINES")?, count("LINE_SAMPLES")?);
     check_size(columns, rows)?;
@@ -118,7 +118,7 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
     let km_per_unit = match unit.as_deref() {
         Some("METER" | "METERS" | "M") => 1e-3,
         Some("KILOMETER" | "KILOMETERS" | "KM") => 1.0,
-        // Without a unit the sphere's radius tells which one it is.
+        // Without UNIT, the size of the sphere's radius shows whether it is in metres or kilometres.
         None if offset > 1e6 => 1e-3,
         None if offset > 1e3 => 1.0,
         _ => return Err(format!("UNIT = {}: METER and KILOMETER are read", echo(unit.as_deref().unwrap_or("(none)")))),
@@ -156,9 +156,9 @@ OBJECT = IMAGE_MAP_PROJECTION\r
 END_OBJECT\r
 ";
 
-    fn image(high: bool) -> Vec<u8> {
+    fn image(big_endian: bool) -> Vec<u8> {
         let values = [-2000_i16, 2000, 0, 0, 0, 0, 0, 3];
-        values.iter().flat_map(|v| if high { v.to_be_bytes() } else { v.to_le_bytes() }).collect()
+        values.iter().flat_map(|v| if big_endian { v.to_be_bytes() } else { v.to_le_bytes() }).collect()
     }
 
     #[test]
@@ -169,7 +169,7 @@ END_OBJECT\r
         assert_eq!((read.km[0], read.km[1], read.km[7]), (-1.0, 1.0, 0.0015));
         let high = LABEL.replace("LSB_INTEGER", "MSB_INTEGER");
         assert_eq!(heights(&high, &image(true)).expect("read").km, read.km);
-        // The floating point maps: kilometres.
+        // The floating-point maps are in kilometres.
         let real = LABEL
             .replace("LSB_INTEGER", "PC_REAL")
             .replace("SAMPLE_BITS = 16", "SAMPLE_BITS = 32")
@@ -182,7 +182,7 @@ END_OBJECT\r
     }
 
     #[test]
-    fn what_is_not_read_is_refused_by_its_keyword() {
+    fn unsupported_labels_are_rejected_by_keyword() {
         let whole = image(false);
         for (from, to, named) in [
             ("  LINES = 2\r", "", "LINES"),

@@ -1,9 +1,9 @@
-//! The user's height map of the Moon: the whole Moon in kilometres over a sphere.
+//! The user's height map of the entire Moon: kilometres above a reference sphere.
 //!
 //! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_picture`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
-//! in any direction. Always: every height is finite and within [`HIGHEST_KM`] of the sphere; heights belong to the centres of their cells; they are
-//! interpolated linearly in longitude and latitude, and extended beyond the first and last row. No heights ship. Left out: maps of a part of the Moon,
-//! other projections, other bodies.
+//! in any direction. Always: every height is finite and within [`HIGHEST_KM`] of the sphere; each height belongs to the centre of its cell; between centres
+//! it is interpolated linearly in longitude and latitude; poleward of the first and last row it is constant. The program ships no height map.
+//! Not supported: maps of a part of the Moon, other projections, other bodies.
 
 mod label;
 mod picture;
@@ -18,7 +18,7 @@ pub const USUAL_SPHERE_KM: f64 = 1737.4;
 pub const HIGHEST_KM: f64 = 20.0;
 /// Maximum number of heights in a map: 21 per degree.
 pub const MAX_HEIGHTS: usize = 30_000_000;
-/// Maximum size of a file: that many heights of eight bytes, and a header.
+/// Maximum size of a file: [`MAX_HEIGHTS`] heights of eight bytes, and a header.
 pub const MAX_FILE_BYTES: u64 = 8 * MAX_HEIGHTS as u64 + (1 << 20);
 /// Maximum size of a label.
 pub const MAX_LABEL_BYTES: u64 = 1 << 20;
@@ -33,20 +33,20 @@ pub struct HeightMapError {
     pub why: String,
 }
 
-/// Kilometres of black and of white, for a picture that does not say.
+/// The heights of black and white pixels, for a picture that does not state them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightRange {
     pub black_km: f64,
     pub white_km: f64,
 }
 
-/// Heights over a sphere.
+/// Heights above a sphere.
 #[derive(Clone, PartialEq)]
 pub struct HeightMap {
     name: String,
     columns: usize,
     rows: usize,
-    /// From the north, each row eastward.
+    /// Heights: rows from north to south, each row eastward.
     km: Vec<f32>,
     /// East longitude of the western edge of the first column, radians.
     west: f64,
@@ -62,10 +62,10 @@ impl std::fmt::Debug for HeightMap {
 }
 
 impl HeightMap {
-    /// A map of the whole Moon. `km`: rows from the north, each eastward from `west_deg`.
+    /// A map of the entire Moon. `km`: rows from north to south, each eastward from `west_deg`.
     ///
     /// # Errors
-    /// Not twice as wide as high, too many heights, or the first height that the Moon does not have.
+    /// If the map is not twice as wide as high, has too many heights, or contains a height that the Moon cannot have (the error names the first).
     pub fn new(name: &str, columns: usize, km: Vec<f32>, west_deg: f64, sphere_km: f64) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
         let rows = columns / 2;
@@ -87,29 +87,29 @@ impl HeightMap {
         Ok(Self { name: name.to_owned(), columns, rows, km, west: west_deg.to_radians(), sphere_km, least_km, greatest_km })
     }
 
-    /// A PNG of 8 or 16 bits of grey or a TIFF of 8, 16 or 32 bits, longitude 0 in the middle. `range`: kilometres of black and white. Without it 16 bits without a sign are
-    /// half metres from -10 km on, and floating point is kilometres, as in the CGI Moon Kit of NASA's Scientific Visualization Studio.
+    /// Reads a grey PNG of 8 or 16 bits or a TIFF of 8, 16 or 32 bits, with longitude 0 in the middle. `range`: the heights of black and white. Without a range,
+    /// unsigned 16-bit values are half metres above -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of NASA's Scientific Visualization Studio.
     ///
     /// # Errors
-    /// What is wrong with the file, and what to do.
+    /// States what is wrong with the file, and what to do.
     pub fn of_picture(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
         let (columns, km) = picture::heights_km(bytes, range).map_err(failed)?;
         Self::new(name, columns, km, -180.0, USUAL_SPHERE_KM)
     }
 
-    /// The file that a PDS label names as its image, without a folder.
+    /// The name, without a folder, of the image file that a PDS label refers to.
     ///
     /// # Errors
-    /// What is wrong with the label.
+    /// States what is wrong with the label.
     pub fn image_of_label(name: &str, text: &str) -> Result<String, HeightMapError> {
         label::image_file(text).map_err(|why| HeightMapError { file: name.to_owned(), why })
     }
 
-    /// An image with a detached PDS3 label, such as LOLA's LDEM.
+    /// Reads an image with a detached PDS3 label, such as LOLA's LDEM.
     ///
     /// # Errors
-    /// The keyword that is missing or that has another value than what is read.
+    /// Names the keyword that is missing or has an unsupported value.
     pub fn of_pds(name: &str, text: &str, image: &[u8]) -> Result<Self, HeightMapError> {
         let read = label::heights(text, image).map_err(|why| HeightMapError { file: name.to_owned(), why })?;
         Self::new(name, read.columns, read.km, read.west_deg, read.sphere_km)
@@ -119,7 +119,7 @@ impl HeightMap {
         self.sphere_km
     }
 
-    /// The minimum and the maximum height.
+    /// The minimum and maximum height.
     pub fn range_km(&self) -> [f64; 2] {
         [self.least_km, self.greatest_km]
     }
@@ -129,7 +129,7 @@ impl HeightMap {
         PI / self.rows as f64
     }
 
-    /// All heights: rows from the north, each eastward.
+    /// All heights: rows from north to south, each eastward.
     pub fn km(&self) -> &[f32] {
         &self.km
     }
@@ -147,7 +147,7 @@ impl HeightMap {
         )
     }
 
-    /// The height over the sphere in a direction: the Moon's mean-Earth axes, any length.
+    /// The height above the sphere in a direction, a vector of any length in the Moon's mean-Earth axes.
     pub fn height_km(&self, direction: DVec3) -> f64 {
         let longitude = direction.y.atan2(direction.x);
         let latitude = direction.z.atan2(direction.truncate().length());
@@ -164,7 +164,7 @@ impl HeightMap {
     }
 }
 
-/// Why a map of this size is not read.
+/// Checks the size of a map; the error states why it is rejected.
 fn check_size(columns: usize, rows: usize) -> Result<(), String> {
     if rows < 2 || columns != 2 * rows {
         return Err(format!("{columns} x {rows} heights: a map of the whole Moon is twice as wide as high"));
@@ -184,9 +184,9 @@ mod tests {
         DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
     }
 
-    /// Heights that are linear in latitude, and a step in longitude, come back at and between their places; over the date line too.
+    /// A map that is linear in latitude with a step in longitude is reproduced at and between the cell centres, and across its western edge.
     #[test]
-    fn heights_stand_where_the_map_has_them() {
+    fn heights_are_interpolated_between_cell_centres() {
         const COLUMNS: usize = 72;
         let height = |row: usize, column: usize| 0.1 * (row as f32) + if column < 36 { 0.0 } else { 2.0 };
         for west_deg in [-180.0, 0.0] {
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_moon_cannot_be_is_refused_by_place() {
+    fn impossible_heights_are_rejected_with_row_and_column() {
         let flat = |columns: usize, km: f32| HeightMap::new("made", columns, vec![km; columns * (columns / 2)], 0.0, USUAL_SPHERE_KM);
         assert!(flat(8, 0.0).is_ok());
         assert!(flat(7, 0.0).is_err());
@@ -214,6 +214,6 @@ mod tests {
             let why = HeightMap::new("made", 8, km, 0.0, USUAL_SPHERE_KM).expect_err("no height of the Moon").to_string();
             assert!(why.starts_with("made: row 2, column 4:"), "{why}");
         }
-        assert!(HeightMap::new("made", 8, vec![0.0; 32], 0.0, 3396.0).is_err(), "that is Mars");
+        assert!(HeightMap::new("made", 8, vec![0.0; 32], 0.0, 3396.0).is_err(), "a sphere of Mars's radius must be rejected");
     }
 }

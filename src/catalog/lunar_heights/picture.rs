@@ -1,16 +1,16 @@
-//! Heights of a PNG or a TIFF.
+//! Reads heights from a PNG or a TIFF.
 //!
-//! In: bytes, and the kilometres of black and white if the file does not say. Out: columns and kilometres, rows from the north. Always: the size is checked
-//! before decoding. Not supported: colour, palettes, alpha, tiles of several bands.
+//! In: bytes, and the heights of black and white if the file does not state them. Out: the number of columns, and heights in kilometres, rows from
+//! north to south. Always: the size is checked before decoding. Not supported: colour, palettes, alpha, several bands.
 
 use super::{HeightRange, MAX_HEIGHTS, check_size};
 use std::io::Cursor;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 
-/// The hint for a file that does not say what its numbers mean.
+/// The hint for a file that does not state what its values mean.
 const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
-/// Unit and zero of unsigned 16-bit values (<https://svs.gsfc.nasa.gov/4720>).
+/// Unit and zero point of unsigned 16-bit values (<https://svs.gsfc.nasa.gov/4720>).
 const HALF_METRE_KM: f64 = 0.0005;
 const ZERO: f64 = 20_000.0;
 
@@ -24,7 +24,7 @@ pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Hei
     }
 }
 
-/// Kilometres of whole numbers from `least` to `greatest`.
+/// Converts integers from `least` (black) to `greatest` (white) to kilometres.
 fn scaled(range: HeightRange, [least, greatest]: [f64; 2]) -> impl Fn(f64) -> f32 {
     let slope = (range.white_km - range.black_km) / (greatest - least);
     move |value| (range.black_km + (value - least) * slope) as f32
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn pngs_of_both_depths_are_kilometres() {
+    fn pngs_of_both_depths_give_kilometres() {
         let sixteen: Vec<u8> =
             [0_u16, 20_000, 22_000, 40_000, 20_000, 20_000, 20_000, 65_535].iter().flat_map(|v| v.to_be_bytes()).collect();
         let bytes = png(png::BitDepth::Sixteen, png::ColorType::Grayscale, 4, 2, &sixteen);
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn tiffs_of_whole_and_floating_numbers_are_kilometres() {
+    fn tiffs_of_integers_and_floats_give_kilometres() {
         fn tiff<C: colortype::ColorType>(width: u32, height: u32, data: &[C::Inner]) -> Vec<u8>
         where
             [C::Inner]: tiff::encoder::TiffValue,
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_sizes_colours_and_damage_are_told() {
+    fn wrong_sizes_colours_and_damage_are_reported() {
         let square = png(png::BitDepth::Eight, png::ColorType::Grayscale, 2, 2, &[0; 4]);
         assert!(heights_km(&square, Some(RANGE)).expect_err("a square").contains("twice as wide"));
         let colour = png(png::BitDepth::Eight, png::ColorType::Rgb, 4, 2, &[0; 24]);
@@ -158,7 +158,7 @@ mod tests {
         let whole = png(png::BitDepth::Sixteen, png::ColorType::Grayscale, 4, 2, &[0; 16]);
         assert!((9..whole.len() - 12).step_by(3).all(|n| heights_km(&whole[..n], None).is_err()));
         assert!(heights_km(b"GIF89a", None).is_err());
-        // A header that claims more than memory holds.
+        // A header that claims more pixels than memory can store.
         let mut huge = whole;
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xfe, 0x3f, 0xff, 0xff, 0xff]);
         assert!(heights_km(&huge, None).is_err());

@@ -2,7 +2,7 @@
 //!
 //! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the Sun,
 //! axes are unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here: positions (`ephemeris::conic`), and the
-//! brightness in a picture shows it (scene).
+//! brightness in a picture (scene).
 
 mod mpcorb;
 mod read;
@@ -39,7 +39,7 @@ pub enum BrightnessLaw {
     Asteroid { h: f64, g: f64 },
     /// Total magnitude at 1 au from Sun and observer, and magnitudes per decade of heliocentric distance: JPL's M1 and K1.
     Comet { m1: f64, k1: f64 },
-    /// Not known.
+    /// The table gives no magnitude.
     Unknown,
 }
 
@@ -68,7 +68,7 @@ impl SmallBody {
     }
 }
 
-/// `1 Ceres (A801 AA)`, as the JPL writes full names, without number and designation.
+/// The name without number and designation: `Ceres` for `1 Ceres (A801 AA)`, the form in which JPL writes full names.
 fn bare_name(name: &str) -> &str {
     let name = name.split('(').next().unwrap_or_default();
     name.trim_start_matches(|c: char| c.is_ascii_digit()).trim()
@@ -102,7 +102,7 @@ static EMBEDDED: LazyLock<Arc<SmallBodies>> = LazyLock::new(|| {
 });
 
 impl SmallBodies {
-    /// The 605 minor planets and the comets that ship inside the program. A test holds that they can be read, so it never panics in a built program.
+    /// The 605 minor planets and the comets that are embedded in the program. A test verifies that they can be read, so this never panics in a built program.
     pub fn embedded() -> Arc<Self> {
         Arc::clone(&EMBEDDED)
     }
@@ -110,27 +110,27 @@ impl SmallBodies {
     /// Reads a table: comma-separated values with named columns, JSON of the JPL's Small-Body Database, or MPCORB.DAT.
     ///
     /// # Errors
-    /// The first line that cannot be read.
+    /// Names the first line that cannot be read.
     pub fn parse(file: &str, text: &str) -> Result<Self, SmallBodyFileError> {
         let (comets, minor_planets) = read::read(file, text)?.into_iter().partition(SmallBody::is_comet);
         Ok(Self { minor_planets, comets })
     }
 
-    /// A main belt of so many bodies, the same at each call: semi-major axes, eccentricities, inclinations and magnitudes are those of the embedded bodies between 2.06 and
-    /// 3.28 au, a little apart from each; the other angles are even. For measurements: no body of it exists.
+    /// An invented main belt of `count` bodies for measurements, the same at each call. Semi-major axes, eccentricities and inclinations are those of embedded bodies
+    /// between 2.06 and 3.28 au with small random offsets in axis and eccentricity; the other angles are distributed uniformly.
     pub fn synthetic_belt(count: usize) -> Self {
         let axis = |o: &HeliocentricOrbit| o.perihelion_au / (1.0 - o.eccentricity);
         let shipped = Self::embedded();
         let models: Vec<&SmallBody> = shipped.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
         let mut random = Random::new(0);
-        let mut even = || random.part();
+        let mut uniform = || random.part();
         let body = |k: usize| {
-            let model = models[((even() * models.len() as f64) as usize).min(models.len() - 1)];
+            let model = models[((uniform() * models.len() as f64) as usize).min(models.len() - 1)];
             let o = &model.orbit;
-            let e = (o.eccentricity + 0.04 * (even() - 0.5)).clamp(0.0, 0.6);
-            let a = axis(o) + 0.04 * (even() - 0.5);
+            let e = (o.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
+            let a = axis(o) + 0.04 * (uniform() - 0.5);
             // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane.
-            let (node, turn) = (TAU * even(), TAU * even());
+            let (node, turn) = (TAU * uniform(), TAU * uniform());
             let pole = DVec3::new(0.0, -rows::OBLIQUITY.sin(), rows::OBLIQUITY.cos());
             let normal = DQuat::from_axis_angle(pole, node) * o.to_perihelion.cross(o.along_perihelion);
             let first = DQuat::from_axis_angle(normal, turn) * normal.any_orthonormal_vector();
@@ -139,10 +139,10 @@ impl SmallBodies {
                 eccentricity: e,
                 to_perihelion: first,
                 along_perihelion: normal.cross(first),
-                passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * even(),
+                passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * uniform(),
             };
-            // Fainter bodies are more numerous: half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749) up to 17.
-            let h = 17.0 + 2.0 * even().max(1e-6).log10();
+            // The number of bodies grows by half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749), up to magnitude 17.
+            let h = 17.0 + 2.0 * uniform().max(1e-6).log10();
             SmallBody {
                 designation: String::new(),
                 name: format!("synthetic {k}"),
@@ -153,10 +153,10 @@ impl SmallBodies {
         Self { minor_planets: (0..count).map(body).collect(), comets: Vec::new() }
     }
 
-    /// Without those that the catalog has as bodies of their own.
+    /// Removes the minor planets that the catalog contains as bodies.
     #[must_use]
     pub fn without_bodies_of(mut self, catalog: &Catalog) -> Self {
-        // A moon and a minor planet may share a name, as Europa and 52 Europa do.
+        // Only bodies about the Sun count: a moon and a minor planet may share a name, as Europa and 52 Europa do.
         let names: Vec<&str> = catalog.bodies().iter().filter(|c| c.parent == Some(NaifId::SUN)).map(|c| c.name.as_str()).collect();
         self.minor_planets.retain(|b| !names.iter().any(|known| known.eq_ignore_ascii_case(bare_name(&b.name))));
         self
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_embedded_tables_hold_what_they_say() {
+    fn the_embedded_tables_have_the_stated_bodies() {
         let all = SmallBodies::embedded();
         assert_eq!(all.minor_planets.len(), 605);
         assert!(all.comets.len() > 20 && all.comets.iter().all(SmallBody::is_comet));
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_catalog_draws_is_not_doubled() {
+    fn minor_planets_of_the_catalog_are_not_duplicated() {
         let left = (*SmallBodies::embedded()).clone().without_bodies_of(&Catalog::embedded());
         let has = |name: &str| left.minor_planets.iter().any(|b| b.name == name);
         assert!(!has("Ceres") && !has("Vesta") && !has("Pluto") && has("Pallas") && has("Juno"));

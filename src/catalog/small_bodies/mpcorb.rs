@@ -1,4 +1,4 @@
-//! MPCORB.DAT of the Minor Planet Center: fixed columns, dates packed.
+//! MPCORB.DAT of the Minor Planet Center: fixed columns, packed dates.
 //!
 //! In: one line. Out: a [`SmallBody`], or the field that is wrong. Columns are those of the Center's "Export format for minor-planet orbits". Lines above the
 //! row of dashes are a heading.
@@ -10,21 +10,21 @@ use crate::units::JD_J2000;
 use crate::wording::echo_within;
 use std::ops::Range;
 
-/// Columns of the numbers, from the first byte to behind the last.
+/// Byte ranges of the columns with numbers.
 const NUMBERS: [(usize, Range<usize>); 8] =
     [(H, 8..13), (G, 14..19), (M, 26..35), (ARGUMENT, 37..46), (NODE, 48..57), (I, 59..68), (E, 70..79), (A, 92..103)];
 const DESIGNATION: Range<usize> = 0..7;
 const EPOCH_COLUMNS: Range<usize> = 20..25;
-/// Number in brackets and name, if the line is long enough.
+/// Byte range of the number in brackets and the name; a line may end before it.
 const READABLE: Range<usize> = 166..194;
 
-/// Whether a text is of this form: a line of dashes ends its heading, or its first line has numbers in these columns.
+/// Whether a text is in this format: a line of dashes ends its heading, or its first line has numbers in these columns.
 pub(super) fn is_mpcorb(text: &str) -> bool {
-    let rule = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
-    text.lines().take(100).any(rule) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
+    let is_rule = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
+    text.lines().take(100).any(is_rule) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
 }
 
-/// Lines of bodies with their numbers, the first is 1.
+/// The lines that describe bodies, with line numbers starting at 1.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let heading = text.lines().position(|l| l.starts_with("----------")).map_or(0, |k| k + 1);
     text.lines().enumerate().skip(heading).map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty())
@@ -38,7 +38,7 @@ fn packed_jd(text: &str) -> Option<f64> {
     let century = digit(*century).filter(|c| (18..=20).contains(c))?;
     let year = 100 * century + 10 * digit(*y1).filter(|d| *d < 10)? + digit(*y2).filter(|d| *d < 10)?;
     let (month, day) = (digit(*month)?, digit(*day)?);
-    // Midnight of terrestrial time; the text form counts in UTC, which is rounded off to the day.
+    // The packed date means midnight TT, but `Instant::parse` reads UTC: rounding to midnight removes the difference of about a minute.
     let utc = Instant::parse(&format!("{year:04}-{month:02}-{day:02}T00:00:00Z")).ok()?;
     let jd = utc.tdb_seconds_past_j2000() / crate::units::SECONDS_PER_DAY + JD_J2000;
     Some((jd - 0.5).round() + 0.5)

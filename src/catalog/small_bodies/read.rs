@@ -1,7 +1,7 @@
 //! Tables of small bodies as text: comma-separated values with named columns, JSON of the JPL's Small-Body Database, MPCORB.DAT.
 //!
-//! In: the text. Out: the bodies in its order, or the first line that is wrong, with its field. Columns of other names are passed over. A line that begins with # is a
-//! comment, or names the columns where it is the first that does. JSON is the reply of the database's query interface: `fields` and `data`.
+//! In: the text. Out: the bodies in the order of the text, or the first wrong line, with its field. Unknown columns are ignored. A line that begins with # is a
+//! comment, unless it is the first line that names the columns. JSON is the reply of the database's query interface: `fields` and `data`.
 
 use super::rows::{A, ARGUMENT, E, EPOCH, EPOCH_MJD, FIELDS, H, I, M, M1, NODE, PASSAGE, Q, Values, body, number};
 use super::{SmallBody, SmallBodyFileError, mpcorb};
@@ -9,7 +9,7 @@ use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
 
-/// Maximum number of bodies in a file: 200 bytes each in memory, and twice as many as are known.
+/// Maximum number of bodies in a file: twice as many as are known. Each takes 200 bytes of memory.
 const MAX_BODIES: usize = 3_000_000;
 
 /// The column of each quantity.
@@ -20,13 +20,13 @@ struct Columns {
     count: usize,
 }
 
-/// A column's name as tables of names have it: letters and digits alone, lower case. `M` is a mean anomaly, `M1` a magnitude.
+/// A column's name in the form of `Field::columns`: only letters and digits, lower case. `M` is a mean anomaly, `M1` a magnitude.
 fn plain(name: &str) -> String {
     name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
 impl Columns {
-    /// Of the names; what must be there is, or which is not.
+    /// Finds the columns by name. The error names a required column that is missing.
     fn of(names: &[String]) -> Result<Self, String> {
         let place = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
         let of_field = FIELDS.each_ref().map(|f| place(f.columns));
@@ -60,7 +60,7 @@ impl Columns {
     }
 }
 
-/// The values of a line; one in quotes may hold commas, and doubled quotes for one.
+/// The values of a line. A value in quotes may contain commas, and doubled quotes that mean one quote.
 fn cells(line: &str) -> Vec<Cow<'_, str>> {
     if !line.contains('"') {
         return line.split(',').map(|c| Cow::Borrowed(c.trim())).collect();
@@ -133,7 +133,7 @@ fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     Ok(all)
 }
 
-/// Reads a table of any of the three forms.
+/// Reads a table in any of the three formats.
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
     let wrong = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
     let all = if text.trim_start().starts_with('{') {
@@ -160,7 +160,7 @@ mod tests {
 
     /// The same orbit by CSV, by the database's JSON and CSV, and by a line of MPCORB (Ceres on 13 September 2023).
     #[test]
-    fn every_form_says_the_same_of_a_body() {
+    fn all_formats_give_the_same_body() {
         let csv = format!("{HEAD}Ceres,0.0789125,2.7672543,10.58769,80.25498,73.42179,60.07881,60200,3.34,0.15\n");
         let quoted = "full_name,epoch,e,a,i,om,w,ma,H,G\n\"     1 Ceres (A801 AA)\",2460200.5,.0789125,2.7672543,10.58769,80.25498,73.42179,60.07881,3.34,\n";
         let json = r#"{"signature":{"version":"1.0"},"fields":["full_name","epoch.mjd","e","a","i","om","w","ma","H","G"],
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_line_and_field() {
+    fn errors_name_line_and_field() {
         let why = |text: &str| read("m.csv", text).expect_err(text).to_string();
         assert_eq!(why("name,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H\n"), "m.csv:1: no column `e`; the first line must name it");
         assert_eq!(why("e,i,om,w,ma,epoch,H\n"), "m.csv:1: no column `a_au` or `q_au`; the first line must name it");
@@ -216,7 +216,7 @@ mod tests {
                 .contains("row 1 of `data`: a_au is")
         );
         assert!(why("{\n\n").starts_with("m.csv:3: no reply of the database"));
-        // A body whose brightness nobody has measured is no fault.
+        // A body without a magnitude is not an error.
         assert_eq!(read("m.csv", &format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,,\n")).expect("a body")[0].brightness, BrightnessLaw::Unknown);
     }
 }

@@ -1,7 +1,7 @@
-//! One row of a table of small bodies: its fields, their units and ranges, and the orbit that they make.
+//! One row of a table of small bodies: its fields, their units and ranges, and the orbit computed from them.
 //!
-//! In: the text of each field that the row has. Out: a [`SmallBody`], or which field is wrong and what is allowed. Orbits are given by the perihelion or by
-//! the semi-major axis, and by a passage of the perihelion or by the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000.
+//! In: the text of each field of the row. Out: a [`SmallBody`], or the wrong field with its allowed values. An orbit is given by the perihelion distance or
+//! the semi-major axis, and by the time of a perihelion passage or the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000.
 
 use super::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
 use crate::units::{JD_J2000, RAD_PER_ARCSEC};
@@ -11,13 +11,13 @@ use std::f64::consts::{PI, TAU};
 
 /// Obliquity of the J2000 ecliptic to which orbits are published (IAU 1976: 84381.448 arcsec), radians.
 pub(super) const OBLIQUITY: f64 = 84_381.448 * RAD_PER_ARCSEC;
-/// Modified Julian dates count from here.
+/// Julian date of the zero point of modified Julian dates.
 const JD_OF_MJD: f64 = 2_400_000.5;
-/// Slope of the H,G law where the table has none (IAU 1985), and magnitudes a decade where a comet's table has none: brightness by the fourth power.
+/// Defaults where the table has no value: the slope of the H,G law (IAU 1985), and a comet's magnitudes a decade (brightness by the fourth power).
 const USUAL_G: f64 = 0.15;
 const USUAL_K1: f64 = 10.0;
 
-/// A quantity of a row: what messages call it, the names that its column may have (letters and digits alone, lower case), its range.
+/// A quantity of a row: its name in messages, the accepted names of its column (only letters and digits, lower case), its range.
 pub(super) struct Field {
     pub name: &'static str,
     pub columns: &'static [&'static str],
@@ -61,10 +61,10 @@ pub(super) const FIELDS: [Field; 14] = [
     field("K1", &["k1"], [-50.0, 100.0], "magnitudes a decade"),
 ];
 
-/// The fields of one row; `None` where it has none.
+/// The values of one row by field index; `None` where the row has no value.
 pub(super) type Values = [Option<f64>; FIELDS.len()];
 
-/// A number of a field in its range; `None` for an empty one.
+/// Parses the number of field `k` and checks its range; `None` for an empty text.
 pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
     let (f, text) = (&FIELDS[k], text.trim());
     if text.is_empty() {
@@ -75,7 +75,7 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
     value.map(Some).ok_or_else(wrong)
 }
 
-/// The body of a row.
+/// Builds the body of a row.
 pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
     let needed = |k: usize| {
         let f = &FIELDS[k];
@@ -95,7 +95,7 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
         (None, Some(m), Some(epoch)) if e != 1.0 => {
             let a = perihelion_au / (1.0 - e).abs();
             let m = m.to_radians();
-            // The nearest passage.
+            // The passage nearest to the epoch.
             let m = if e < 1.0 { (m + PI).rem_euclid(TAU) - PI } else { m };
             epoch - JD_J2000 - m / (GAUSS_CONSTANT * a.powf(-1.5))
         }

@@ -1,8 +1,8 @@
 //! Stars: position, proper motion, distance, brightness and colour index, and a spatial index of the sky.
 //!
-//! In: the text of a catalogue (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view takes
-//! the cells in its frame and of each the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: where a star is seen
-//! at a date (`ephemeris::star_place`), and how bright a picture shows it (scene).
+//! In: the text of a catalogue (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view selects
+//! the cells in its frame, and in each cell the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: the place of a
+//! star at a date (`ephemeris::star_place`), and its brightness in a picture (scene).
 
 mod names;
 mod read;
@@ -38,7 +38,7 @@ pub struct Star {
 pub struct Cell {
     /// Range of indices of the catalogue's stars, the brightest first.
     pub stars: Range<usize>,
-    /// Every star lies within this angle of the axis at the epoch.
+    /// Unit vector to the middle of the stars; at the epoch every star lies within `radius_rad` of it.
     pub axis: DVec3,
     pub radius_rad: f64,
     pub brightest_magnitude: f32,
@@ -103,7 +103,7 @@ fn bounds(stars: &[Star], range: Range<usize>) -> Cell {
 }
 
 impl StarCatalog {
-    /// The stars that ship inside the program: 15 537 to magnitude 7. A test holds that they can be read, so it never panics in a built program.
+    /// The stars that are embedded in the program: 15 537 to magnitude 7. A test verifies that they can be read, so this never panics in a built program.
     pub fn embedded() -> Arc<Self> {
         Arc::clone(&EMBEDDED)
     }
@@ -111,7 +111,7 @@ impl StarCatalog {
     /// Reads a catalogue: comma-separated values with named columns, or Hipparcos' hip2.dat.
     ///
     /// # Errors
-    /// The first line that cannot be read.
+    /// Names the first line that cannot be read.
     pub fn parse(file: &str, text: &str) -> Result<Self, StarFileError> {
         let (epoch_jd, stars) = read::read(file, text)?;
         Ok(Self::new(epoch_jd, stars))
@@ -145,12 +145,12 @@ impl StarCatalog {
         self.cells.iter().map(|c| c.brightest_magnitude).fold(f32::INFINITY, f32::min)
     }
 
-    /// The star of a Hipparcos number.
+    /// The star with a Hipparcos number.
     pub fn hip(&self, number: u32) -> Option<&Star> {
         self.place_of_hip(number).map(|k| &self.stars[k])
     }
 
-    /// Its place among [`Self::stars`].
+    /// The index in [`Self::stars`] of the star with a Hipparcos number.
     pub fn place_of_hip(&self, number: u32) -> Option<usize> {
         self.stars.iter().position(|s| s.hip == number && number != 0)
     }
@@ -171,9 +171,9 @@ mod tests {
     use super::*;
     use crate::units::RAD_PER_ARCSEC;
 
-    /// Every star lies in one cell and within its bounds, and a cell's stars grow fainter.
+    /// Every star lies in one cell and within its bounds, and a cell's stars are sorted from bright to faint.
     #[test]
-    fn cells_hold_what_they_say() {
+    fn cells_bound_their_stars() {
         let catalog = StarCatalog::embedded();
         assert_eq!(catalog.stars().len(), 15_537);
         assert_eq!(catalog.brightest_magnitude(), EMBEDDED_BRIGHTEST);
@@ -190,9 +190,9 @@ mod tests {
         }
     }
 
-    /// The embedded columns are what PROVENANCE says: Sirius, Barnard's absence (V 9.5), and the J1991.25 place of Vega (ESA 1997).
+    /// The embedded columns agree with PROVENANCE: Sirius, the absence of Barnard's star (V 9.5), and the J1991.25 place of Vega (ESA 1997).
     #[test]
-    fn the_embedded_stars_are_those_of_hipparcos() {
+    fn the_embedded_stars_agree_with_hipparcos() {
         let catalog = StarCatalog::embedded();
         let sirius = catalog.hip(32_349).expect("Sirius");
         assert_eq!((sirius.v_magnitude, sirius.b_v), (-1.44, Some(0.009)));

@@ -1,9 +1,9 @@
 //! Proper names of stars.
 //!
-//! In: nothing. Out: names by the IAU's Working Group on Star Names (IAU Catalog of Star Names) with numbers in the Hipparcos catalogue (ESA SP-1200). Not here: Bayer
-//! letters and numbers of Flamsteed.
+//! In: a number in the Hipparcos catalogue (ESA SP-1200). Out: the name by the IAU's Working Group on Star Names (IAU Catalog of Star Names), if the star has one. Not
+//! here: Bayer letters and Flamsteed numbers.
 
-/// Name and Hipparcos number, by name. Of a double star the number is that of its brighter part.
+/// Name and Hipparcos number, sorted by name. For a double star, the number of its brighter component.
 pub const STAR_NAMES: [(&str, u32); 89] = [
     ("Achernar", 7_588),
     ("Acrux", 60_718),
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::catalog::stars::StarCatalog;
 
-    /// Right ascension (hours) and declination (degrees) of J2000 as star atlases have them, to a hundredth and a tenth.
+    /// Right ascension (hours) and declination (degrees) of J2000 from star atlases, to a hundredth and a tenth.
     const PLACES: [(&str, f64, f64); 89] = [
         ("Achernar", 1.63, -57.2),
         ("Acrux", 12.44, -63.1),
@@ -200,7 +200,7 @@ mod tests {
     ];
 
     #[test]
-    fn each_name_is_that_of_the_star_at_its_place() {
+    fn each_name_belongs_to_the_star_at_its_place() {
         let catalog = StarCatalog::embedded();
         for ((name, hip), (of, ra_hours, dec_deg)) in STAR_NAMES.into_iter().zip(PLACES) {
             assert_eq!(name, of);
@@ -210,6 +210,6 @@ mod tests {
             let off_deg = place.cross(star.direction).length().atan2(place.dot(star.direction)).to_degrees();
             assert!(off_deg < 0.6, "{name}: HIP {hip} is {off_deg:.1} degrees off");
         }
-        assert!(STAR_NAMES.windows(2).all(|pair| pair[0].0 < pair[1].0), "not by name");
+        assert!(STAR_NAMES.windows(2).all(|pair| pair[0].0 < pair[1].0), "not sorted by name");
     }
 }

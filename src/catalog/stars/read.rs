@@ -1,8 +1,8 @@
 //! Star catalogues as text: comma-separated values with named columns, and the fixed columns of Hipparcos' hip2.dat.
 //!
-//! In: the text. Out: the epoch and the stars, or the first line that is wrong, with its field. A table's first line names its columns; a word such as J2016.0 in
-//! that line is the epoch of the places, else it is J2000. Columns of other names are passed over. A text whose first line names no columns is hip2.dat (van
-//! Leeuwen 2007, CDS I/311), whose places are of J1991.25. Not read: quotes that enclose commas, errors of the values.
+//! In: the text. Out: the epoch and the stars, or the first wrong line, with its field. A table's first line names its columns; a word such as J2016.0 in that
+//! line is the epoch of the places; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen 2007,
+//! CDS I/311), whose places are of J1991.25. Not read: quotes that enclose commas, errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
 use crate::units::RAD_PER_ARCSEC;
@@ -10,13 +10,13 @@ use crate::wording::{echo, echo_within};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Stars of a file at most: 80 bytes each in memory.
+/// Maximum number of stars in a file. Each takes 80 bytes of memory.
 const MAX_STARS: usize = 5_000_000;
 /// One au a Julian year, km/s.
 const KM_S_PER_AU_YEAR: f64 = 4.740_470_446;
 const HIPPARCOS_EPOCH: f64 = 1991.25;
 
-/// A quantity of a star: what messages call it, the names that its column may have (letters and digits alone, lower case), its range.
+/// A quantity of a star: its name in messages, the accepted names of its column (only letters and digits, lower case), its range.
 struct Field {
     name: &'static str,
     columns: &'static [&'static str],
@@ -38,7 +38,7 @@ const PM_RA: usize = 5;
 const PM_DEC: usize = 6;
 const B_V: usize = 7;
 const RADIAL: usize = 8;
-/// The first three must be there.
+/// The first three fields are required.
 const REQUIRED: usize = 3;
 const FIELDS: [Field; 9] = [
     field("ra_deg", &["radeg", "ra"], [0.0, 360.0], "degrees"),
@@ -52,7 +52,7 @@ const FIELDS: [Field; 9] = [
     field("rv_km_s", &["rvkms", "radialvelocitykms", "rv"], [-1e4, 1e4], "kilometres a second"),
 ];
 
-/// Columns of hip2.dat (ReadMe of catalogue I/311), from the first byte to behind the last. V follows from Hp.
+/// Columns of hip2.dat (ReadMe of catalogue I/311), as byte ranges. V is computed from Hp.
 const HIP2: [(usize, Range<usize>); 7] =
     [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
 const HIP2_HP: Range<usize> = 129..136;
@@ -80,7 +80,7 @@ fn without_brackets(line: &str) -> String {
 }
 
 impl Columns {
-    /// Of a table's first line; `None` where it names neither right ascension nor declination.
+    /// The columns that a table's first line names; `None` if it contains no names, so that the file must be hip2.dat.
     fn named(line: &str) -> Option<Result<Self, String>> {
         let names: Vec<String> = without_brackets(line)
             .split(',')
@@ -101,20 +101,20 @@ impl Columns {
     }
 }
 
-/// A number of a field in its range.
+/// Parses the number of a field and checks its range.
 fn number(f: &Field, text: &str) -> Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|v| (f.least..=f.most).contains(v));
     value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.unit, f.least, f.most))
 }
 
-/// A star of its fields; what must be there is.
+/// A star from its fields; the required fields must be present.
 fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     let value = |k: usize| values[k].unwrap_or(0.0);
     let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (value(RA).to_radians().sin_cos(), value(DEC).to_radians().sin_cos());
     let direction = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
     let (east, north) = (DVec3::new(-sin_ra, cos_ra, 0.0), DVec3::new(-sin_dec * cos_ra, -sin_dec * sin_ra, cos_dec));
     let mas = RAD_PER_ARCSEC / 1000.0;
-    // A parallax that its error made negative says that the star is far.
+    // A negative parallax is a measurement error of a distant star.
     let parallax_rad = value(PARALLAX).max(0.0) * mas;
     let along = value(RADIAL) / KM_S_PER_AU_YEAR * parallax_rad;
     Star {
@@ -144,8 +144,8 @@ fn of_table(line: &str, columns: &Columns) -> Result<Star, String> {
     Ok(star(&values))
 }
 
-/// V of Hipparcos' magnitude Hp and B-V (Harmanec 1998, Astron. Astrophys. 335, 173, with U-B = 0): within 0.02 for common stars. The polynomial of ESA SP-1200,
-/// volume 1, table 1.3.5 differs by less than 0.005 at B-V of 0.6 and 1.2.
+/// V from Hipparcos' magnitude Hp and B-V (Harmanec 1998, Astron. Astrophys. 335, 173, with U-B = 0): within 0.02 for common stars. The polynomial of ESA
+/// SP-1200, volume 1, table 1.3.5 differs by less than 0.005 at B-V of 0.6 and 1.2.
 fn v_of_hp(hp: f64, b_v: f64) -> f64 {
     let x = b_v.clamp(-0.3, 1.6);
     hp + 0.0072 + x * (-0.2964 + x * (0.1110 + x * 0.0157))
@@ -160,7 +160,7 @@ fn of_hip2(line: &str) -> Result<Star, String> {
     let mut values = [None; FIELDS.len()];
     for (k, columns) in &HIP2 {
         let text = cell(columns)?;
-        // Its places are in radians.
+        // The places of hip2.dat are in radians.
         let text = if matches!(*k, RA | DEC) {
             text.trim().parse::<f64>().map_or(text.to_owned(), |v| v.to_degrees().to_string())
         } else {
@@ -200,7 +200,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileE
 mod tests {
     use super::*;
 
-    /// A line of hip2.dat with these values, the others as its format has them.
+    /// A line of hip2.dat with these values and plausible values in the other columns.
     fn hip2(ra_rad: f64, dec_rad: f64, hp: &str) -> String {
         let place = format!(
             "{:>6} {:>3} {:>1} {:>1} {ra_rad:13.10} {dec_rad:13.10} {:>7} {:>8} {:>8}",
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn both_forms_say_the_same_of_a_star() {
+    fn both_formats_give_the_same_star() {
         let (ra_deg, dec_deg) = (279.234_108_f64, 38.782_993_f64);
         let table = format!(
             "# name,RA_deg(ICRS, J1991.25),dec_deg,V,plx,pmRA,pmDec,B-V\nVega,{ra_deg},{dec_deg},0.03,130.23,200.94,286.23,-0.001\n"
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_line_and_field() {
+    fn errors_name_line_and_field() {
         let why = |text: &str| read("s.csv", text).expect_err(text).to_string();
         assert_eq!(why("ra_deg,v\n1,2\n"), "s.csv:1: no column `dec_deg` (degrees); the first line must name it");
         assert_eq!(why("ra,dec,v\n1,2,3\n1,95,3\n"), "s.csv:3: dec_deg is `95`; expected degrees from -90 to 90");

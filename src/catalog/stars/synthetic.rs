@@ -1,23 +1,23 @@
-//! A larger sky than the one that ships, for measurements: its stars fainter than the shipped ones are invented.
+//! A star catalogue larger than the embedded one, for measurements: stars fainter than the embedded stars are invented.
 
 use super::{Star, StarCatalog};
 use crate::random::Random;
 
-/// How fast stars grow in number with magnitude: tenfold in 1 / 0.48 magnitudes. From the shipped 15 537 to magnitude 7 that leads to the 2.5 million of Tycho-2 at 11.6
+/// Growth of the number of stars with magnitude: tenfold in 1 / 0.48 magnitudes. From the embedded 15 537 to magnitude 7 this gives the 2.5 million of Tycho-2 at 11.6
 /// (Hog et al. 2000, Astron. Astrophys. 355, L27: 99 % complete to 11).
 const DECADES_PER_MAGNITUDE: f64 = 0.48;
-/// Where the shipped stars end.
+/// Limiting magnitude of the embedded stars.
 const SHIPPED_TO: f64 = 7.0;
 
 impl StarCatalog {
-    /// The shipped stars, and as many invented fainter ones as make `count`: evenly over the sky, at rest, without distance, with the colour indices of the shipped ones.
+    /// The embedded stars and fainter invented stars, `count` in total. Invented stars are uniform over the sky, at rest, without distance, with embedded stars' colours.
     pub fn synthetic(count: usize) -> Self {
         let shipped = Self::embedded();
         let mut stars = shipped.stars.clone();
         let mut random = Random::new(0);
         let decades_beyond_shipped = (count.max(1) as f64 / shipped.stars.len() as f64).log10().max(0.0);
         while stars.len() < count {
-            // Inverse transform sampling of N(m), which grows as 10^(0.48 m), from the shipped stars' limit on.
+            // Inverse transform sampling of N(m), which grows as 10^(0.48 m), beyond the limit of the embedded stars.
             let (least, most) = (1.0, 10_f64.powf(decades_beyond_shipped));
             let v_magnitude = SHIPPED_TO + random.between(least, most).log10() / DECADES_PER_MAGNITUDE;
             let b_v = random.of(&shipped.stars).b_v;

@@ -1,7 +1,7 @@
 //! Orientation of bodies: `body_from_icrf` rotations.
 //!
 //! In: a body, an instant. Out: a rotation whose rows are the body's axes in ICRF (z the north pole, x the prime meridian). Sources: the IAU WGCCRE
-//! 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with UT1. Left out:
+//! 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with UT1. Omitted:
 //! polar motion (under 0.5 arcsec, 15 m on the ground) and the Moon's physical libration beyond the IAU series (0.01 degrees).
 
 mod pck;
@@ -12,7 +12,7 @@ use crate::time::Instant;
 use crate::units::JD_J2000;
 use glam::{DMat3, DVec3};
 
-/// The PCK that ships inside the program.
+/// The PCK that is embedded in the program.
 pub use orrery_catalogs::PLANETARY_CONSTANTS as EMBEDDED_PCK;
 
 /// Right-handed rotation of the axes by `angle_rad` about z: R3 of the literature.
@@ -32,7 +32,7 @@ impl PoleAndMeridian {
             * axes_turned_about_z((90.0 + self.pole_ra_deg).to_radians())
     }
 
-    /// The same three angles of a rotation, for display. At a pole along ICRF z, right ascension is 0.
+    /// The three angles of a rotation, for display. At a pole along ICRF z, right ascension is 0.
     pub fn of(body_from_icrf: &DMat3) -> Self {
         let pole = body_from_icrf.row(2);
         let node = DVec3::Z.cross(pole).try_normalize().unwrap_or(DVec3::Y);
@@ -45,19 +45,19 @@ impl PoleAndMeridian {
     }
 }
 
-/// The Earth: GCRS to ITRS by IAU 2006/2000A and UT1, polar motion left out.
+/// The Earth's rotation from GCRS to ITRS by IAU 2006/2000A and UT1, without polar motion.
 pub fn earth_itrs_from_gcrs(t: Instant) -> DMat3 {
     let rows = sofars::pnp::c2t06a(JD_J2000, t.jd_tt() - JD_J2000, JD_J2000, t.jd_ut1() - JD_J2000, 0.0, 0.0);
     DMat3::from_cols_array_2d(&rows).transpose()
 }
 
-/// True equator and equinox of date from GCRS (bias, precession and nutation).
+/// Rotation from GCRS to the true equator and equinox of date (bias, precession and nutation).
 pub fn true_of_date_from_gcrs(t: Instant) -> DMat3 {
     let rows = sofars::pnp::pnm06a(JD_J2000, t.jd_tt() - JD_J2000);
     DMat3::from_cols_array_2d(&rows).transpose()
 }
 
-/// A tidally locked body: x towards the parent, z along the orbit's normal. `None` for a radial orbit.
+/// Rotation of a tidally locked body: x towards the parent, z along the orbit's normal. `None` for a radial orbit.
 pub fn synchronous(pos_km: DVec3, vel_km_s: DVec3) -> Option<DMat3> {
     let x = (-pos_km).try_normalize()?;
     let z = pos_km.cross(vel_km_s).try_normalize()?;

@@ -2,13 +2,13 @@
 //!
 //! In: the text of the kernel. Out: right ascension and declination of the north pole and the angle W of the prime meridian, by the models
 //! of Archinal et al. 2018 (IAU WGCCRE 2015), which the kernel transcribes. It reads `\begindata` blocks of numbers, with `=` and `+=`; strings
-//! and dates are passed over.
+//! and dates are ignored.
 
 use crate::catalog::NaifId;
 use crate::units::{DAYS_PER_JULIAN_CENTURY, SECONDS_PER_DAY};
 use std::collections::HashMap;
 
-/// A number that does not read, or a body whose rows do not fit together.
+/// A number that cannot be parsed, or a body with more terms than its system has angles.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PckError {
     #[error("PCK line {line}: `{text}` is not a number")]
@@ -30,7 +30,7 @@ pub struct PoleAndMeridian {
 struct Model {
     pole_ra: Vec<f64>,
     pole_dec: Vec<f64>,
-    /// In days; the others in Julian centuries.
+    /// Polynomial in days; the others are in Julian centuries.
     w: Vec<f64>,
     ra_terms: Vec<f64>,
     dec_terms: Vec<f64>,
@@ -85,7 +85,7 @@ fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// The system whose angles a body's terms take: 4 for 499 and 401, 3 for the Moon.
+/// The system whose angles a body's terms use: 4 for 499 and 401, 3 for the Moon.
 fn system_of(body: i32) -> i32 {
     body / 100
 }
@@ -126,7 +126,7 @@ impl Pck {
         Ok(pck)
     }
 
-    /// How many bodies have a model.
+    /// Number of bodies with a model.
     pub fn len(&self) -> usize {
         self.models.len()
     }
@@ -135,7 +135,7 @@ impl Pck {
         self.models.is_empty()
     }
 
-    /// Pole and prime meridian at TDB seconds past J2000; none when the kernel lacks the body. W is within 0..360.
+    /// Pole and prime meridian at TDB seconds past J2000; `None` if the kernel lacks the body. W is within 0..360.
     pub fn pole_and_meridian(&self, body: NaifId, tdb_s: f64) -> Option<PoleAndMeridian> {
         let model = self.models.get(&body.0)?;
         let days = tdb_s / SECONDS_PER_DAY;
@@ -167,7 +167,7 @@ mod tests {
                          BODY599_NUT_PREC_RA = ( 2.0 )\n BODY599_NUT_PREC_RA += ( 1.0 )\n\\begintext\n";
 
     #[test]
-    fn reads_data_blocks_alone() {
+    fn only_data_blocks_are_read() {
         let pck = Pck::parse(SMALL).expect("reads");
         assert_eq!(pck.len(), 1);
         let at = pck.pole_and_meridian(NaifId(599), 0.0).expect("Jupiter");

@@ -1,7 +1,7 @@
 //! Error of bodies on mean or osculating ellipses. In: elements and an instant. Out: an upper limit in km.
 //!
 //! The error is an angle along the orbit that grows with the time from the elements' epoch: omitted periodic terms, uncertainty of the mean motion, and
-//! tidal acceleration if known. Always: it never decreases with the time from the epoch and never exceeds the orbit's diameter. Left out: errors of the
+//! tidal acceleration if known. Always: it never decreases with the time from the epoch and never exceeds the orbit's diameter. Omitted: errors of the
 //! orbital plane, which are smaller than those along the orbit.
 
 use crate::catalog::{MeanElements, NaifId};
@@ -16,27 +16,27 @@ struct Drift {
 }
 
 /// Rates are the difference of two published mean motions, JPL's (the catalog) and the IAU's rotation (pck00011), rounded up, except
-/// where a line says otherwise.
+/// where a comment states otherwise.
 fn drift(body: NaifId) -> Drift {
     let (at_epoch_deg, deg_per_yr, deg_per_yr2) = match body.0 {
-        // Mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, its plane within 0.01 in 2000 and 0.1 in 1900 (tests/ephemeris/satellites.rs); Mars'
-        // oblateness moves it by 3/2 J2 (R/a)^2 = 0.02 degrees within an orbit, which is left out.
+        // Phobos: mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, orbital plane within 0.01 in 2000 and 0.1 in 1900
+        // (tests/ephemeris/satellites.rs); Mars' oblateness moves Phobos by 3/2 J2 (R/a)^2 = 0.02 degrees within an orbit, which is left out.
         401 => (0.1, 1.5e-3, 0.0),
         // 3.8 degrees from the IAU's meridian over 2000 to 2041 (tests/ephemeris/satellites.rs).
         808 => (4.3, 0.08, 0.0),
         402 => (1.1, 0.004, 0.0),
         505 => (1.1, 0.1, 0.0),
         514..=516 => (1.1, 0.06, 0.0),
-        // Co-orbital: they trade orbits every four years, and the IAU's figures are of two such states.
+        // Co-orbital: they exchange orbits every four years, and the IAU's values describe two such states.
         610 => (30.0, 40.0, 0.0),
         611 => (90.0, 144.0, 0.0),
-        // Trojans of Dione and Tethys swing about their points by 15, 2 and 4 degrees (Oberti & Vienne 2003, A&A 397, 353); their mean
+        // Trojans of Dione and Tethys librate about their Lagrange points by 15, 2 and 4 degrees (Oberti & Vienne 2003, A&A 397, 353); their mean
         // motions are those of the large moons.
         612 => (17.0, 0.01, 0.0),
         613 => (3.0, 0.01, 0.0),
         614 => (5.0, 0.01, 0.0),
         615 => (1.1, 3.2, 0.0),
-        // Chaotic: they shift each other's motion.
+        // Chaotic: they perturb each other.
         616 => (1.1, 1.1, 0.0),
         617 => (1.1, 0.5, 0.0),
         618 => (1.1, 4.5, 0.0),
@@ -46,7 +46,7 @@ fn drift(body: NaifId) -> Drift {
         801 => (3.0, 0.01, 0.0),
         901 => (1.1, 0.001, 0.0),
         807 => (1.1, 0.24, 0.0),
-        // The Sun's pull, estimated from the Moon's evection and annual equation: 7.5 m e + 3 m² + 6 m e', m the ratio of the motions.
+        // The Sun's perturbation, estimated from the Moon's evection and annual equation: 7.5 m e + 3 m² + 6 m e', m the ratio of the motions.
         609 => (5.2, 0.01, 0.0),
         802 => (2.3, 0.01, 0.0),
         // Osculating elements: 0.03 and 0.02 degrees a year from the proper motions of Ceres and Vesta, times four.

@@ -1,6 +1,6 @@
-//! L1.2 of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the short set of Astronomy Engine 2.1.19.
+//! L1.2 of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the short series of Astronomy Engine 2.1.19.
 //!
-//! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, brought to ICRF by its matrix.
+//! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, rotated to ICRF by its matrix.
 
 use super::{Elements, Term, tt_days_past};
 use crate::ephemeris::State;
@@ -28,9 +28,9 @@ struct Moon {
     a: Vec<Term>,
     /// Mean longitude, radians: sines.
     l: Vec<Term>,
-    /// e·exp(iϖ).
+    /// Eccentricity: e·exp(iϖ).
     z: Vec<Term>,
-    /// sin(I/2)·exp(iΩ).
+    /// Inclination: sin(I/2)·exp(iΩ).
     zeta: Vec<Term>,
 }
 
@@ -65,9 +65,9 @@ impl GalileanL12 {
     }
 }
 
-/// Bound of the error, km: the short series against JPL's jup365 in 1931-1933 and 2068 (tests/ephemeris/satellites.rs) are off by at most 353
-/// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); a third is added for the dates between. More than 70 years from 2000 it grows; no
-/// more than the orbit's width is ever stated.
+/// Bound of the error, km. The short series differ from JPL's jup365 in 1931-1933 and 2068 (tests/ephemeris/satellites.rs) by at most 353
+/// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); a third is added for the dates between. More than 70 years from 2000 the bound
+/// grows, but it never exceeds the orbit's width.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [480.0, 300.0, 400.0, 650.0].get(index).copied().unwrap_or(650.0);
     let orbit_km = [422_000.0, 671_000.0, 1_070_000.0, 1_883_000.0].get(index).copied().unwrap_or(1_883_000.0);

@@ -3,7 +3,7 @@
 //! Both theories give six elements that are sums of periodic terms: semi-major axis or mean motion, mean longitude λ, eccentricity
 //! z = e·exp(iϖ) and inclination ζ = sin(I/2)·exp(iΩ). The elements are osculating, so the two-body velocity on them is the moon's velocity;
 //! it differs from the slope of the positions by up to 4e-4 of the speed (Callisto), for Hyperion 1.5e-3.
-//! Left out: terms that the tables omit; `error_km` of each theory states the error. No planet's position is needed here.
+//! Omitted: terms that the tables omit; `error_km` of each theory states the error. No planet's position is needed here.
 
 pub mod drift;
 pub mod galilean;
@@ -15,7 +15,7 @@ use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
 use glam::{DMat3, DVec2};
 use serde::Deserialize;
 
-/// Both theories, their tables read once.
+/// Both theories with their tables.
 #[derive(Debug)]
 pub struct MoonTheories {
     pub galilean: galilean::GalileanL12,
@@ -23,7 +23,7 @@ pub struct MoonTheories {
 }
 
 impl MoonTheories {
-    /// The tables that ship inside the program.
+    /// The theories from the embedded tables.
     pub fn embedded() -> Result<Self, EphemerisError> {
         let wrong = |file: &str, e: serde_json::Error| EphemerisError(format!("{file}: {e}"));
         Ok(Self {
@@ -38,7 +38,7 @@ impl MoonTheories {
 struct Term(f64, f64, f64);
 
 impl Term {
-    /// Amplitude times (cos, sin) of the term's angle, which `shift_rad` moves.
+    /// Amplitude times (cos, sin) of the term's angle plus `shift_rad`.
     fn at(&self, days: f64, shift_rad: f64) -> DVec2 {
         let (sin, cos) = (self.1 + self.2 * days + shift_rad).sin_cos();
         DVec2::new(cos, sin) * self.0
@@ -74,7 +74,7 @@ impl Elements {
     }
 }
 
-/// How much a bound grows by date: the square of the time from 2000 past `held_years`, an assumption as for the planets.
+/// Factor by which a bound grows with the date: 1 within `held_years` of 2000, then the square of the time: an assumption.
 fn growth(t: Instant, held_years: f64) -> f64 {
     let share = (t.tdb_seconds_past_j2000() / (held_years * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
     share * share

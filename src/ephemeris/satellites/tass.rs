@@ -2,8 +2,8 @@
 //! Vienne 1997, A&A 324, 366).
 //!
 //! Time: TT days past JD 2444240.0. Frame: Saturn's equator of the theory; the table's matrix
-//! leads to the ecliptic of J2000 and the obliquity of VSOP87 to ICRF (the frames' remaining tie is under 0.1 arcsec: 2 km at Iapetus).
-//! Each element is a sum of groups; a group's terms share a whole combination of the moons' slow longitude variations. Those variations
+//! leads to the ecliptic of J2000, and the obliquity of VSOP87 to ICRF (the frames' remaining offset is under 0.1 arcsec: 2 km at Iapetus).
+//! Each element is a sum of groups; a group's terms share an integer combination of the moons' slow longitude variations. Those variations
 //! are the first group of each moon's longitude series, so they are summed first, for all moons that the groups name.
 
 use super::{Elements, Term, tt_days_past};
@@ -20,12 +20,12 @@ const DRIVING_MOONS: usize = 7;
 
 #[derive(Debug, Deserialize)]
 struct Table {
-    /// Row by row.
+    /// Matrix elements, row by row.
     to_vsop87_ecliptic_j2000: [f64; 9],
     bodies: [Moon; 8],
 }
 
-/// Whole multiples of the eight longitude variations, and the terms that they shift.
+/// Integer multiples of the eight longitude variations, and the terms that they shift.
 #[derive(Debug, Deserialize)]
 struct Group([i32; 8], Vec<Term>);
 
@@ -33,11 +33,11 @@ struct Group([i32; 8], Vec<Term>);
 struct Moon {
     /// GM of Saturn and the moon, au³ per day².
     mu: f64,
-    /// Mean mean motion, radians a day.
+    /// Mean value of the mean motion, radians a day.
     aam: f64,
-    /// Constant parts: of the mean motion (relative), longitude, e cos ϖ, e sin ϖ, sin(I/2) cos Ω, sin(I/2) sin Ω.
+    /// Constant parts of the mean motion (relative), longitude, e cos ϖ, e sin ϖ, sin(I/2) cos Ω, sin(I/2) sin Ω.
     s0: [f64; 6],
-    /// Of the mean motion (relative, cosines), longitude (sines), e·exp(iϖ), sin(I/2)·exp(iΩ).
+    /// Series of the mean motion (relative, cosines), longitude (sines), e·exp(iϖ), sin(I/2)·exp(iΩ).
     series: [Vec<Group>; 4],
 }
 
@@ -57,7 +57,7 @@ impl Tass17 {
         let icrf_from_ecliptic = DMat3::from_rotation_x(OBLIQUITY_DEG.to_radians());
         let driven_by = std::array::from_fn(|i| {
             let groups = || table.bodies[i].series.iter().flatten();
-            // A moon's own variation is part of its longitude, named or not.
+            // A moon's own variation is part of its longitude, whether a group names it or not.
             std::array::from_fn(|j| i == j || groups().any(|g| g.0[j] != 0))
         });
         Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by })
@@ -103,9 +103,9 @@ impl Tass17 {
     }
 }
 
-/// Bound of the error, km. Not measured here: no newer solution of Saturn's moons was at hand. What is measured is that the sums are right
-/// to metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 it grows; no more than the orbit's width is
-/// ever stated.
+/// Bound of the error, km. It was not measured, because no newer solution of Saturn's moons was at hand. Tests verify that the sums are correct to
+/// metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, but it never exceeds the
+/// orbit's width.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
     let orbits_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];

@@ -1,4 +1,4 @@
-// Index: shows the modules whose key has each word of the filter, and none of those behind a minus sign.
+// Index page: shows the modules whose key contains every word of the filter and no word that follows a minus sign.
 const filter = document.getElementById("filter");
 if (filter) {
   const rows = [...document.querySelectorAll(".modules li")].map((row) => [row, row.querySelector("span").textContent]);
@@ -20,7 +20,8 @@ if (filter) {
   apply();
 }
 
-// A module's page: its source, put together from the lines of all modules, coloured by the feature that asked for each.
+// Module page: assembles the source from the lines of all modules and colours each line by the feature that includes
+// it.
 const source = document.getElementById("source");
 if (source) {
   const seen = new Map();

@@ -1,4 +1,4 @@
-//! The lines of all modules, each stored once, and a module as runs of them.
+//! Stores each distinct line of all modules once, and represents a module as runs of these lines.
 
 use crate::shader::SourceMap;
 use std::collections::{BTreeSet, HashMap};

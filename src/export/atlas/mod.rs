@@ -1,7 +1,8 @@
 //! The atlas: a static site with a page for each module: picture, features, source by feature, cost, and neighbouring modules.
 //!
-//! In: a revision and module ids. Out: `index.html`, a page and a picture for each module, `lines.js`, `manifest.json`. Always: it works from the local disk without server or network; the
-//! same modules give the same bytes. Source lines are stored once for all pages, because the modules share most of theirs and would take a gigabyte in full.
+//! In: a revision and module ids. Out: `index.html`, a page and a picture for each module, `lines.js`, `manifest.json`. Always: the site
+//! works from the local disk without server or network; the same modules give the same bytes. Source lines are stored once for all pages,
+//! because the modules share most of their lines and would take a gigabyte in full.
 
 mod lines;
 mod neighbours;
@@ -25,7 +26,7 @@ use std::sync::Arc;
 
 /// Side of a module's picture, pixels.
 const SIDE: u32 = 96;
-/// Modules that are in memory at a time.
+/// Number of modules in memory at a time.
 const BATCH: usize = 128;
 /// Name of the list of all modules, which identifies a folder as an atlas.
 pub(crate) const MANIFEST: &str = "manifest.json";
@@ -43,7 +44,7 @@ pub enum AtlasError {
     Module { module: String, why: String },
 }
 
-/// One row of the list.
+/// One row of the list of modules.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Entry {
     /// Key or name.
@@ -51,7 +52,7 @@ pub struct Entry {
     /// Path of its page below the atlas folder; its picture, if any, is `pictures/` and the same name with `.png`.
     pub page: String,
     pub has_picture: bool,
-    /// Features that its lines belong to.
+    /// Features to which the module's lines belong.
     pub features: Vec<String>,
     /// Number of lines of the module.
     pub lines: usize,
@@ -85,7 +86,7 @@ fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_atomic(path, FileAccess::All, |out| out.write_all(bytes))
 }
 
-/// Writes the atlas of these modules into a folder; `done` is called after each.
+/// Writes the atlas of these modules into a folder; `done` is called after each module.
 ///
 /// # Errors
 /// A module that cannot be compiled, or a file that cannot be written.
@@ -101,12 +102,12 @@ pub fn write(
         std::fs::create_dir_all(&part).map_err(|e| crate::files::write_error(&part, &e))?;
     }
     let names: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
-    let near = neighbours::of(names.keys().map(String::as_str));
+    let steps_of = neighbours::of(names.keys().map(String::as_str));
     let mut table = LineTable::default();
     let mut entries = Vec::new();
-    for some in ids.chunks(BATCH) {
+    for batch in ids.chunks(BATCH) {
         let samplers = || Sampler::new(SIDE);
-        let one = |sampler: &mut Result<Sampler, SessionError>, id: &ModuleId| {
+        let build = |sampler: &mut Result<Sampler, SessionError>, id: &ModuleId| {
             let module_output = match sampler {
                 Ok(sampler) => module_output(sampler, revision, id, lowering),
                 Err(e) => Err(AtlasError::Module { module: id.to_string(), why: e.to_string() }),
@@ -114,8 +115,8 @@ pub fn write(
             done();
             module_output
         };
-        let of_some: Vec<Result<ModuleOutput, AtlasError>> = some.par_iter().map_init(samplers, one).collect();
-        for (id, module_output) in some.iter().zip(of_some) {
+        let outputs: Vec<Result<ModuleOutput, AtlasError>> = batch.par_iter().map_init(samplers, build).collect();
+        for (id, module_output) in batch.iter().zip(outputs) {
             let ModuleOutput { module, figures, picture } = module_output?;
             let name = id.to_string();
             let stem = &names[&name];
@@ -135,7 +136,7 @@ pub fn write(
                 figures,
                 module: name.clone(),
             };
-            let steps = near.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
+            let steps = steps_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
             let linked: Vec<(String, &str)> = steps.iter().map(|s| (s.words.clone(), names[s.to].as_str())).collect();
             write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
             entries.push(entry);
@@ -145,7 +146,7 @@ pub fn write(
     write_file(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
     write_file(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
     write_file(&folder.join("index.html"), page::index(&revision.name, &entries).as_bytes())?;
-    // Written last: a folder with a manifest is complete.
+    // The manifest is written last, so that a folder with a manifest is complete.
     let manifest = serde_json::json!({ "revision": revision.name, "modules": entries });
     write_file(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;
     Ok(entries)

@@ -1,10 +1,11 @@
 //! Neighbouring keys: those that differ by one part added, removed or replaced.
 //!
-//! In: key texts, parts between dots. Out: for each its steps, sorted. Always: each step has an inverse.
+//! In: key texts, whose parts are separated by dots. Out: for each key its steps, sorted. Always: each step
+//! has an inverse.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// From one key to another.
+/// A step from one key to another.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Step<'a> {
     /// `+clouds`, `-clouds` or `sun1 -> sun2`.
@@ -49,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_adds_takes_or_exchanges_one_part() {
+    fn a_step_adds_removes_or_replaces_one_part() {
         let near = of(["a.sun1", "a.clouds.sun1", "a.sun2", "b.sun2"]);
         let words = |key: &str| near[key].iter().map(|s| format!("{} {}", s.words, s.to)).collect::<Vec<_>>();
         assert_eq!(words("a.sun1"), ["+clouds a.clouds.sun1", "sun1 -> sun2 a.sun2"]);

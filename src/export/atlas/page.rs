@@ -1,4 +1,5 @@
-//! The pages of the atlas as HTML. Names, figures and links are text and need no script; `atlas.js` assembles the source.
+//! The pages of the atlas as HTML. Names, figures and links are plain text and need no script; `atlas.js` assembles the
+//! source.
 
 use super::Entry;
 use std::fmt::Write;

@@ -1,7 +1,7 @@
-//! Which adapters this machine has, and opening one.
+//! Lists the adapters of this machine, and opens the best usable one.
 //!
-//! Hardware comes before drivers that draw on the CPU, and Vulkan, Metal and DX12 before GL. Outside inputs: the environment variables that wgpu
-//! documents (`WGPU_BACKEND` and others), and on Linux whether device nodes of graphics hardware exist.
+//! Hardware is preferred to drivers that draw on the CPU, and Vulkan, Metal and DX12 to GL. In: the environment variables that wgpu documents
+//! (`WGPU_BACKEND` and others), and on Linux whether device nodes of graphics hardware exist. Out: descriptions of adapters, or an opened device.
 
 use super::GpuError;
 use std::path::Path;
@@ -14,7 +14,7 @@ use wgpu::{TextureFormat, TextureFormatFeatureFlags};
 #[serde(rename_all = "kebab-case")]
 pub enum AdapterKind {
     Hardware,
-    /// The driver does not report it.
+    /// The driver does not report its kind.
     Unknown,
     /// A driver that draws on the CPU.
     Software,
@@ -42,7 +42,7 @@ impl AdapterFacts {
         let kind = match info.device_type {
             DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu => AdapterKind::Hardware,
             DeviceType::Cpu => AdapterKind::Software,
-            // GL does not report the type; the names of software drivers tell.
+            // GL does not report the type, so software drivers are recognised by name.
             DeviceType::Other if ["llvmpipe", "softpipe", "swiftshader"].iter().any(|n| info.name.to_lowercase().contains(n)) => {
                 AdapterKind::Software
             }
@@ -53,7 +53,7 @@ impl AdapterFacts {
     }
 }
 
-/// An adapter that may be opened. Surfaces for it are created by its instance.
+/// An adapter that may be opened, with the instance that creates its surfaces.
 struct Candidate {
     facts: AdapterFacts,
     adapter: Adapter,
@@ -64,7 +64,7 @@ struct Candidate {
 fn candidates(backends: Backends) -> Vec<Candidate> {
     let mut descriptor = InstanceDescriptor::new_without_display_handle_from_env();
     descriptor.backends &= backends;
-    // There are no indirect draws; their validation would compile one more pipeline at each start.
+    // This renderer makes no indirect draws, and their validation would compile one more pipeline at each start.
     descriptor.flags.remove(InstanceFlags::VALIDATION_INDIRECT_CALL);
     let instance = Instance::new(descriptor);
     let mut all = pollster::block_on(instance.enumerate_adapters(backends));
@@ -123,7 +123,7 @@ pub(super) fn open(software: bool) -> Result<OpenedDevice, GpuError> {
     open_first(adapters_to_try(), software)
 }
 
-/// Opens an adapter of GL, software drivers included. [`open`] prefers any other backend.
+/// Opens a GL adapter; software drivers are accepted. [`open`] prefers any other backend.
 pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
     open_first(candidates(Backends::GL), true)
 }

@@ -1,4 +1,4 @@
-//! The uniform bytes, attributes and indices of a frame, uploaded in one write each.
+//! Collects the uniform bytes, attributes and indices of a frame, and uploads each kind with one write.
 
 use crate::render::plan::{PlanDraw, Vertices};
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Queue};
@@ -14,8 +14,8 @@ pub(super) struct FrameBytes {
 impl FrameBytes {
     /// Appends a draw's bytes.
     ///
-    /// Returns the offset of the uniform block, offset and length of each attribute, and the offset of the indices, in bytes. `align`: alignment
-    /// of uniform blocks.
+    /// Returns the offset of the uniform block, the offset and length of each attribute, and the offset of the indices, all in bytes. `align`: the
+    /// alignment of uniform blocks, in bytes.
     pub(crate) fn append(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
         let uniform_offset = (!draw.uniform_bytes.is_empty()).then(|| {
             self.uniforms.resize(self.uniforms.len().next_multiple_of(align), 0);
@@ -23,7 +23,7 @@ impl FrameBytes {
             self.uniforms.extend_from_slice(&draw.uniform_bytes);
             at
         });
-        let (of_vertices, indices) = match &draw.vertices {
+        let (vertex_attributes, indices) = match &draw.vertices {
             Vertices::Count(_) => (&[][..], None),
             Vertices::Mesh { attributes, indices } => (&attributes[..], Some(indices)),
         };
@@ -32,7 +32,7 @@ impl FrameBytes {
             self.attributes.extend_from_slice(bytemuck::cast_slice(values));
             (at, 4 * values.len() as u64)
         };
-        let attributes = of_vertices.iter().chain(&draw.instances.attributes).map(|a| append(&a.values)).collect();
+        let attributes = vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| append(&a.values)).collect();
         let indices = indices.map(|indices| {
             let at = self.indices.len() as u64;
             self.indices.extend_from_slice(bytemuck::cast_slice(indices));

@@ -5,7 +5,7 @@ use super::readback::read_mapped;
 use crate::render::plan::Plan;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, QuerySet, QuerySetDescriptor, QueryType, Queue};
 
-/// Most passes of a frame that are timed.
+/// Maximum number of passes that are timed in a frame.
 pub(super) const MAX_TIMED: u32 = 32;
 
 /// Number of passes of the plan that are timed.

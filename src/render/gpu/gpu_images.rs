@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
 use wgpu::TextureView;
 
-/// The next image's id, unique across all devices, so that an image of another device is recognised.
+/// The next image's id. Ids are unique across all devices, so that a device recognises that an image is not its own.
 static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 
 #[derive(Default)]

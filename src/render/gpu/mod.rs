@@ -1,10 +1,9 @@
 //! The GPU renderer: executes the plan's modules through wgpu (Vulkan, Metal, DX12 or GL).
 //!
 //! In: a [`Plan`](super::plan::Plan) and the modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) as the software
-//! renderer's, up to rounding and texture filtering, or an image that stays in GPU memory, or a window's next frame (`GpuSurface`). It decides
-//! nothing about the image: passes, order, blending, depth and uniform bytes are the plan's. Every failure is a [`GpuError`] and never a panic, so
-//! that the caller can draw the same plan in software. Kept between frames: the device, pipelines, uploaded textures within a budget, and targets
-//! of the last size.
+//! renderer's, up to rounding and texture filtering, or an image that stays in GPU memory, or a window's next frame (`GpuSurface`). Always: the plan
+//! determines passes, order, blending, depth and uniform bytes; every failure is a [`GpuError`] and never a panic, so that the caller can draw the
+//! same plan in software. The device, pipelines, uploaded textures within a budget, and targets of the last size are kept between frames.
 
 mod adapters;
 mod bytes;
@@ -27,7 +26,7 @@ pub(crate) use screen::{GpuSurface, WindowHandle};
 pub enum GpuError {
     #[error("no graphics adapter was found ({0})")]
     NoAdapter(String),
-    /// There is only a driver that draws on the CPU, which was not requested.
+    /// The only driver found draws on the CPU, and the caller did not accept such a driver.
     #[error("{0} computes on the processor")]
     SoftwareDriver(String),
     #[error("{adapter} cannot be used: {why}")]
@@ -43,13 +42,13 @@ pub enum GpuError {
     /// The driver or wgpu refused a call.
     #[error("the graphics driver refused: {0}")]
     Refused(String),
-    /// Only the software renderer can draw it.
+    /// Only the software renderer can draw this plan.
     #[error("the GPU does not draw {0}")]
     NotDrawn(&'static str),
 }
 
 impl GpuError {
-    /// Whether the next frame would fail too: the device is lost or out of memory, and the fault is not in this plan.
+    /// Whether the next frame would fail too, because the fault is in the device (lost, out of memory) and not in this plan.
     pub fn is_final(&self) -> bool {
         !matches!(self, Self::NotDrawn(_) | Self::Size { .. } | Self::Draw { .. })
     }
@@ -75,7 +74,7 @@ fn with_error_scopes<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Resu
     errors.into_iter().next().map_or(Ok(result), Err)
 }
 
-/// wgpu's messages have many indented lines.
+/// Joins the lines of a message; wgpu's messages have many indented lines.
 fn one_line(text: &str) -> String {
     text.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ")
 }

@@ -1,7 +1,8 @@
-//! Render pipelines by their key: module, target, samples, blending, depth, culling, vertex attributes and how textures are read.
+//! Cache of render pipelines. The key of a pipeline is its module, target, samples, blending, depth, culling, vertex attributes and unfiltered
+//! textures.
 //!
-//! A module is passed to wgpu as the library's naga IR, with wgpu's bounds checks; nothing is parsed again. Bind group 0 follows the module's
-//! reflected layout: the uniform block at a dynamic offset of one buffer per frame, textures, samplers.
+//! A module is passed to wgpu as the library's naga IR, with wgpu's bounds checks, so no text is parsed again. Bind group 0 follows the module's
+//! reflected layout: the uniform block (at a dynamic offset into one buffer per frame), textures, samplers.
 
 use super::{GpuError, with_error_scopes};
 use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, PlanDraw, SamplerState};
@@ -32,17 +33,17 @@ pub(crate) struct PipelineKey {
     cull: Cull,
     /// `None`: the pass has no depth target.
     depth: Option<DepthState>,
-    /// Components of each attribute, those of vertices first.
+    /// Components of each attribute, per-vertex attributes first.
     attributes: Vec<u32>,
-    /// How many of the attributes are per vertex; the others are per instance.
+    /// Number of attributes that are per vertex; the others are per instance.
     per_vertex: usize,
-    /// Bindings of textures of 32-bit floats, which are not filtered.
+    /// Bindings of textures of 32-bit floats, which cannot be filtered.
     unfiltered: Vec<u32>,
 }
 
 impl PipelineKey {
     pub(crate) fn of(draw: &PlanDraw, target: TextureFormat, samples: u32, depth: bool, unfiltered: Vec<u32>) -> Self {
-        let of_vertices = match &draw.vertices {
+        let vertex_attributes = match &draw.vertices {
             crate::render::plan::Vertices::Count(_) => &[][..],
             crate::render::plan::Vertices::Mesh { attributes, .. } => attributes,
         };
@@ -53,8 +54,8 @@ impl PipelineKey {
             blend: draw.blend,
             cull: draw.cull,
             depth: depth.then_some(draw.depth),
-            attributes: of_vertices.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
-            per_vertex: of_vertices.len(),
+            attributes: vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
+            per_vertex: vertex_attributes.len(),
             unfiltered,
         }
     }
@@ -84,12 +85,12 @@ impl Pipelines {
         self.by_key.len()
     }
 
-    /// A pipeline that [`Pipelines::create`] has created.
+    /// The key's pipeline, if [`Pipelines::create`] has created it.
     pub(crate) fn get(&self, key: &PipelineKey) -> Option<Arc<Pipeline>> {
         self.by_key.get(key).cloned()
     }
 
-    /// Creates the missing pipelines on as many threads as there are cores: most drivers compile here, which is slow.
+    /// Creates the missing pipelines, on as many threads as there are cores, because most drivers compile shaders here and that is slow.
     pub(crate) fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
@@ -138,8 +139,8 @@ impl Pipelines {
     }
 }
 
-/// Maps all items on as many threads as there are cores; the order of the results is arbitrary. Uses threads of its own: in a shared pool the
-/// drawing of the window would wait for the driver's compiler.
+/// Maps all items on as many threads as there are cores; the order of the results is arbitrary. It starts its own threads, because in a shared pool
+/// drawing the window would wait for the driver's compiler.
 fn parallel_map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
     let items = Mutex::new(items.into_iter());
@@ -232,7 +233,7 @@ fn create_pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModu
             targets: &[Some(target)],
         }),
         multiview_mask: None,
-        // Only useful for drivers without a disk cache of their own. Mesa's drivers have one (docs/measurements.md).
+        // A pipeline cache is only useful for drivers without a disk cache of their own. Mesa's drivers have a disk cache (docs/measurements.md).
         cache: None,
     });
     Ok(Pipeline { pipeline, bind_group_layout, layout: layout.clone() })

@@ -1,4 +1,4 @@
-//! Readback of pixels in bands, so that an image of 16384 x 16384 pixels needs no staging buffer of its full size.
+//! Readback of pixels in bands of rows, so that an image of 16384 x 16384 pixels needs no staging buffer of its full size.
 
 use super::GpuError;
 use std::sync::mpsc;
@@ -7,7 +7,7 @@ use wgpu::{
     TexelCopyBufferInfo, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureAspect,
 };
 
-/// Most bytes of one band, unless one row is larger.
+/// Maximum size of a band in bytes, unless one row is larger.
 const BAND_BYTES: u64 = 64 << 20;
 
 /// The staging buffer, kept between frames.
@@ -39,9 +39,9 @@ impl Readback {
     pub(crate) fn pixels<const N: usize>(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<Vec<[u8; N]>, GpuError> {
         let (width, height) = (texture.width(), texture.height());
         let row_bytes = width * N as u32;
-        let padded = row_bytes.next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
-        let rows = u32::try_from(BAND_BYTES / u64::from(padded)).unwrap_or(u32::MAX).clamp(1, height);
-        let needed = u64::from(padded) * u64::from(rows);
+        let padded_row_bytes = row_bytes.next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
+        let rows = u32::try_from(BAND_BYTES / u64::from(padded_row_bytes)).unwrap_or(u32::MAX).clamp(1, height);
+        let needed = u64::from(padded_row_bytes) * u64::from(rows);
         if self.buffer.as_ref().is_none_or(|b| b.size() < needed) {
             let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
             self.buffer =
@@ -57,13 +57,13 @@ impl Readback {
                 TexelCopyTextureInfo { texture, mip_level: 0, origin: Origin3d { x: 0, y: top, z: 0 }, aspect: TextureAspect::All },
                 TexelCopyBufferInfo {
                     buffer,
-                    layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+                    layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded_row_bytes), rows_per_image: None },
                 },
                 Extent3d { width, height: band_rows, depth_or_array_layers: 1 },
             );
             queue.submit([encoder.finish()]);
-            read_mapped(device, buffer, u64::from(padded) * u64::from(band_rows), |bytes| {
-                for row in bytes.chunks_exact(padded as usize) {
+            read_mapped(device, buffer, u64::from(padded_row_bytes) * u64::from(band_rows), |bytes| {
+                for row in bytes.chunks_exact(padded_row_bytes as usize) {
                     pixels.extend_from_slice(row[..row_bytes as usize].as_chunks::<N>().0);
                 }
             })?;

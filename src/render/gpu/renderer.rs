@@ -1,7 +1,7 @@
 //! Draws one frame on the GPU: targets, uniform bytes, passes, readback.
 //!
-//! All uniform bytes and all attributes of a frame are uploaded in one write each. Errors are caught in error scopes around the whole frame. A lost
-//! device stays lost; every later call returns that error.
+//! In: a plan and its modules. Out: a frame, an image in GPU memory, or a drawn window texture. Always: a frame's uniform bytes and attributes are
+//! uploaded with one write each; error scopes around each frame catch its errors; after the device is lost, every later call returns that error.
 
 use super::adapters::{AdapterFacts, AdapterKind, OpenedDevice, open, open_gl};
 use super::bytes::{Buffers, FrameBytes};
@@ -26,14 +26,14 @@ use wgpu::{
     RenderPassTimestampWrites, StoreOp, TextureFormat,
 };
 
-/// Where a GPU frame's time went.
+/// Time and uploads of a GPU frame.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct GpuTimings {
     /// GPU milliseconds by pass, if the adapter has timestamps.
     pub passes: Vec<(String, f64)>,
     /// Bytes of maps uploaded for this frame.
     pub sent_bytes: u64,
-    /// From the call to the frame, including waiting and readback.
+    /// Milliseconds from the call to the finished frame, including waiting and readback.
     pub wall_ms: f64,
 }
 
@@ -83,7 +83,7 @@ pub struct GpuRenderer {
     shader_resolve: bool,
     lost: Arc<Mutex<Option<GpuError>>>,
     state: Mutex<State>,
-    /// For windows' frames, which so never wait for a view that is being drawn.
+    /// State for frames of windows, separate so that a window never waits for a view that is being drawn.
     pub(super) windows: Mutex<State>,
     images: Mutex<GpuImages>,
 }
@@ -96,7 +96,7 @@ struct Prepared<'a> {
     draw: &'a PlanDraw,
     pipeline: Arc<Pipeline>,
     bind_group: BindGroup,
-    /// Offset of its uniform block in bytes; `None` without one.
+    /// Offset of the uniform block in bytes; `None` if the module has no uniforms.
     uniform_offset: Option<u32>,
     /// Offset and length of each attribute in bytes.
     attributes: Vec<(u64, u64)>,
@@ -133,12 +133,12 @@ impl GpuRenderer {
     /// Opens the best adapter. `software`: a driver that draws on the CPU is accepted.
     ///
     /// # Errors
-    /// No adapter, or none that has what every plan needs.
+    /// No adapter, or no adapter with the features that every plan needs.
     pub fn open(software: bool) -> Result<Self, GpuError> {
         Ok(Self::of(open(software)?))
     }
 
-    /// Opens an adapter of GL, software drivers included.
+    /// Opens a GL adapter; software drivers are accepted.
     ///
     /// # Errors
     /// As [`GpuRenderer::open`].
@@ -153,7 +153,7 @@ impl GpuRenderer {
             let why = if why.is_empty() { "the driver gave no reason".to_owned() } else { super::one_line(&why) };
             on_loss.lock().get_or_insert(GpuError::Lost(why));
         });
-        // Errors outside a frame's scopes: without this wgpu would panic.
+        // Records errors outside a frame's scopes; by default wgpu would panic.
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             on_error.lock().get_or_insert(e.into());
         }));
@@ -166,7 +166,7 @@ impl GpuRenderer {
         &self.facts
     }
 
-    /// Destroys the device: every later frame fails as if the driver had lost it, which is how the recovery is tested.
+    /// Destroys the device, so that every later frame fails as if the driver had lost it. Tests of the recovery use this.
     pub(crate) fn destroy(&self) {
         self.device.destroy();
     }
@@ -182,7 +182,7 @@ impl GpuRenderer {
         state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(FrameGuard(state))
     }
 
-    /// Drops all pipelines. To be called when a module's name now stands for another text.
+    /// Drops all pipelines. The caller must do this after a module's source has changed under the same name.
     pub fn forget_modules(&self) {
         for state in [&self.state, &self.windows] {
             state.lock().pipelines = Pipelines::default();
@@ -203,7 +203,7 @@ impl GpuRenderer {
         self.render_in(self.lock(), plan, modules, keep_hdr)
     }
 
-    /// The same with a lock that was taken before.
+    /// Like [`GpuRenderer::render`], with a lock that the caller has acquired.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
@@ -235,7 +235,7 @@ impl GpuRenderer {
         self.render_to_gpu_in(self.lock(), plan, modules)
     }
 
-    /// The same with a lock that was taken before.
+    /// Like [`GpuRenderer::render_to_gpu`], with a lock that the caller has acquired.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
@@ -248,9 +248,9 @@ impl GpuRenderer {
         let start = Instant::now();
         let (image, mut timings) = self.checked(plan, || {
             let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: false })?;
-            // The next frame creates another target.
+            // The image leaves the reusable targets; the next frame creates another target.
             let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
-            // Wait until it is drawn, so that frames do not queue up.
+            // Wait until the image is drawn, so that frames do not queue up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             let passes = state.pass_times(&self.device, &self.queue, plan)?;
             let image = self.images.lock().keep(last.view, [last.width, last.height]);
@@ -306,7 +306,7 @@ impl GpuRenderer {
         self.update_targets(state, plan, target)?;
         let mut bytes = FrameBytes::default();
         let mut prepared = Vec::new();
-        // All draws first, because they determine the sizes of the buffers.
+        // Collect the data of all draws first, because it determines the sizes of the buffers.
         let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
         let offsets: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.append(d, align)).collect()).collect();
         state.buffers.upload(&self.device, &self.queue, &bytes);
@@ -356,7 +356,7 @@ impl GpuRenderer {
         Ok(frame)
     }
 
-    /// Creates the targets of the plan's passes; those of the last frame are reused if they fit.
+    /// Creates the targets of the plan's passes, reusing those of the previous frame that fit.
     fn update_targets(&self, state: &mut State, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
         let most = self.device.limits().max_texture_dimension_2d;
         state.targets.truncate(plan.passes.len());
@@ -452,7 +452,7 @@ impl GpuRenderer {
         });
         let clock = state.clock.as_ref().filter(|_| (k as u32) < MAX_TIMED);
         let (begins, ends) = (2 * k as u32, 2 * k as u32 + 1);
-        let at = |begins: Option<u32>, ends: Option<u32>| {
+        let timestamp_writes = |begins: Option<u32>, ends: Option<u32>| {
             clock.map(|c| RenderPassTimestampWrites {
                 query_set: &c.queries,
                 beginning_of_pass_write_index: begins,
@@ -463,7 +463,7 @@ impl GpuRenderer {
             label: Some(pass.name),
             color_attachments: &[Some(colour)],
             depth_stencil_attachment,
-            timestamp_writes: at(Some(begins), target.resolve.is_none().then_some(ends)),
+            timestamp_writes: timestamp_writes(Some(begins), target.resolve.is_none().then_some(ends)),
             occlusion_query_set: None,
             multiview_mask: None,
         });
@@ -494,7 +494,7 @@ impl GpuRenderer {
         rendering.set_scissor_rect(0, 0, pass.width, pass.height);
         drop(rendering);
         if let Some(resolve) = &target.resolve {
-            resolve.encode(encoder, &target.view, at(None, Some(ends)));
+            resolve.encode(encoder, &target.view, timestamp_writes(None, Some(ends)));
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Resolves multisampled targets with a shader, on drivers whose own resolve is slow.
 //!
-//! In: a multisampled target. Out: a pass that writes the mean of the samples. Software drivers resolve with a shader that they recompile at each
-//! start; this shader stays in their disk cache. On hardware the driver resolves: it has fixed-function units for it, and the samples need not
-//! leave the chip.
+//! In: a multisampled target. Out: a pass that writes the mean of the samples. Software drivers recompile their own resolve shader at each start,
+//! but keep this one in their disk cache. Not used on hardware, where the driver resolves with fixed-function units and the samples need not leave
+//! the chip.
 
 use std::collections::HashMap;
 use wgpu::{

@@ -1,4 +1,4 @@
-// The mean of a pixel's samples. Prepended: the constant SAMPLES (their number) and shaders/lib/screen.wesl (the full-screen triangle).
+// The mean of a pixel's samples. resolve.rs prepends the constant SAMPLES (samples per pixel) and shaders/lib/screen.wesl (the full-screen triangle).
 
 @group(0) @binding(0) var samples: texture_multisampled_2d<f32>;
 

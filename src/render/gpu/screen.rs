@@ -1,7 +1,7 @@
 //! Presents plans to a window's surface, without readback.
 //!
-//! In: a window's handle, and plans of its size. Out: the window's next frame. Always: the surface has the size of the last plan; bytes of a plan
-//! are shown unchanged, since they are encoded for the display already. Not here: what is shown, and when.
+//! In: a window's handle, and plans of its size. Out: the window's next frame. Always: the surface has the size of the last plan; a plan's output
+//! bytes are shown unchanged, since they are encoded for the display already. Not here: what is shown, and when.
 
 use super::renderer::RenderTarget;
 use super::{GpuError, GpuRenderer, with_error_scopes};
@@ -21,11 +21,11 @@ pub(crate) struct GpuSurface {
     format: TextureFormat,
     alpha_mode: CompositeAlphaMode,
     configured: Option<[u32; 2]>,
-    /// Consecutive failures to configure it for the window's size.
+    /// Consecutive failures to configure the surface for the window's size.
     failed_resizes: u32,
 }
 
-/// After this many consecutive failures the error is returned.
+/// After this many consecutive failures to configure a surface, the error is returned.
 const MAX_FAILED_RESIZES: u32 = 40;
 
 /// Formats that a window's surface may have, the preferred one first.
@@ -48,7 +48,7 @@ impl GpuRenderer {
         Ok(GpuSurface { surface, format, alpha_mode, configured: None, failed_resizes: 0 })
     }
 
-    /// Draws the plan off screen, so that no window's first frame waits for pipelines: some drivers compile only at the first draw.
+    /// Draws the plan off screen, so that the first frame of a window need not wait for pipelines: some drivers compile only at the first draw.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
@@ -78,7 +78,7 @@ impl GpuRenderer {
         })
     }
 
-    /// Whether a window's frame can be drawn without waiting for the compiler, whatever format the window has; `None` while one is being drawn.
+    /// Whether a frame can be drawn to a window of any supported format without waiting for the compiler; `None` while such a frame is being drawn.
     pub fn is_ready_for_windows(&self, plan: &Plan) -> Option<bool> {
         let state = self.windows.try_lock()?;
         Some(WINDOW_FORMATS.into_iter().all(|format| state.is_ready(plan, |_| format)))
@@ -88,7 +88,7 @@ impl GpuRenderer {
     /// [`GpuRenderer::prepare_windows`] is running. `before_present` is called right before presenting: some window systems need the notification.
     ///
     /// # Errors
-    /// As [`GpuRenderer::render`]; the surface is then to be dropped.
+    /// As [`GpuRenderer::render`]; after an error the caller must drop the surface.
     pub(crate) fn present(
         &self,
         surface: &mut GpuSurface,
@@ -108,7 +108,7 @@ impl GpuRenderer {
         })
     }
 
-    /// Configures the surface for the window's size if it has another one. False if that failed for now: wgpu refuses while another thread draws.
+    /// Configures the surface for the window's size if that has changed. False if it failed for now: wgpu refuses while another thread draws.
     fn ensure_size(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<bool, GpuError> {
         if surface.configured == Some(size) {
             return Ok(true);
@@ -130,7 +130,7 @@ impl GpuRenderer {
         }
     }
 
-    /// The surface's next texture; `None` if there is none now.
+    /// The surface's next texture; `None` if no texture is available now.
     fn next_texture(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<Option<SurfaceTexture>, GpuError> {
         // An outdated surface is configured again once.
         for _ in 0..2 {

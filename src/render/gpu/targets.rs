@@ -14,7 +14,7 @@ pub(super) struct Target {
     /// The resolved colour, which later passes read.
     pub colour: wgpu::Texture,
     pub view: TextureView,
-    /// The samples, if there are several per pixel.
+    /// The multisampled colour, if the target has several samples per pixel.
     pub multisampled: Option<TextureView>,
     /// `None` if the driver resolves.
     pub resolve: Option<ResolvePass>,
@@ -22,7 +22,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// `external`: the caller's texture for the colour. `resolve_pipelines`: given if a shader is to resolve the samples.
+    /// `external`: the caller's texture for the colour. `resolve_pipelines`: `Some` if a shader, not the driver, resolves the samples.
     pub(crate) fn new(
         device: &Device,
         resolve_pipelines: Option<&mut ResolvePipelines>,

@@ -1,8 +1,9 @@
 //! Textures in GPU memory, each uploaded once and kept within a budget.
 //!
-//! Mip levels are those of the decoded map: nothing is filtered here. A map is identified by the address of its decoded image; the least recently
-//! used is evicted when the budget is exceeded. Large maps are uploaded in chunks. Tables of one level are identified by a digest of their content,
-//! because scene computes them anew each frame, except for those that their owner keeps.
+//! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. A map is identified by the address of its
+//! decoded image, and the least recently used maps are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table (a texture of
+//! one level) is identified by a digest of its content, because the scene module computes tables anew each frame. Persistent tables, which their
+//! owner keeps, are identified by address like maps.
 
 use crate::image::{SharedTexture, TexelFormat, Texture};
 use sha2::{Digest, Sha256};
@@ -13,7 +14,7 @@ use wgpu::{
     TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
 };
 
-/// Bytes of maps in GPU memory above which the least recently used are evicted: eight maps of 8192x4096 with their mip levels.
+/// Bytes of textures in GPU memory above which the least recently used are evicted: eight maps of 8192x4096 with their mip levels.
 const BUDGET_BYTES: u64 = 1_500_000_000;
 
 /// Bytes of one chunk of an upload. At most two chunks are in flight: each occupies staging memory until the device has copied it.
@@ -33,8 +34,8 @@ struct Uploaded {
     texture: wgpu::Texture,
     bytes: u64,
     last_used_frame: u64,
-    /// For a map: tells whether it still exists. Otherwise its address may be another map's by now.
-    alive: Option<Weak<Texture>>,
+    /// For a map: the decoded image. If the image no longer exists, its address may belong to another map by now. `None` for a table.
+    decoded_map: Option<Weak<Texture>>,
 }
 
 #[derive(Default)]
@@ -61,7 +62,7 @@ impl Uploads {
     pub(crate) fn begin_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
-        self.by_source.retain(|_, u| match &u.alive {
+        self.by_source.retain(|_, u| match &u.decoded_map {
             Some(map) => map.strong_count() > 0,
             None => u.last_used_frame + TABLE_FRAMES >= frame,
         });
@@ -86,7 +87,7 @@ impl Uploads {
         self.by_source.values().map(|u| u.bytes).sum()
     }
 
-    /// The view of a texture, which is uploaded first if necessary. `persistent`: its owner holds it as long as it is unchanged.
+    /// The view of a texture, which is uploaded first if necessary. `persistent`: the owner keeps the texture alive until its content changes.
     pub(crate) fn view(
         &mut self,
         device: &Device,
@@ -108,17 +109,17 @@ impl Uploads {
         let bytes = texture.levels.iter().map(|level| level.bytes.len() as u64).sum();
         self.sent_bytes += bytes;
         let view = uploaded.create_view(&wgpu::TextureViewDescriptor::default());
-        let alive = (!table).then(|| Arc::downgrade(texture));
-        self.by_source.insert(source, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, alive });
+        let decoded_map = (!table).then(|| Arc::downgrade(texture));
+        self.by_source.insert(source, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, decoded_map });
         Ok(view)
     }
 
     /// Uploads all levels, those larger than a chunk in bands of rows.
     fn upload(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<wgpu::Texture, String> {
         let first = &texture.levels[0];
-        let most = device.limits().max_texture_dimension_2d;
-        if first.width > most || first.height > most {
-            return Err(format!("a map of {}x{} texels, of {most} that the adapter takes", first.width, first.height));
+        let max_side = device.limits().max_texture_dimension_2d;
+        if first.width > max_side || first.height > max_side {
+            return Err(format!("a map of {}x{} texels, of {max_side} that the adapter takes", first.width, first.height));
         }
         let extent = |width: u32, height: u32| Extent3d { width, height, depth_or_array_layers: 1 };
         let uploaded = device.create_texture(&TextureDescriptor {
@@ -149,7 +150,7 @@ impl Uploads {
         Ok(uploaded)
     }
 
-    /// Submits the pending writes, and waits until the device has completed the chunk before.
+    /// Submits the pending writes, and waits until the device has completed the previous chunk.
     fn submit_chunk(&mut self, device: &Device, queue: &Queue) -> Result<(), String> {
         self.pending_bytes = 0;
         let previous = self.last_chunk.replace(queue.submit([]));

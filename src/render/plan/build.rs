@@ -1,7 +1,7 @@
 //! Builds the plan of a scene: its passes, the modules of its draws and their uniform bytes.
 //!
-//! In: the scene, the layouts of the modules (read from the modules themselves) and the decoded maps. Out: a [`Plan`]. Uniform fields are
-//! filled by name from [`DrawUniforms`]; a field of the module that the scene does not supply is an error, not zero.
+//! In: the scene, the layouts reflected from the modules, and the decoded maps. Out: a [`Plan`]. Always: uniform fields are filled by name from
+//! [`DrawUniforms`]; a field of the module that the scene does not supply is an error, not zero. Not here: the choice of what is drawn (scene).
 
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
@@ -29,7 +29,7 @@ use std::sync::Arc;
 pub struct SamplingQuality {
     /// 1 or 4.
     pub samples: u8,
-    /// Most taps along a pixel's footprint on a map, 1..=16.
+    /// Maximum number of taps along a pixel's footprint on a map, 1..=16.
     pub anisotropy: u8,
 }
 
@@ -58,8 +58,8 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
 pub(super) const HDR_TARGET: &str = "light";
 pub(crate) const DISPLAY_TARGET: &str = "picture";
 
-/// If white has less than this radiance, a display level may be smaller than the smallest step of half floats, 2^-24: half a level on black is
-/// 1.5e-4 of white.
+/// If display white has less than this radiance, half a display level on black, which is 1.5e-4 of white, may be smaller than the smallest step of
+/// half floats, 2^-24.
 const DIM_WHITE: f64 = 4e-4;
 
 /// Plans one frame.
@@ -72,33 +72,36 @@ fn step_name(draw: &Draw) -> &'static str {
     if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame. The sky and its stars come first: everything else is in front of them. Opaque bodies and translucent layers (rings,
-/// shells) are drawn together from far to near: an antialiased limb is blended over what is behind it, which may be a ring. The corona is drawn
-/// among them by its distance. A refracted limb is drawn with its body: what it occludes before the body, the light that it adds after it. Then
-/// lines, points and the glow, then the tone map; over the display image the outline and the labels. What a scene does not have makes no pass.
+/// The steps of one frame, in drawing order:
+/// 1. The sky and its stars, because everything else is in front of them.
+/// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
+///    which may be a ring. Of a body's refracted limb, the occlusion of the unbent Sun precedes the body, and the added light follows it.
+/// 3. Lines, points and the glow.
+/// 4. The tone map.
+/// 5. Over the display image, the outline and the labels.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
     steps_with(scene, provider, sampling, None)
 }
 
-/// The same with draws between the stars and the bodies.
+/// Like [`steps`], with an optional draw between the stars and the bodies (`faces_draw`).
 pub(super) fn steps_with(
     scene: &Scene,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
-    over_stars: Option<PlanDraw>,
+    faces_draw: Option<PlanDraw>,
 ) -> Result<Vec<Step>, PlanError> {
-    let mut steps = light_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], over_stars)?;
+    let mut steps = light_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], faces_draw)?;
     steps.extend(display_steps(scene, provider, sampling)?);
     Ok(steps)
 }
 
-/// The steps that draw [`HDR_TARGET`] over a background colour. `over_stars`: a draw over the stars and behind all bodies.
+/// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: a draw over the stars and behind all bodies.
 pub(super) fn light_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
     background: [f32; 4],
-    over_stars: Option<PlanDraw>,
+    faces_draw: Option<PlanDraw>,
 ) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let hdr = Target {
@@ -114,12 +117,12 @@ pub(super) fn light_steps(
     let [.., opacity] = background;
     let background = Step { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
     let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
-    let sky_lines = over_hdr("sky lines", shared::lines_in_order("sky lines", &scene.sky_lines, scene, provider)?);
+    let sky_lines = over_hdr("sky lines", shared::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
     let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
     let mut steps = vec![background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)];
-    steps.extend(over_stars.map(|draw| over_hdr("faces", vec![draw])));
+    steps.extend(faces_draw.map(|draw| over_hdr("faces", vec![draw])));
     let of_body = |body| move |d: &Draw| d.body == body;
-    let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
+    let add_bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
         let mut from = first;
         for run in draws.chunk_by(|a, b| a.body == b.body) {
             let (body, end) = (run[0].body, from + run.len());
@@ -128,24 +131,24 @@ pub(super) fn light_steps(
             let is_last = !scene.draws[end..].iter().any(of_body(body));
             from = end;
             let limb = scene.limbs.iter().find(|l| l.body == body);
-            let (unbent, bent) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
-            steps.extend(unbent.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
+            let (occlusion, refraction) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
+            steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
                 let draws = layers.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
                 steps.push(over_hdr(step_name(&layers[0]), draws));
                 let lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
                 if let Some((_, pieces)) = lines {
-                    steps.push(over_hdr("ground lines", shared::lines_in_order("ground lines", pieces, scene, provider)?));
+                    steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", pieces, scene, provider)?));
                 }
             }
-            steps.extend(bent.filter(|_| is_last).map(|draw| over_hdr("refracted limb", vec![draw])));
+            steps.extend(refraction.filter(|_| is_last).map(|draw| over_hdr("refracted limb", vec![draw])));
         }
         Ok(())
     };
     let behind = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
-    bodies(&mut steps, 0, &scene.draws[..behind])?;
+    add_bodies(&mut steps, 0, &scene.draws[..behind])?;
     steps.push(over_hdr("corona", shared::corona(scene, provider)?));
-    bodies(&mut steps, behind, &scene.draws[behind..])?;
+    add_bodies(&mut steps, behind, &scene.draws[behind..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
         over_hdr("lines", shared::lines(scene, provider)?),
@@ -175,20 +178,20 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
     Ok(steps)
 }
 
-/// Writes each field of the layout by name; fails on a name that the draw does not have. `map_taps`: most taps on a map.
+/// Writes each field of the layout by name; fails on a name that the draw does not supply. `map_taps`: maximum number of taps on a map.
 pub fn uniforms_of(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut w = layout.writer();
     for field in &layout.fields {
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
             name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
-            name => put(&mut w, name, &uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
+            name => write_value(&mut w, name, &uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
         }
     }
     w.finish()
 }
 
-fn put(w: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Result<(), LayoutError> {
+fn write_value(w: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Result<(), LayoutError> {
     match value {
         UniformValue::F32(v) => w.f32(name, *v),
         UniformValue::Vec2(v) => w.vec2(name, *v),
@@ -222,8 +225,8 @@ fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
 }
 
-/// Depth orders globes, and lines and points among them. The layers of one body may be closer together than depth resolves: they are drawn in the
-/// scene's order, without testing or writing depth.
+/// Only globes write depth; lines and points are tested against it. The layers of one body may be closer together than depth resolves, so they are
+/// drawn in the scene's order, without testing or writing depth.
 fn depth_of(part: Part) -> DepthState {
     let globe = part == Part::Globe;
     DepthState { test: globe, write: globe }
@@ -253,7 +256,7 @@ fn body_draw(
         samplers,
         vertices,
         instances: Instances { count: 1, attributes: Vec::new() },
-        // Shading costs of overlapping draws add; radiance is composited by coverage.
+        // In the cost view, the costs of overlapping draws are added. Radiance is composited by coverage.
         blend: if draw.features.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         cull,
         depth: depth_of(draw.part),

@@ -1,8 +1,8 @@
 //! Plans of pictures that are composed of several frames: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
 //!
-//! In: the scene module's [`Composite`]. Out: one plan: the passes of every frame, then those that combine them. Always: bloom and tone map come
-//! after the faces of a dome or sphere are combined, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph
-//! combines display values. Not here: which frames there are (scene::composite).
+//! In: the scene module's [`Composite`]. Out: one plan with the passes of every frame, followed by the passes that combine the frames. Always: the
+//! faces of a dome or sphere are combined before bloom and tone map, so that no seam shows; both eyes are tone-mapped before they are combined,
+//! since an anaglyph combines display values. Not here: the choice of frames (scene::composite).
 
 use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, light_steps, modules, plan, steps_with};
 use super::error::PlanError;
@@ -16,10 +16,10 @@ use crate::shader::ModuleId;
 use glam::{DVec2, Vec2};
 use std::sync::Arc;
 
-/// Names of the pass that combines both eyes, and of the pass that warps.
+/// Names of the pass that combines both eyes and of the warp pass.
 const STEREO_TARGET: &str = "both eyes";
 const SCREEN_TARGET: &str = "screen";
-/// Taps per pixel along each axis when faces or a warped picture are resampled.
+/// Taps per pixel along each axis when the faces or a picture to be warped are resampled.
 const TAPS: f32 = 4.0;
 const DRAFT_TAPS: f32 = 2.0;
 
@@ -49,7 +49,7 @@ pub fn composite_modules(composite: &Composite, warped: bool) -> Vec<ModuleId> {
     all
 }
 
-/// Appends passes: what they read of each other moves with them.
+/// Appends passes, and shifts the pass indices that they read by the number of passes already in the plan.
 fn append(plan: &mut Plan, mut passes: Vec<Pass>) {
     let before = plan.passes.len();
     for texture in passes.iter_mut().flat_map(|p| &mut p.draws).flat_map(|d| &mut d.textures) {
@@ -67,26 +67,26 @@ fn taps(sampling: SamplingQuality) -> f32 {
 /// Plans a picture of several frames. `screen`: the mesh that warps it, and the output size in pixels.
 ///
 /// # Errors
-/// As for one frame.
+/// The same as [`plan`].
 pub fn composite(
     composite: &Composite,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
     screen: Option<(&WarpMesh, [u32; 2])>,
 ) -> Result<Plan, PlanError> {
-    let mut whole = match &composite.arrangement {
+    let mut combined = match &composite.arrangement {
         Arrangement::Single => plan(&composite.whole, provider, sampling)?,
         Arrangement::Eyes(eyes) => plan_eyes(composite, eyes, provider, sampling)?,
         Arrangement::Faces(faces) => plan_faces(composite, faces, provider, sampling)?,
     };
     if let Some((mesh, size)) = screen {
-        let (picture, picture_px) = last_pass(&whole);
+        let (picture, picture_px) = last_pass(&combined);
         let draw = warp_draw(mesh, size, picture_px, provider, sampling)?;
         let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(picture) }];
         let [width, height] = size;
-        whole.passes.push(display_pass(SCREEN_TARGET, [width, height], sampling.samples, PlanDraw { textures, ..draw }));
+        combined.passes.push(display_pass(SCREEN_TARGET, [width, height], sampling.samples, PlanDraw { textures, ..draw }));
     }
-    Ok(whole)
+    Ok(combined)
 }
 
 /// Index and size of the last pass.
@@ -100,13 +100,13 @@ fn display_pass(name: &'static str, [width, height]: [u32; 2], samples: u8, draw
 }
 
 fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
-    let mut whole = Plan { passes: Vec::new() };
+    let mut combined = Plan { passes: Vec::new() };
     let mut pictures = Vec::new();
     for scene in &composite.scenes {
-        append(&mut whole, plan(scene, provider, sampling)?.passes);
-        pictures.push(last_pass(&whole));
+        append(&mut combined, plan(scene, provider, sampling)?.passes);
+        pictures.push(last_pass(&combined));
     }
-    // Both frames are wider than an eye's picture by the column offset of the left one; the right eye's picture starts at column 0.
+    // Both frames are wider than an eye's picture by the left eye's column offset; the right eye's picture starts at column 0.
     let [infinity, _] = eyes.columns;
     let eye_px = pictures.first().map_or([1, 1], |(_, [w, h])| [w - infinity, *h]);
     let side_by_side = eyes.layout == StereoLayout::SideBySide;
@@ -116,8 +116,8 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         if side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
     let bound = (1..).zip(&pictures).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
-    whole.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: bound.collect(), ..draw }));
-    Ok(whole)
+    combined.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: bound.collect(), ..draw }));
+    Ok(combined)
 }
 
 fn plan_faces(
@@ -126,18 +126,18 @@ fn plan_faces(
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
 ) -> Result<Plan, PlanError> {
-    let mut whole = Plan { passes: Vec::new() };
+    let mut combined = Plan { passes: Vec::new() };
     let mut hdr_passes = Vec::new();
     for (scene, used) in composite.scenes.iter().zip(&faces.used) {
-        // On a transparent background: the stars are drawn behind the faces.
+        // The background is transparent, because the stars are drawn behind the faces.
         let mut face_plan = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
         for draw in face_plan.passes.iter_mut().flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;
             let [x0, y0] = [x0.max(used[0]), y0.max(used[1])];
             draw.scissor = [x0, y0, x1.min(used[2]).max(x0), y1.min(used[3]).max(y0)];
         }
-        append(&mut whole, face_plan.passes);
-        hdr_passes.push(whole.passes.len() - 1);
+        append(&mut combined, face_plan.passes);
+        hdr_passes.push(combined.passes.len() - 1);
     }
     let draw = sphere_draw(faces, provider, taps(sampling))?;
     let module = draw.module.clone();
@@ -145,14 +145,14 @@ fn plan_faces(
     let mut picture = graph::compile(&steps_with(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
     // A face that the picture does not show is never read; any pass may be bound for it.
     let pass_of = |frame: Option<usize>| hdr_passes.get(frame.unwrap_or(0)).copied().unwrap_or(0);
-    let before = whole.passes.len();
-    append(&mut whole, std::mem::take(&mut picture.passes));
-    for draw in whole.passes[before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
+    let before = combined.passes.len();
+    append(&mut combined, std::mem::take(&mut picture.passes));
+    for draw in combined.passes[before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
         let bound =
             (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
         draw.textures = bound.collect();
     }
-    Ok(whole)
+    Ok(combined)
 }
 
 fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Result<PlanDraw, PlanError> {
@@ -184,22 +184,22 @@ fn warp_draw(
 ) -> Result<PlanDraw, PlanError> {
     let screen = DVec2::new(f64::from(width), f64::from(height));
     let picture = DVec2::from_array(picture_px.map(f64::from));
-    let per_unit_px = 0.5 * screen.y;
-    let flipped = DVec2::new(1.0, -1.0);
+    let px_per_unit = 0.5 * screen.y;
+    let flip_y = DVec2::new(1.0, -1.0);
     let nodes = mesh.nodes();
-    let two = |of: &dyn Fn(usize) -> Vec2| Attribute {
+    let vec2_attribute = |value: &dyn Fn(usize) -> Vec2| Attribute {
         components: 2,
-        values: Arc::new((0..nodes.len()).flat_map(|k| of(k).to_array()).collect()),
+        values: Arc::new((0..nodes.len()).flat_map(|k| value(k).to_array()).collect()),
     };
     let gradients = mesh.gradients();
-    // Texels per pixel. v points up and texture rows run down; likewise y and the rows of the screen.
-    let texels = |per_unit: DVec2| (per_unit * picture / per_unit_px * flipped).as_vec2();
-    let place = |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
+    // Texels per pixel. The mesh's v and y point up; texture rows and screen rows run down.
+    let texels_per_px = |per_unit: DVec2| (per_unit * picture / px_per_unit * flip_y).as_vec2();
+    let source = |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
     let attributes = vec![
-        two(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),
-        Attribute { components: 3, values: Arc::new((0..nodes.len()).flat_map(|k| place(k).to_array()).collect()) },
-        two(&|k| texels(gradients[k][0])),
-        two(&|k| -texels(gradients[k][1])),
+        vec2_attribute(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),
+        Attribute { components: 3, values: Arc::new((0..nodes.len()).flat_map(|k| source(k).to_array()).collect()) },
+        vec2_attribute(&|k| texels_per_px(gradients[k][0])),
+        vec2_attribute(&|k| -texels_per_px(gradients[k][1])),
     ];
     let draw = full_screen_draw("warp", [width, height], provider, |w| w.f32("taps", taps(sampling)))?;
     Ok(PlanDraw { vertices: Vertices::Mesh { attributes, indices: Arc::new(mesh.triangles().to_vec()) }, ..draw })

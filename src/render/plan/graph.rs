@@ -1,9 +1,10 @@
-//! The frame graph: steps name the resources that they read and write; order, targets and clears follow.
+//! The frame graph: derives the order of passes, their targets and clears from the resources that each step reads and writes.
 //!
 //! In: [`Step`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
 //! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
 //! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
-//! to the final image; a violation is a [`GraphError`] that names the step. The renderers execute the passes and know nothing of resources.
+//! to the final image; a violation is a [`GraphError`] that names the step. The renderers execute passes only; the plan contains no resource names
+//! that they must resolve.
 
 use super::passes::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
 use std::collections::BTreeMap;
@@ -47,9 +48,9 @@ pub struct Step {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GraphError {
     #[error("passes `{first}` and `{second}` both make `{resource}`")]
-    MadeTwice { resource: &'static str, first: &'static str, second: &'static str },
+    CreatedTwice { resource: &'static str, first: &'static str, second: &'static str },
     #[error("pass `{step}` needs `{resource}`, which no pass makes")]
-    NotMade { step: &'static str, resource: &'static str },
+    NotCreated { step: &'static str, resource: &'static str },
     #[error("pass `{step}` draws for `{resource}`, which nothing that reaches the picture reads")]
     Unconnected { step: &'static str, resource: &'static str },
     #[error("pass `{step}` reads `{resource}`, which is not finished before it")]
@@ -59,7 +60,7 @@ pub enum GraphError {
 }
 
 impl Step {
-    /// The resource that it writes.
+    /// The resource that the step writes.
     pub(crate) fn resource(&self) -> &'static str {
         match &self.writes {
             Write::New(target) => target.resource,
@@ -68,7 +69,7 @@ impl Step {
     }
 }
 
-/// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each.
+/// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each resource.
 fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
     #[derive(Clone, Copy, PartialEq)]
     enum Mark {
@@ -100,29 +101,29 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: 
     Ok(order)
 }
 
-/// Compiles the steps to a plan, whose last pass is `picture`.
+/// Compiles the steps to a plan whose last pass creates `picture`.
 ///
 /// # Errors
-/// A violation of the rules above, with the step.
+/// A violation of the rules in the module documentation; the error names the step.
 pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError> {
-    let mut makers: BTreeMap<&'static str, (&Step, &Target)> = BTreeMap::new();
+    let mut creators: BTreeMap<&'static str, (&Step, &Target)> = BTreeMap::new();
     for step in steps {
         if let Write::New(target) = &step.writes
-            && let Some((first, _)) = makers.insert(target.resource, (step, target))
+            && let Some((first, _)) = creators.insert(target.resource, (step, target))
         {
-            return Err(GraphError::MadeTwice { resource: target.resource, first: first.name, second: step.name });
+            return Err(GraphError::CreatedTwice { resource: target.resource, first: first.name, second: step.name });
         }
     }
     let mut by_resource: BTreeMap<&'static str, Vec<&Step>> = BTreeMap::new();
     for step in steps {
         for resource in step.reads.iter().map(|r| r.resource).chain([step.resource()]) {
-            if !makers.contains_key(resource) {
-                return Err(GraphError::NotMade { step: step.name, resource });
+            if !creators.contains_key(resource) {
+                return Err(GraphError::NotCreated { step: step.name, resource });
             }
         }
         by_resource.entry(step.resource()).or_default().push(step);
     }
-    if !makers.contains_key(picture) {
+    if !creators.contains_key(picture) {
         return Err(GraphError::NoPicture(picture));
     }
     let order = topological_order(&by_resource, picture)?;
@@ -132,7 +133,7 @@ pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, Gra
     }
     let pass_of = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
     let passes = order.iter().map(|resource| {
-        let (_, target) = makers[resource];
+        let (_, target) = creators[resource];
         let draws = by_resource[resource].iter().flat_map(|step| {
             step.draws.iter().map(|draw| {
                 let mut draw = draw.clone();
@@ -155,7 +156,7 @@ pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, Gra
     Ok(Plan { passes: passes.collect() })
 }
 
-/// Text that lists passes, steps and draws in drawing order.
+/// A text that lists passes, steps and draws in drawing order.
 pub(crate) fn outline(steps: &[Step], plan: &Plan) -> String {
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
@@ -184,7 +185,7 @@ pub(crate) fn outline(steps: &[Step], plan: &Plan) -> String {
 mod tests {
     use super::*;
 
-    fn makes(name: &'static str, resource: &'static str, reads: &[&'static str]) -> Step {
+    fn creates(name: &'static str, resource: &'static str, reads: &[&'static str]) -> Step {
         let target = Target { resource, width: 4, height: 4, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
         Step {
             name,
@@ -195,7 +196,7 @@ mod tests {
     }
 
     fn over(name: &'static str, resource: &'static str, reads: &[&'static str]) -> Step {
-        Step { writes: Write::Over(resource), ..makes(name, resource, reads) }
+        Step { writes: Write::Over(resource), ..creates(name, resource, reads) }
     }
 
     fn names(steps: &[Step]) -> Vec<&'static str> {
@@ -203,29 +204,30 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_is_made_first_however_it_was_declared() {
-        let steps = [makes("tone map", "picture", &["light", "glow"]), makes("blur", "glow", &["light"]), makes("bodies", "light", &[])];
+    fn a_resource_is_created_before_it_is_read_in_any_declaration_order() {
+        let steps =
+            [creates("tone map", "picture", &["light", "glow"]), creates("blur", "glow", &["light"]), creates("bodies", "light", &[])];
         assert_eq!(names(&steps), ["light", "glow", "picture"]);
         let reversed: Vec<Step> = steps.iter().rev().cloned().collect();
         assert_eq!(names(&reversed), ["light", "glow", "picture"]);
         assert_eq!(
-            names(&[makes("bodies", "light", &[]), over("points", "light", &[]), makes("t", "picture", &["light"])]),
+            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "picture", &["light"])]),
             ["light", "picture"]
         );
     }
 
     #[test]
-    fn each_mistake_names_its_pass() {
+    fn each_error_names_its_pass() {
         let why = |steps: &[Step]| compile(steps, "picture").expect_err("a mistake").to_string();
-        let end = || makes("tone map", "picture", &["light"]);
-        assert!(why(&[makes("a", "light", &[]), makes("b", "light", &[]), end()]).contains("`a` and `b` both make `light`"));
+        let end = || creates("tone map", "picture", &["light"]);
+        assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both make `light`"));
         assert!(why(&[end()]).contains("`tone map` needs `light`"));
         assert!(why(&[over("points", "stars", &[])]).contains("`points` needs `stars`"));
-        assert!(why(&[makes("a", "light", &[]), makes("lost", "mask", &[]), end()]).contains("`lost` draws for `mask`"));
-        assert!(why(&[makes("a", "light", &["mask"]), makes("m", "mask", &["light"]), end()]).contains("not finished before"));
-        assert!(why(&[makes("a", "light", &["light"]), end()]).contains("not finished before"));
-        assert!(why(&[makes("a", "light", &[])]).contains("no pass makes the picture"));
-        let ring = [makes("a", "light", &[]), end(), makes("m", "mask", &["other"]), makes("o", "other", &["mask"])];
+        assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), end()]).contains("`lost` draws for `mask`"));
+        assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), end()]).contains("not finished before"));
+        assert!(why(&[creates("a", "light", &["light"]), end()]).contains("not finished before"));
+        assert!(why(&[creates("a", "light", &[])]).contains("no pass makes the picture"));
+        let ring = [creates("a", "light", &[]), end(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
         assert!(why(&ring).contains("`m` draws for `mask`"));
     }
 }

@@ -1,8 +1,8 @@
-//! The window's frame: the triangles of the user interface, one of which is textured with the rendered view.
+//! The window's frame: the textured triangles of the user interface. The rendered view is one of the textures.
 //!
 //! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: one step and its plan, for either renderer. Always:
-//! blending is premultiplied, in display colours. It is a plan of its own because the window is redrawn more often than the view: the view's image
-//! is a texture here. It knows nothing of panels.
+//! blending is premultiplied, in display colours. The window has a plan of its own because it is redrawn more often than the view, whose image is
+//! a texture here. Not here: the layout of panels.
 
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
@@ -24,11 +24,11 @@ const SAMPLER_BINDING: u32 = 2;
 /// Triangles with one texture and one scissor rectangle.
 #[derive(Clone, Debug)]
 pub struct UiPrimitive {
-    /// Two numbers a vertex: pixels from the window's top-left corner.
+    /// Two numbers per vertex: pixels from the window's top-left corner.
     pub corners_px: Vec<f32>,
-    /// Two numbers a vertex: texture coordinates, 0 to 1 from the texture's top-left corner.
+    /// Two numbers per vertex: texture coordinates, 0 to 1 from the texture's top-left corner.
     pub uvs: Vec<f32>,
-    /// Four numbers a vertex: sRGB-encoded, premultiplied, 0 to 1.
+    /// Four numbers per vertex: sRGB-encoded, premultiplied, 0 to 1.
     pub colours: Vec<f32>,
     pub indices: Vec<u32>,
     pub texture: TextureSource,
@@ -75,7 +75,7 @@ pub fn interface(primitives: Vec<UiPrimitive>, size: [u32; 2], provider: &impl R
     Ok(graph::compile(&[interface_step(primitives, size, provider)?], WINDOW)?)
 }
 
-/// A plan that draws one white pixel: rendering it once makes the device create what any window needs.
+/// A plan that draws one white pixel. Rendering it once creates the pipelines and buffers that every window needs.
 ///
 /// # Errors
 /// See [`interface_step`].

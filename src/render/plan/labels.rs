@@ -1,6 +1,7 @@
-//! Draws over the display image: names and markers of bodies, labels of lines, margins, points of data.
+//! Annotations drawn over the display image: names and markers of bodies, labels of lines, caption, scale bar and compass in the margins, and data
+//! points.
 //!
-//! In: a scene's labels and texts, the provider's glyph atlas. Out: draws for the display target. Always: glyphs are placed on whole pixels. Not
+//! In: a scene's labels and texts, and the provider's glyph atlas. Out: draws for the display target. Always: glyphs are placed on whole pixels. Not
 //! here: label placement (`scene::annotation`).
 
 use super::error::PlanError;
@@ -16,7 +17,7 @@ use crate::scene::marks::{
 };
 use std::sync::Arc;
 
-/// Opacity of a line's text.
+/// Opacity of a line's label.
 const TEXT_OPACITY: f32 = 0.85;
 /// Opacity of the shadow that keeps a name readable on a bright background.
 const NAME_SHADOW: f32 = 0.7;
@@ -113,7 +114,7 @@ fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
 }
 
-/// Points of data, in one draw.
+/// Data points, in one draw.
 fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     if all.is_empty() {
         return Ok(Vec::new());
@@ -129,7 +130,7 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
     Ok(vec![PlanDraw { label: "data".into(), vertices, instances, blend: Blend::PremultipliedOver, ..draw }])
 }
 
-/// Names and markers of bodies, labels of lines, points of data.
+/// Draws names and markers of bodies, labels of lines, margins and data points.
 pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let labels = scene.labels.as_ref();
     let Some(size_px) = labels.map(|l| l.size_px).or(scene.texts.as_ref().map(|t| t.size_px)) else {

@@ -1,6 +1,6 @@
 //! Binds images and samplers to the texture variables of a body's module, by the variable's name.
 //!
-//! In: a draw and its module's layout. Out: bindings. Always: only textures that the module declares are requested.
+//! In: a draw and its module's layout. Out: texture and sampler bindings. Always: only textures that the module declares are requested.
 
 use super::error::PlanError;
 use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, TextureSource};
@@ -22,23 +22,23 @@ const MAPS: [(&str, MapRole); 7] = [
     ("overlay_map", MapRole::Overlay(0)),
     ("overlay_map_2", MapRole::Overlay(1)),
 ];
-/// Their samplers: one for all maps, and one for each overlay, by its index.
+/// The samplers of these textures: one for all maps, and one for each overlay, by overlay index.
 const MAP_SAMPLER: &str = "map_sampler";
 const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
-/// The variable of the ring's profile.
+/// The texture variable of the ring profile.
 pub const RING_PROFILE: &str = "ring_profile";
-/// The variable of the ring-shine table: light that the ring sends onto its globe.
+/// The texture variable of the ring-shine table: light that the ring sends onto its globe.
 pub const RING_SHINE: &str = "ring_shine_table";
 
-/// The variable of the Moon's limb profile.
+/// The texture variable of the Moon's limb profile.
 pub const LIMB_TABLE: &str = "limb_table";
 
-/// The role of a texture variable's image; `None` if it is none of a body's maps.
+/// The role of a texture variable's image; `None` if the image is not a map of a body.
 pub fn role_of(texture: &str) -> Option<MapRole> {
     MAPS.iter().find(|(name, _)| *name == texture).map(|(_, role)| *role)
 }
 
-/// Albedo maps, night maps and overlays hold sRGB colours; normal, specular and cloud maps hold linear values.
+/// Albedo maps, night maps and overlays contain sRGB colours; normal, specular and cloud maps contain linear values.
 pub fn map_format(role: MapRole) -> TexelFormat {
     match role {
         MapRole::Normal | MapRole::Specular | MapRole::Clouds => TexelFormat::Rgba8Unorm,
@@ -46,7 +46,7 @@ pub fn map_format(role: MapRole) -> TexelFormat {
     }
 }
 
-/// How a draw's map is decoded. Maps of a mesh need not be equirectangular, so they get no pole filter.
+/// How a draw's map is decoded. The maps of a mesh need not be equirectangular, so no pole filter is applied to them.
 pub fn map_decoding(role: MapRole, shape: Shape) -> MapDecoding {
     let poles = match (shape, role) {
         (Shape::Mesh, _) => PoleFilter::None,
@@ -56,7 +56,7 @@ pub fn map_decoding(role: MapRole, shape: Shape) -> MapDecoding {
     MapDecoding { format: map_format(role), poles }
 }
 
-/// The texture bindings of the draw. The module of the canonical key may read fewer maps than the draw has (a depth view reads none).
+/// The texture bindings of the draw. The module may read fewer maps than the draw has: a depth view reads none.
 pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourceProvider) -> Result<Vec<TextureBinding>, PlanError> {
     let ring = &draw.uniforms.ring;
     let image_of = |name: &str| -> Result<Option<SharedTexture>, PlanError> {
@@ -80,21 +80,21 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
     Ok(all)
 }
 
-/// Maps repeat across the date line, and so do overlays that go all around the body.
+/// The sampler bindings of the draw. Maps, and overlays that span all longitudes, repeat across the date line; other overlays are clamped.
 pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
-    let around = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let repeating = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let state_of = |name: &str| {
         let overlay = OVERLAY_SAMPLERS.iter().position(|s| *s == name).and_then(|n| draw.uniforms.overlays.get(n));
         match overlay {
-            Some(overlay) if !overlay.around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..around }),
-            Some(_) => Some(around),
-            None => (name == MAP_SAMPLER).then_some(around),
+            Some(overlay) if !overlay.around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..repeating }),
+            Some(_) => Some(repeating),
+            None => (name == MAP_SAMPLER).then_some(repeating),
         }
     };
     layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
 }
 
-/// The bytes of a table, little-endian as in a texture.
+/// The bytes of a table of floats, little-endian.
 fn little_endian(texels: &[f32]) -> Vec<u8> {
     if cfg!(target_endian = "little") {
         return bytemuck::cast_slice(texels).to_vec();

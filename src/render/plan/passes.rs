@@ -23,11 +23,11 @@ pub struct SamplerState {
 #[derive(Clone, Debug)]
 pub enum TextureSource {
     Image(SharedTexture),
-    /// An image that its owner holds as long as it is unchanged, so that its address identifies it.
+    /// An image whose owner keeps it alive until its content changes, so that its address identifies the content.
     Persistent(SharedTexture),
-    /// The colour target that an earlier pass wrote (resolved), by pass index.
+    /// The resolved colour target of an earlier pass, by pass index.
     PassOutput(usize),
-    /// The image of an earlier plan, in the memory of the GPU that drew it.
+    /// The final image of an earlier plan, in the memory of the GPU that drew it.
     OnGpu(GpuImage),
 }
 
@@ -67,17 +67,17 @@ pub enum Cull {
     Back,
 }
 
-/// Reversed depth: greater is nearer, cleared to 0 (infinitely far).
+/// Depth is reversed: a greater value is nearer, and the clear value 0 is infinitely far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DepthState {
     pub test: bool,
     pub write: bool,
 }
 
-/// Where vertices come from. Attribute `k` is `@location(k)`.
+/// The source of a draw's vertices. Attribute `k` is `@location(k)`.
 #[derive(Clone, Debug)]
 pub enum Vertices {
-    /// `count` vertices from `@builtin(vertex_index)` alone.
+    /// This many vertices, computed by the shader from `@builtin(vertex_index)` alone.
     Count(u32),
     /// Indexed triangles; each attribute has `components` f32 per vertex.
     Mesh { attributes: Vec<Attribute>, indices: Arc<Vec<u32>> },
@@ -96,7 +96,7 @@ pub struct Instances {
     pub attributes: Vec<Attribute>,
 }
 
-/// One draw: triangles through a module into the pass's targets. Uniform bytes are group 0, binding 0.
+/// One draw: triangles that a module shades into the pass's targets. Uniform bytes are group 0, binding 0.
 #[derive(Clone, Debug)]
 pub struct PlanDraw {
     pub label: String,
@@ -115,9 +115,9 @@ pub struct PlanDraw {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColourFormat {
-    /// Linear HDR target; half floats suffice.
+    /// Linear HDR target for which half floats suffice.
     Rgba32Float,
-    /// Linear HDR target for radiances below the range of half floats: a night sky.
+    /// Linear HDR target for radiances below the range of half floats, such as those of a night sky.
     Rgba32FloatDim,
     /// Display-ready bytes, already encoded by the shader.
     Rgba8Unorm,
@@ -152,7 +152,7 @@ pub struct SimpleDraw {
 }
 
 impl Plan {
-    /// The modules of its draws, each once.
+    /// The modules of the plan's draws, each once.
     pub fn modules(&self) -> Vec<ModuleId> {
         let mut all: Vec<ModuleId> = self.passes.iter().flat_map(|p| &p.draws).map(|d| d.module.clone()).collect();
         all.sort();
@@ -173,7 +173,7 @@ impl Plan {
     }
 }
 
-/// Where a plan's modules come from.
+/// Supplies the modules of a plan.
 pub trait ModuleProvider: Sync {
     /// # Errors
     /// A module that does not exist or does not compile.

@@ -1,7 +1,7 @@
 //! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glow, tone map, bloom, outline, labels.
 //!
 //! In: the scene and the layouts of the simple shaders. Out: draws and steps with their uniform bytes filled by field name. Always: only modules
-//! that [`modules`] names are used. Not here: what is drawn (scene decides), bodies.
+//! that [`modules`] returns are used. Not here: the draws of bodies; the choice of what is drawn (scene).
 
 use super::error::PlanError;
 use super::graph::{Read, Step, Target, Write};
@@ -25,23 +25,23 @@ use std::sync::Arc;
 /// The binding of the first image that a full-screen draw reads; others follow it.
 pub(super) const READS_BINDING: u32 = 1;
 
-/// Fraction of white up to which the filmic tone map is linear.
-const FILM_TRUE_TO: f32 = 0.8;
+/// The filmic tone map is linear up to this fraction of white.
+const FILMIC_LINEAR_LIMIT: f32 = 0.8;
 
 /// Bloom: the fraction of the radiance above white that is added, and the standard deviation of its Gaussian as a fraction of the image height.
 /// Chosen by eye after the halo of a clean camera lens; not measured.
 pub(super) const BLOOM_NEAR: (f32, f32) = (0.10, 0.006);
 pub(super) const BLOOM_FAR: (f32, f32) = (0.05, 0.03);
-/// Greatest radiance above white that blooms, in units of white: the Sun's disc, up to a million times white, has its own glare (`glow`).
-pub(super) const BLOOM_MOST: f32 = 16.0;
-/// Factor by which each of bloom's two images is smaller.
+/// Upper limit of the radiance above white that blooms, in units of white. The Sun's disc, up to a million times white, has its own glare (`glow`).
+pub(super) const BLOOM_MAX_EXCESS: f32 = 16.0;
+/// Factor by which each of bloom's two downsampling steps reduces the sides of the image.
 const SHRINK: u32 = 4;
 
 /// Standard deviation of the outline's blur as a fraction of the image height, and its minimum in pixels.
 const OUTLINE_SIGMA: f32 = 0.0025;
-const OUTLINE_SIGMA_LEAST_PX: f32 = 1.5;
+const OUTLINE_MIN_SIGMA_PX: f32 = 1.5;
 /// Radius of a blur in standard deviations, as in shaders/entry/blur.wesl.
-const BLUR_REACH: f32 = 3.0;
+const BLUR_RADIUS_SIGMAS: f32 = 3.0;
 
 /// The simple shaders that a scene's plan runs.
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
@@ -67,7 +67,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     conditions.into_iter().filter(|(used, _)| *used).map(|(_, name)| name).collect()
 }
 
-/// A draw of a simple shader over the whole image of the scene.
+/// A draw of a simple shader over the scene's full image.
 pub(super) fn simple_draw(
     module: &'static str,
     scene: &Scene,
@@ -77,7 +77,7 @@ pub(super) fn simple_draw(
     full_screen_draw(module, [scene.camera.width, scene.camera.height], provider, fill)
 }
 
-/// A draw of a simple shader: by default one triangle over the whole target, without depth.
+/// A draw of a simple shader: one triangle over the full target, without depth. Callers override fields for other geometry or state.
 pub(super) fn full_screen_draw(
     module: &'static str,
     [width, height]: [u32; 2],
@@ -103,10 +103,10 @@ pub(super) fn full_screen_draw(
     })
 }
 
-/// An instance attribute: its number of components, and their values.
+/// An instance attribute: the number of components, and a function that returns their values for an item.
 pub(super) type InstanceAttribute<T> = (u32, fn(&T) -> Vec<f32>);
 
-/// Rectangles, one per instance, with these attributes.
+/// Rectangles of two triangles, one per item, with these instance attributes.
 pub(super) fn instanced_rectangles<T>(all: &[T], attributes: &[InstanceAttribute<T>]) -> (Vertices, Instances) {
     let attribute = |(components, values): &InstanceAttribute<T>| Attribute {
         components: *components,
@@ -116,7 +116,7 @@ pub(super) fn instanced_rectangles<T>(all: &[T], attributes: &[InstanceAttribute
     (Vertices::Count(6), Instances { count, attributes: attributes.iter().map(attribute).collect() })
 }
 
-/// Hidden by nearer bodies.
+/// The depth state of draws that nearer bodies hide.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
 /// Radius of a sprite in pixels, and the radiances of its core and glare at the centre for a flux of 1.
@@ -145,7 +145,7 @@ pub(super) fn sprites<T>(
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
 
-/// Attributes of sprites that belong to no body of the catalog.
+/// Attributes of sprites that do not belong to a catalog body.
 pub(super) const STAR_SPRITE: [InstanceAttribute<StarSprite>; 3] =
     [(3, |s| s.centre.to_array().to_vec()), (3, |s| sprite_shape(s.radius_px)), (3, |s| s.flux.to_array().to_vec())];
 
@@ -164,8 +164,8 @@ pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     strokes("traces", &scene.lines, DEPTH_TESTED, scene, provider)
 }
 
-/// Lines without depth, drawn in step order.
-pub(super) fn lines_in_order(
+/// Lines without depth test, ordered by their step.
+pub(super) fn lines_without_depth(
     label: &str,
     pieces: &[LineSegment],
     scene: &Scene,
@@ -235,8 +235,8 @@ pub(super) fn glow(scene: &Scene, provider: &impl ResourceProvider) -> Result<Ve
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
 }
 
-/// The draws of a body's refracted limb: one that occludes the Sun as it was drawn without refraction (if it is there), and one that adds the
-/// refracted light.
+/// The draws of a body's refracted limb: one that occludes the Sun's disc drawn without refraction (`None` if no such disc was drawn), and one that
+/// adds the refracted light.
 pub(super) fn refracted_limb(
     scene: &Scene,
     limb: &RefractedLimb,
@@ -269,15 +269,16 @@ pub(super) fn refracted_limb(
     Ok((occluding, limb_draw(&limb.rays, 0.0)?))
 }
 
-/// Bloom's resources, a quarter and a sixteenth of the image's sides.
-const BEYOND: [&str; 3] = ["beyond white", "beyond white across", "near halo"];
-const HALO: [&str; 3] = ["near halo shrunk", "near halo across", "far halo"];
+/// Resource names of bloom's images: the near ones have a quarter, the far ones a sixteenth of the image's sides.
+const NEAR_HALO: [&str; 3] = ["beyond white", "beyond white across", "near halo"];
+const FAR_HALO: [&str; 3] = ["near halo shrunk", "near halo across", "far halo"];
 
-/// A linear HDR target of a size.
+/// A linear HDR target of one sample per pixel.
 fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> Target {
     Target { resource, width, height, format: ColourFormat::Rgba32Float, samples: 1, clear: [0.0; 4], depth: false }
 }
 
+/// A step that draws over a new target. The resources `reads` are bound from [`READS_BINDING`] on.
 pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> Step {
     let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };
@@ -311,18 +312,18 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
         screen_step(
             "bloom, beyond white",
             &[hdr],
-            linear_target(BEYOND[0], quarter),
-            shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MOST)?,
+            linear_target(NEAR_HALO[0], quarter),
+            shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MAX_EXCESS)?,
         ),
-        screen_step("bloom, near, across", &[BEYOND[0]], linear_target(BEYOND[1], quarter), blur(Vec2::X, near_px)?),
-        screen_step("bloom, near", &[BEYOND[1]], linear_target(BEYOND[2], quarter), blur(Vec2::Y, near_px)?),
-        screen_step("bloom, shrunk", &[BEYOND[2]], linear_target(HALO[0], sixteenth), shrink(1.0, 0.0, f32::MAX)?),
-        screen_step("bloom, far, across", &[HALO[0]], linear_target(HALO[1], sixteenth), blur(Vec2::X, far_px)?),
-        screen_step("bloom, far", &[HALO[1]], linear_target(HALO[2], sixteenth), blur(Vec2::Y, far_px)?),
+        screen_step("bloom, near, across", &[NEAR_HALO[0]], linear_target(NEAR_HALO[1], quarter), blur(Vec2::X, near_px)?),
+        screen_step("bloom, near", &[NEAR_HALO[1]], linear_target(NEAR_HALO[2], quarter), blur(Vec2::Y, near_px)?),
+        screen_step("bloom, shrunk", &[NEAR_HALO[2]], linear_target(FAR_HALO[0], sixteenth), shrink(1.0, 0.0, f32::MAX)?),
+        screen_step("bloom, far, across", &[FAR_HALO[0]], linear_target(FAR_HALO[1], sixteenth), blur(Vec2::X, far_px)?),
+        screen_step("bloom, far", &[FAR_HALO[1]], linear_target(FAR_HALO[2], sixteenth), blur(Vec2::Y, far_px)?),
     ])
 }
 
-/// The tone map from the resource `hdr` to the resource `display`, with bloom if the scene has it.
+/// The tone map from the resource `hdr` to the resource `display`, with bloom if it is on in the scene.
 pub(super) fn tone_map_step(
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -331,10 +332,10 @@ pub(super) fn tone_map_step(
 ) -> Result<Step, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let film = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
-    let (module, reads) = if scene.bloom { ("tone_map_bloom", &[hdr, BEYOND[2], HALO[2]][..]) } else { ("tone_map", &[hdr][..]) };
+    let (module, reads) = if scene.bloom { ("tone_map_bloom", &[hdr, NEAR_HALO[2], FAR_HALO[2]][..]) } else { ("tone_map", &[hdr][..]) };
     let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
-        w.f32("true_to", if film { FILM_TRUE_TO } else { f32::MAX })?;
+        w.f32("true_to", if film { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
         if scene.bloom {
             w.f32("near_part", BLOOM_NEAR.0)?;
             w.f32("far_part", BLOOM_FAR.0)?;
@@ -346,9 +347,10 @@ pub(super) fn tone_map_step(
     Ok(screen_step("tone map", reads, target, draw))
 }
 
-const SHAPE: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
+/// Resource names of the outline's masks.
+const OUTLINE_RESOURCES: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
 
-/// sRGB bytes scaled to 0..=1, still encoded.
+/// sRGB bytes scaled to 0..=1, without decoding.
 pub(super) fn colour(bytes: [u8; 3]) -> Vec3 {
     Vec3::from_array(bytes.map(f32::from)) / 255.0
 }
@@ -361,8 +363,8 @@ pub(super) fn outline_steps(
     display: &'static str,
 ) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_SIGMA_LEAST_PX);
-    let reach = (BLUR_REACH * sigma_px).ceil() as u32 + 1;
+    let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_MIN_SIGMA_PX);
+    let reach = (BLUR_RADIUS_SIGMAS * sigma_px).ceil() as u32 + 1;
     let [x0, y0, x1, y1] = shape.scissor;
     let around =
         [x0.saturating_sub(reach), y0.saturating_sub(reach), x1.saturating_add(reach).min(width), y1.saturating_add(reach).min(height)];
@@ -373,15 +375,15 @@ pub(super) fn outline_steps(
         Ok(step)
     };
     // A body's module writes depth, so the mask needs a depth target.
-    let shape_target = Target { depth: true, ..mask(SHAPE[0]) };
+    let shape_target = Target { depth: true, ..mask(OUTLINE_RESOURCES[0]) };
     let line = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
     let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: around, ..line };
-    let reads = [SHAPE[0], SHAPE[2]];
+    let reads = [OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[2]];
     let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     Ok(vec![
         Step { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
-        blurred("outline, blurred across", SHAPE[0], SHAPE[1], Vec2::X)?,
-        blurred("outline, blurred", SHAPE[1], SHAPE[2], Vec2::Y)?,
+        blurred("outline, blurred across", OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[1], Vec2::X)?,
+        blurred("outline, blurred", OUTLINE_RESOURCES[1], OUTLINE_RESOURCES[2], Vec2::Y)?,
         Step { name: "outline", reads, writes: Write::Over(display), draws: vec![line] },
     ])
 }

@@ -18,12 +18,12 @@ const SAMPLER_BINDING: u32 = 2;
 /// How a panorama of the sky is decoded.
 pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
 
-/// Bound if there is no panorama.
+/// The map that is bound if the scene has no panorama.
 static BLACK: LazyLock<SharedTexture> = LazyLock::new(|| {
     Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level { width: 1, height: 1, bytes: vec![0, 0, 0, 255] }] })
 });
 
-/// The diffuse sky. `opacity`: 0 in a face of a composed picture, which is drawn over the stars.
+/// The diffuse sky. `opacity`: 0 in a face of a composed picture, because the face is later blended over the stars.
 pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
     let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK.clone()), |file| provider.map(file, SKY_DECODING))?;
@@ -48,7 +48,7 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
     Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
 }
 
-/// The user's images of the sky. Their white is display white at every exposure.
+/// The user's images of the sky. White in an image is display white at every exposure.
 pub(super) fn images(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let draw = |image: &SkyImageDraw| {
         let map = provider.overlay(&image.image)?;

@@ -1,7 +1,7 @@
 //! The draws of minor planets, comets, and the orbits of bodies.
 //!
 //! In: the scene and the layouts of the simple shaders. Out: draws with their uniform bytes filled by field name, and their instance attributes.
-//! Not here: what is drawn (scene decides).
+//! Not here: the choice of what is drawn (scene).
 
 use super::error::PlanError;
 use super::passes::{Attribute, Blend, Instances, PlanDraw, Vertices};

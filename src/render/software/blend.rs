@@ -1,8 +1,8 @@
-//! Blending of a fragment's colour with that of the target.
+//! Blends a fragment's colour with the target's colour.
 
 use crate::render::plan::Blend;
 
-/// One pixel or sample: the new value of the target.
+/// The new value of the target at one pixel or sample.
 #[inline(always)]
 pub(crate) fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
     match blend {
@@ -44,14 +44,14 @@ mod tests {
     const TARGET: [f32; 4] = [1.0, 0.5, 0.25, 0.75];
 
     #[test]
-    fn the_equations() {
+    fn each_blend_mode_follows_its_equation() {
         assert_eq!(blended(Blend::Replace, SOURCE, TARGET), SOURCE);
         assert_eq!(blended(Blend::PremultipliedOver, SOURCE, TARGET), [0.75, 0.75, 0.25, 0.875]);
         assert_eq!(blended(Blend::Add, SOURCE, TARGET), [1.25, 1.0, 0.375, 1.25]);
     }
 
     #[test]
-    fn lanes_blend_as_pixels_do() {
+    fn blend_lanes_gives_the_same_bits_as_blended() {
         for blend in [Blend::Replace, Blend::PremultipliedOver, Blend::Add] {
             let mut target = TARGET.map(|v| vec![v; 5]);
             let source = SOURCE.map(|v| vec![v; 5]);

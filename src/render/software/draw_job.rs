@@ -1,4 +1,4 @@
-//! What the shading of a tile works on: a draw that is set up, and the quads that its triangles cover.
+//! The input of tile shading: a draw whose triangles are set up, and the quads that the triangles cover.
 
 use super::fragment_plan::FragmentPlan;
 use super::math::Real;
@@ -6,14 +6,15 @@ use super::raster::setup::Geometry;
 use super::stage::{LANES, LaneProgram};
 use crate::render::plan::Blend;
 
-/// Quads of a batch.
+/// Number of quads in a batch.
 pub(super) const QUADS: usize = LANES / 4;
 
-/// Two by two pixels that a triangle covers in part or whole.
+/// Two by two pixels that a triangle covers partly or completely.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quad {
     /// Index inside the tile.
     pub index: u16,
+    /// Covered samples, four bits per pixel.
     pub coverage: u16,
     pub source_triangle: u32,
 }
@@ -24,12 +25,12 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
-    /// Set in the pixel view of shading cost: instruction counts are stored in place of colour, and a texture read counts as this many.
+    /// `Some` in the pixel view of shading cost, which stores instruction counts in place of colour: the instructions that a texture read counts as.
     pub instructions_per_read: Option<f64>,
 }
 
 impl<R: Real> DrawJob<'_, R> {
-    /// Whether a pixel that is zero in all components changes nothing: neither colour nor depth.
+    /// Whether a pixel that is zero in all components changes neither colour nor depth.
     pub(super) fn drops_black(&self) -> bool {
         let plan = &self.fragment_plan;
         let writes_late_depth = plan.depth.write && !plan.early_depth_test;

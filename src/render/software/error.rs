@@ -1,6 +1,6 @@
 //! Why a plan could not be executed.
 
-/// Each message is one line: what is wrong, in which draw or pass, and the remedy where there is one.
+/// Each message is one line that states the error, the draw or pass, and a remedy if there is one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenderError {
     #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to 16384")]
@@ -37,7 +37,7 @@ pub enum RenderError {
     Threads(String),
 }
 
-/// A vector of `count` values; returns an error, and does not abort, when there is too little memory.
+/// A vector of `count` values; returns an error instead of aborting if memory is insufficient.
 pub(crate) fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<Vec<T>, RenderError> {
     let mut vec = Vec::new();
     if vec.try_reserve_exact(count).is_err() {
@@ -47,7 +47,7 @@ pub(crate) fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> R
     Ok(vec)
 }
 
-/// Reserves memory for `more` values; returns an error, and does not abort, when there is too little.
+/// Reserves memory for `more` values; returns an error instead of aborting if memory is insufficient.
 pub(crate) fn try_grow<T>(vec: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), RenderError> {
     let bytes = (vec.len() as u128 + more as u128) * size_of::<T>() as u128;
     vec.try_reserve(more).map_err(|_| RenderError::Memory { what, bytes })
@@ -62,7 +62,7 @@ mod tests {
         let mut some = vec![1_u64];
         assert_eq!(try_grow(&mut some, 7, "a test"), Ok(()));
         assert!(some.capacity() >= 8);
-        let error = try_grow(&mut some, usize::MAX / 16, "a test").expect_err("more than there is");
+        let error = try_grow(&mut some, usize::MAX / 16, "a test").expect_err("more than can be allocated");
         assert!(error.to_string().contains("not enough memory for a test"), "{error}");
         assert!(try_vec(usize::MAX, 0_u64, "a test").is_err());
     }

@@ -1,20 +1,20 @@
 //! The inputs and outputs of a fragment program, resolved once for a draw of a pass.
 //!
-//! In: the program's lane inputs and outputs, the draw's depth state. Out: `FragmentPlan`. Not here: triangles, tiles.
+//! In: the program's lane inputs and outputs, and the draw's depth state. Out: `FragmentPlan`. Not here: triangles and tiles.
 
 use super::program::{LaneInput, LaneOutput};
 use crate::render::plan::DepthState;
 
-/// The value that a lane input gets.
+/// The source of a lane input's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InputSource {
     PixelX,
     PixelY,
     Depth,
     InverseW,
-    /// The interpolated scalar of this number.
+    /// The interpolated scalar with this index.
     Interpolated(usize),
-    /// The flat scalar of this number.
+    /// The flat scalar with this index.
     Flat(usize),
     FrontFacing,
     Zero,
@@ -63,7 +63,7 @@ impl FragmentPlan {
         Self { input_sources, colour, depth_output, early_depth_test: !uses_discard && depth_output.is_none(), depth }
     }
 
-    /// Whether every covered pixel is drawn: there is neither discard nor a depth test.
+    /// Whether every covered pixel is drawn, because the draw neither discards, nor tests or writes depth.
     pub(crate) fn draws_all_covered(&self) -> bool {
         self.early_depth_test && !self.uses_depth()
     }

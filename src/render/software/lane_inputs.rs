@@ -1,10 +1,10 @@
-//! The lane inputs of a batch of quads: pixel positions, depth, varyings.
+//! Fills the lane inputs of a batch of quads: pixel positions, depth, varyings.
 //!
-//! In: the quads of a batch, those of one source triangle next to each other, and the draw's geometry. Out: the inputs of the fragment stage, filled for
-//! all lanes. Always: planes are evaluated in offsets from the first quad of their triangle, where they round least, and a lane's value does not
-//! depend on which other triangles share the batch. Not here: which quads are covered.
+//! In: the quads of a batch, with consecutive quads of each source triangle, and the draw's geometry. Out: the inputs of the fragment stage for all
+//! lanes. Always: planes are evaluated at offsets from the first quad of their triangle, because small offsets round least; a lane's value does
+//! not depend on other triangles in the batch. Not here: which quads are covered.
 
-// Loops by index over several arrays of one fixed length are what the compiler vectorises.
+// The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
 use super::draw_job::{DrawJob, QUADS, Quad};
@@ -15,24 +15,25 @@ use super::raster::setup::{Plane, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use smallvec::SmallVec;
 
-/// Lanes of a quad.
-const QUAD: usize = 4;
+/// Number of lanes in a quad.
+const QUAD_LANES: usize = 4;
 
 /// Consecutive quads of one source triangle.
 struct Span<'a> {
     from: usize,
     to: usize,
     triangle: &'a SourceTriangle,
-    /// Top-left pixel of the first quad, in the target and from the origin of the triangle's planes.
+    /// Top-left pixel of the first quad, in the target.
     origin: [f64; 2],
+    /// The same pixel, relative to the origin of the triangle's planes.
     from_plane_origin: [f64; 2],
 }
 
 impl Span<'_> {
-    /// Its lanes, quad by quad.
+    /// The lanes of this span, quad by quad.
     #[inline(always)]
-    fn lanes<'l, R>(&self, lanes: &'l mut [R; LANES]) -> &'l mut [[R; QUAD]] {
-        &mut lanes.as_chunks_mut::<QUAD>().0[self.from..self.to]
+    fn lanes<'l, R>(&self, lanes: &'l mut [R; LANES]) -> &'l mut [[R; QUAD_LANES]] {
+        &mut lanes.as_chunks_mut::<QUAD_LANES>().0[self.from..self.to]
     }
 
     /// Evaluates a plane at pixels given relative to the first quad.
@@ -44,15 +45,15 @@ impl Span<'_> {
         }
         let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
         if self.to - self.from == QUADS {
-            // All lanes at once, which is vectorised in full.
+            // One loop over all lanes is fully vectorised.
             for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
                 *lane = at_origin + dx * *x + dy * *y;
             }
             return;
         }
-        let (x, y) = (&x.as_chunks::<QUAD>().0[self.from..self.to], &y.as_chunks::<QUAD>().0[self.from..self.to]);
+        let (x, y) = (&x.as_chunks::<QUAD_LANES>().0[self.from..self.to], &y.as_chunks::<QUAD_LANES>().0[self.from..self.to]);
         for ((lanes, x), y) in self.lanes(lanes).iter_mut().zip(x).zip(y) {
-            for i in 0..QUAD {
+            for i in 0..QUAD_LANES {
                 lanes[i] = at_origin + dx * x[i] + dy * y[i];
             }
         }
@@ -60,26 +61,26 @@ impl Span<'_> {
 
     #[inline(always)]
     fn fill<R: Real>(&self, lanes: &mut [R; LANES], value: R) {
-        self.lanes(lanes).fill([value; QUAD]);
+        self.lanes(lanes).fill([value; QUAD_LANES]);
     }
 
-    /// lane = combine(lane, other), for its lanes.
+    /// Sets lane = combine(lane, other) for the lanes of this span.
     #[inline(always)]
     fn combine<R: Real>(&self, lanes: &mut [R; LANES], other: &[R; LANES], combine: impl Fn(R, R) -> R) {
-        let other = &other.as_chunks::<QUAD>().0[self.from..self.to];
+        let other = &other.as_chunks::<QUAD_LANES>().0[self.from..self.to];
         for (lanes, other) in self.lanes(lanes).iter_mut().zip(other) {
-            for i in 0..QUAD {
+            for i in 0..QUAD_LANES {
                 lanes[i] = combine(lanes[i], other[i]);
             }
         }
     }
 }
 
-/// Fills the lane inputs. `tile`: its top-left pixel.
+/// Fills the lane inputs of a batch. `tile`: the tile's top-left pixel.
 #[inline(always)]
 pub(super) fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], pixels: &TilePixels, tile: [u32; 2]) {
-    let (pixels_x, pixels_y) = (pixels.x.as_chunks::<QUAD>().0, pixels.y.as_chunks::<QUAD>().0);
-    // Pixel centres relative to the first quad of their span: with small offsets the plane equations round least.
+    let (pixels_x, pixels_y) = (pixels.x.as_chunks::<QUAD_LANES>().0, pixels.y.as_chunks::<QUAD_LANES>().0);
+    // Pixel centres relative to the first quad of their span, because plane equations round least at small offsets.
     let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
     let mut spans = SmallVec::<[Span<'_>; QUADS]>::new();
     let mut from = 0;
@@ -87,10 +88,10 @@ pub(super) fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quad
         let to = from + quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
         let corner = quad_position(first.index.into());
         let [x0, y0] = corner.map(|v| v as f32);
-        let lanes = x.as_chunks_mut::<QUAD>().0[from..to].iter_mut().zip(&mut y.as_chunks_mut::<QUAD>().0[from..to]);
+        let lanes = x.as_chunks_mut::<QUAD_LANES>().0[from..to].iter_mut().zip(&mut y.as_chunks_mut::<QUAD_LANES>().0[from..to]);
         for ((x, y), quad) in lanes.zip(&quads[from..to]) {
             let (quad_x, quad_y) = (&pixels_x[usize::from(quad.index)], &pixels_y[usize::from(quad.index)]);
-            for i in 0..QUAD {
+            for i in 0..QUAD_LANES {
                 x[i] = R::from_f32_bits((quad_x[i] - x0).to_bits());
                 y[i] = R::from_f32_bits((quad_y[i] - y0).to_bits());
             }

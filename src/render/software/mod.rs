@@ -1,9 +1,10 @@
 //! The software renderer: executes the plan's modules on the CPU.
 //!
-//! module IR → [`lower`] → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
+//! [`lower`] turns a module's naga IR into a [`program`], a tape of lane operations. [`exec`] runs the tape with vector kernels. [`raster`] turns
+//! triangles into covered quads of pixels.
 //!
-//! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills
-//! batches of lanes (`lane_inputs`), [`tiles`] holds a tile's colour and depth; `pass_fusion` lets the tone map read a tile before it is stored.
+//! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of lanes
+//! (`lane_inputs`) and runs them, and [`tiles`] stores a tile's colour and depth. `pass_fusion` lets the tone map read a tile before it is stored.
 
 pub mod blend;
 mod draw_job;
@@ -36,5 +37,5 @@ pub(crate) use named::{NamedValue, PixelValues};
 pub use renderer::{Options, Precision, SoftwareRenderer};
 pub(crate) use timings::Timings;
 
-/// Greatest width and height of a pass.
+/// Maximum width and height of a pass, in pixels.
 pub(crate) const MAX_SIZE: u32 = 16384;

@@ -1,8 +1,8 @@
-//! What one draw computes at one pixel: its colour and every named value of its module.
+//! Inspects one draw at one pixel: returns its colour and every named value of its module.
 //!
-//! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or nothing where the draw does not shade the
+//! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or `None` if the draw does not shade the
 //! pixel. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs; rasteriser, kernels and
-//! textures are those that draw images.
+//! textures are the same as for images.
 
 use super::RenderError;
 use super::exec::{ExecutionCounts, LaneMask};
@@ -85,15 +85,15 @@ impl SoftwareRenderer {
             draws: vec![single_pixel],
         };
         let lane = (y % 2 * 2 + x % 2) as usize;
-        let watched = Watched { inner: &bound.fragment, lane, seen: Mutex::default() };
-        let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, fragment: &watched }])?;
+        let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };
+        let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, fragment: &recording }])?;
         let PassImage::Float(pixels) = image else { return Ok(None) };
-        // Nothing was stored: not covered, or discarded.
+        // The pixel still has the clear colour: it was not covered, or was discarded.
         if pixels.get((y * width + x) as usize).is_none_or(|p| p[0].is_nan()) {
             return Ok(None);
         }
-        let seen = watched.seen.into_inner();
-        let at = |k: usize| seen.get(k).copied().unwrap_or(f64::NAN);
+        let recorded = recording.recorded.into_inner();
+        let at = |k: usize| recorded.get(k).copied().unwrap_or(f64::NAN);
         let colour = [0, 1, 2, 3].map(|c| {
             let is = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
             entry_points.fragment.outputs.iter().position(is).map_or(f64::NAN, at)
@@ -111,14 +111,14 @@ fn without_named_outputs(mut program: Program) -> Program {
     program
 }
 
-/// A fragment stage that records the outputs of one lane, from the last run in which it was not discarded.
-struct Watched<'a, R: Real> {
+/// A fragment stage that records the outputs of one lane in the last run in which the lane was not discarded.
+struct RecordingStage<'a, R: Real> {
     inner: &'a dyn LaneProgram<R>,
     lane: usize,
-    seen: Mutex<Vec<f64>>,
+    recorded: Mutex<Vec<f64>>,
 }
 
-impl<R: Real> LaneProgram<R> for Watched<'_, R> {
+impl<R: Real> LaneProgram<R> for RecordingStage<'_, R> {
     fn inputs(&self) -> &[LaneInput] {
         self.inner.inputs()
     }
@@ -129,26 +129,26 @@ impl<R: Real> LaneProgram<R> for Watched<'_, R> {
         self.inner.uses_discard()
     }
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
-        Box::new(WatchedRun { of: self, run: self.inner.start() })
+        Box::new(RecordingRun { stage: self, run: self.inner.start() })
     }
 }
 
-struct WatchedRun<'a, R: Real> {
-    of: &'a Watched<'a, R>,
+struct RecordingRun<'a, R: Real> {
+    stage: &'a RecordingStage<'a, R>,
     run: Box<dyn LaneRun<R> + Send + 'a>,
 }
 
-impl<R: Real> LaneRun<R> for WatchedRun<'_, R> {
+impl<R: Real> LaneRun<R> for RecordingRun<'_, R> {
     fn input(&mut self, k: usize) -> &mut [R; LANES] {
         self.run.input(k)
     }
     fn run(&mut self, active: LaneMask) -> LaneMask {
-        let alive = self.run.run(active);
-        if alive >> self.of.lane & 1 == 1 {
-            let all = (0..self.of.inner.outputs().len()).map(|k| self.run.output(k)[self.of.lane].f64()).collect();
-            *self.of.seen.lock() = all;
+        let remaining = self.run.run(active);
+        if remaining >> self.stage.lane & 1 == 1 {
+            let all = (0..self.stage.inner.outputs().len()).map(|k| self.run.output(k)[self.stage.lane].f64()).collect();
+            *self.stage.recorded.lock() = all;
         }
-        alive
+        remaining
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.run.output(k)

@@ -1,8 +1,8 @@
 //! Finds the triangle of a mesh that is visible at a pixel's centre.
 //!
-//! In: a draw of a mesh and its vertex program. Out: the same vertices with the nearest triangle alone, so that a pixel's values are those of the
-//! visible surface and not of a hidden one. Barycentric coordinates are computed in homogeneous clip space, so that triangles which reach behind
-//! the camera are included.
+//! In: a draw of a mesh and its vertex program. Out: the draw's vertices with the indices of the nearest triangle only, so that inspected values are
+//! those of the visible surface. Barycentric coordinates are computed in homogeneous clip space, so that triangles that extend behind the camera are
+//! included.
 
 use super::RenderError;
 use super::math::Real;
@@ -27,7 +27,7 @@ pub(crate) fn nearest_triangle<R: Real>(
     let clip = |k: u32| positions.position(k).map(|[x, y, _, w]| DVec3::new(x, y, w));
     let ndc = |k: u32, size: u32| (2.0 * f64::from(k) + 1.0) / f64::from(size) - 1.0;
     let ray = DVec3::new(ndc(x, width), -ndc(y, height), 1.0);
-    // Sum of the barycentric weights = 1/w, greatest for the nearest triangle.
+    // The sum of the barycentric weights is 1/w, which is greatest for the nearest triangle.
     let inverse_w = |t: &[u32]| {
         let corners = DMat3::from_cols(clip(t[0])?, clip(t[1])?, clip(t[2])?);
         let determinant = corners.determinant();

@@ -1,10 +1,10 @@
 //! Executes one pass: sets up the triangles of every draw, bins them into tiles, and shades the tiles on all cores.
 //!
-//! Bins hold, per tile, the triangles in the order of the draws, so a tile's pixels do not depend on which thread draws it or when:
-//! one thread and many give the same bits. Tiles write disjoint parts of the target.
+//! In: a pass and the bound stages of its draws. Out: the resolved image and timings. Always: each tile's bin lists its triangles in the order of the
+//! draws, and tiles write disjoint parts of the target, so the image has the same bits for any number of threads.
 //!
-//! Two passes can be fused (`execute_fused`): if the second reads each pixel of the first only where it writes that pixel (pass_fusion.rs),
-//! a tile goes through both passes before the next tile is started, and the first pass's image is never stored.
+//! Two passes can be fused (`execute_fused`) if the second reads each pixel of the first only when it writes the same pixel (pass_fusion.rs). A tile
+//! then goes through both passes before the next tile is started, and the first pass's image is never stored.
 
 use super::RenderError;
 use super::draw_job::DrawJob;
@@ -32,7 +32,7 @@ pub struct DrawStages<'a, R: Real> {
     pub fragment: &'a dyn LaneProgram<R>,
 }
 
-/// The resolved colour of a pass, rows top first.
+/// The resolved colour of a pass, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PassImage {
     Float(Vec<[f32; 4]>),
@@ -50,59 +50,59 @@ struct PassJobs<'a, R: Real> {
 struct FusedPass<'a, R: Real> {
     full_screen: DrawJob<'a, R>,
     overlay: PassJobs<'a, R>,
-    /// What the full-screen draw makes of the first pass's clear colour, if that is the same at every pixel.
+    /// The full-screen draw's result for the first pass's clear colour, if that result is the same at every pixel.
     mapped_clear: Option<[f32; 4]>,
-    /// The full-screen draw has read pixels other than its own: the image is invalid.
+    /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
 }
 
 /// The triangles of every tile, in draw order, one tile after the other.
 struct Bins {
-    /// Tiles in a row.
-    across: usize,
-    /// Where each tile's entries begin, and the end of the last.
+    /// Number of tiles in a row.
+    tiles_across: usize,
+    /// Index of each tile's first entry, and at the end the number of entries.
     starts: Vec<usize>,
-    /// (draw, triangle).
+    /// Pairs of (draw, triangle).
     entries: Vec<(u32, u32)>,
 }
 
 impl Bins {
     fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Result<Self, RenderError> {
-        let (across, down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
-        let each = |visit: &mut dyn FnMut(usize, (u32, u32))| {
+        let (tiles_across, down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
+        let for_each_entry = |visit: &mut dyn FnMut(usize, (u32, u32))| {
             for (d, job) in jobs.iter().enumerate() {
                 for (t, triangle) in job.geometry.triangles.iter().enumerate() {
                     let [x0, y0, x1, y1] = triangle.pixels;
                     for ty in y0 / TILE..y1.div_ceil(TILE) {
                         for tx in x0 / TILE..x1.div_ceil(TILE) {
-                            visit(ty as usize * across + tx as usize, (d as u32, t as u32));
+                            visit(ty as usize * tiles_across + tx as usize, (d as u32, t as u32));
                         }
                     }
                 }
             }
         };
-        // Counted first, so that the memory is reserved once and a failure is an error.
-        let mut starts = super::try_vec(across * down + 1, 0_usize, "the tiles")?;
-        each(&mut |tile, _| starts[tile + 1] += 1);
+        // The entries are counted first, so that memory is reserved once and a failure to do so is an error.
+        let mut starts = super::try_vec(tiles_across * down + 1, 0_usize, "the tiles")?;
+        for_each_entry(&mut |tile, _| starts[tile + 1] += 1);
         for k in 1..starts.len() {
             starts[k] += starts[k - 1];
         }
-        let mut entries = super::try_vec(starts[across * down], (0, 0), "the tiles' triangles")?;
+        let mut entries = super::try_vec(starts[tiles_across * down], (0, 0), "the tiles' triangles")?;
         let mut next = starts.clone();
-        each(&mut |tile, entry| {
+        for_each_entry(&mut |tile, entry| {
             entries[next[tile]] = entry;
             next[tile] += 1;
         });
-        Ok(Self { across, starts, entries })
+        Ok(Self { tiles_across, starts, entries })
     }
 
     fn tile(&self, x: usize, y: usize) -> &[(u32, u32)] {
-        let k = y * self.across + x;
+        let k = y * self.tiles_across + x;
         &self.entries[self.starts[k]..self.starts[k + 1]]
     }
 }
 
-/// Executes a pass. `stages`: of its draws, in order. Must be called inside the thread pool that is to do the work.
+/// Executes a pass. `stages`: the bound stages of the pass's draws, in order. Runs on the thread pool from which it is called.
 pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(PassImage, PassTimings), RenderError> {
     let start = Instant::now();
     let (jobs, mut timings) = prepare_pass(pass, stages)?;
@@ -118,8 +118,8 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     Ok((image, timings))
 }
 
-/// Executes two fused passes; the image is that of the second. `None` if they cannot be fused: the first draw of the second pass does not cover
-/// its whole target, or reads pixels other than its own. The first pass's wall time is that of both.
+/// Executes two fused passes and returns the image of the second. `None` if they cannot be fused: the first draw of the second pass does not cover
+/// its entire target, or reads pixels other than its own. The first pass's wall time is that of both.
 pub(crate) fn execute_fused<R: Real>(
     first: &Pass,
     first_stages: &[DrawStages<'_, R>],
@@ -161,8 +161,8 @@ fn prepare_pass<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Re
 }
 
 fn check(pass: &Pass) -> Result<(), RenderError> {
-    let most = super::MAX_SIZE;
-    if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
+    let max_size = super::MAX_SIZE;
+    if pass.width == 0 || pass.height == 0 || pass.width > max_size || pass.height > max_size {
         return Err(RenderError::Size { pass: pass.name.to_owned(), width: pass.width, height: pass.height });
     }
     if pass.samples != 1 && pass.samples != 4 {
@@ -188,7 +188,7 @@ fn prepare_draw<'a, R: Real>(
     timings.vertex_ms += 1e3 * vertex_seconds;
     timings.setup_ms += 1e3 * setup_seconds;
     timings.given += given;
-    // Each triangle that is not culled has one entry.
+    // Each triangle that is not culled has one source triangle in the geometry.
     timings.culled += given - geometry.source_triangles.len();
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
@@ -196,8 +196,8 @@ fn prepare_draw<'a, R: Real>(
     Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, instructions_per_read: instructions_per_read(&draw.module) })
 }
 
-/// The image of a pass, or of the second of two fused ones. Each pixel is written once, by the thread that draws its tile: initialising the
-/// memory first would cost page faults for 16 MB.
+/// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, which would cost page faults for 16 MB;
+/// each pixel is written once, by the thread that draws its tile.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PassJobs<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
@@ -210,17 +210,17 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let mut image = Vec::new();
     super::try_grow(&mut image, count, what)?;
     let pixels = TilePixels::new();
-    // Colour of a tile without triangles; `None` if it differs from pixel to pixel, and such tiles are shaded too.
-    let empty = fused.map_or(Some(pass.clear), |f| f.mapped_clear).map(&convert);
-    let idle: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
+    // Colour of a tile without triangles; `None` if it differs between pixels, in which case such tiles are shaded too.
+    let empty_tile_colour = fused.map_or(Some(pass.clear), |f| f.mapped_clear).map(&convert);
+    let idle_workers: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
     let tile = TILE as usize;
     image.spare_capacity_mut()[..count].par_chunks_mut(tile * pass.width as usize).enumerate().for_each(|(ty, band)| {
         let fill_colour = |tx: usize| {
-            let drawn = |bins: &Bins| !bins.tile(tx, ty).is_empty();
-            empty.filter(|_| !drawn(&first.bins) && !fused.is_some_and(|f| drawn(&f.overlay.bins)))
+            let has_triangles = |bins: &Bins| !bins.tile(tx, ty).is_empty();
+            empty_tile_colour.filter(|_| !has_triangles(&first.bins) && !fused.is_some_and(|f| has_triangles(&f.overlay.bins)))
         };
         let mut tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
-            (0..first.bins.across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile } else { 0 })).collect();
+            (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile } else { 0 })).collect();
         for row in band.chunks_mut(pass.width as usize) {
             for (tx, part) in row.chunks_mut(tile).enumerate() {
                 match fill_colour(tx) {
@@ -230,19 +230,19 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
             }
         }
         tiles.par_iter_mut().enumerate().filter(|(tx, _)| fill_colour(*tx).is_none()).for_each(|(tx, rows)| {
-            let free = idle.lock().pop();
-            let mut worker = free.unwrap_or_else(|| Worker::new(first, fused));
+            let idle_worker = idle_workers.lock().pop();
+            let mut worker = idle_worker.unwrap_or_else(|| Worker::new(first, fused));
             worker.draw_tile(first, fused, [tx, ty], &pixels);
             let start = Instant::now();
-            worker.finished().write_to(rows, &convert);
+            worker.final_target().write_to(rows, &convert);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
-            idle.lock().push(worker);
+            idle_workers.lock().push(worker);
         });
     });
-    // SAFETY: the rows of all tiles make up the image; a tile that is drawn has written each pixel of its rows, any other was filled.
+    // SAFETY: the rows of all tiles make up the image; every tile was either filled, or drawn and written to each pixel of its rows.
     unsafe { image.set_len(count) };
     let [first_timings, second_timings] = timings;
-    for worker in idle.into_inner() {
+    for worker in idle_workers.into_inner() {
         first_timings.shading_thread_ms += 1e3 * worker.first.shading_seconds;
         let last = if let Some((second, _)) = worker.second {
             second_timings.shading_thread_ms += 1e3 * second.shading_seconds;
@@ -255,13 +255,13 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     Ok(image)
 }
 
-/// A thread's state in one program.
+/// A thread's working state of one fragment program.
 type Run<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
 
 /// A thread's buffers for one pass.
 struct PassWorker<'a, R: Real> {
     target: TileTarget,
-    /// By draw; started when first needed.
+    /// One run per draw, started on first use.
     runs: Vec<Option<Run<'a, R>>>,
     shading_seconds: f64,
 }
@@ -285,7 +285,7 @@ impl<'a, R: Real> PassWorker<'a, R> {
     }
 }
 
-/// A thread's buffers, reused from tile to tile.
+/// A thread's buffers, reused for all its tiles.
 struct Worker<'a, R: Real> {
     first: PassWorker<'a, R>,
     /// Buffers of the fused second pass, and the state of its full-screen draw.
@@ -300,8 +300,8 @@ impl<'a, R: Real> Worker<'a, R> {
         Self { first: PassWorker::new(first), second, batch: Batch::new(), resolve_seconds: 0.0 }
     }
 
-    /// The target that holds the final image of the tile.
-    fn finished(&self) -> &TileTarget {
+    /// The target that contains the final image of the tile.
+    fn final_target(&self) -> &TileTarget {
         self.second.as_ref().map_or(&self.first.target, |(second, _)| &second.target)
     }
 
@@ -338,7 +338,7 @@ impl<'a, R: Real> Worker<'a, R> {
         }
     }
 
-    /// What a position-independent full-screen draw makes of the first pass's clear colour.
+    /// The result of a position-independent full-screen draw for the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PassJobs<'a, R>, full_screen: &DrawJob<'a, R>) -> [f32; 4] {
         let (pass, pixels) = (first.pass, TilePixels::new());
         self.first.target.clear(pass.clear, false);

@@ -1,8 +1,8 @@
-//! Fusing two passes: the tone map reads each tile of the HDR image while the tile is still in cache, and the HDR image is never stored.
+//! Fuses two passes: the tone map reads each tile of the HDR image while the tile is still in cache, and the HDR image is never stored.
 //!
-//! In: a plan, and the tile that a pass has just resolved. Out: whether the next pass may be executed tile by tile with it ([`can_fuse_with_next`]),
-//! and the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of its own block gets zeros and sets a
-//! flag; the renderer then executes the two passes one after the other.
+//! In: a plan, and the tile that a pass has just resolved. Out: whether the next pass may be executed tile by tile with it
+//! ([`can_fuse_with_next_pass`]), and the tile as a texture ([`TileTexture`]). Always: a program that reads other texels than the pixels of its own
+//! block gets zeros and sets a flag; the renderer then executes the two passes one after the other.
 
 use super::exec::{Gradients, LANES, LaneMask, TextureUnit};
 use super::math::Real;
@@ -16,15 +16,15 @@ use std::collections::{BTreeSet, HashMap};
 
 const _: () = assert!(LANES == BLOCK_PIXELS);
 
-/// Pixels of a block in lane order, relative to its top-left pixel: x and y.
+/// x and y of a block's pixels in lane order, relative to the block's top-left pixel.
 static BLOCK_OFFSETS: std::sync::LazyLock<[[u32; LANES]; 2]> = std::sync::LazyLock::new(|| {
     let offsets = |axis: usize| std::array::from_fn(|lane| quad_position(lane / 4)[axis] + (((lane % 4) >> axis) & 1) as u32);
     [offsets(0), offsets(1)]
 });
 
-/// Whether pass `k` and the next one may be fused: pass `k` is an HDR image whose only reader is the first draw of the next pass, which writes
+/// Whether pass `k` and the next pass may be fused: pass `k` is an HDR image whose only reader is the first draw of the next pass, which writes
 /// display values of the same size.
-pub(crate) fn can_fuse_with_next(plan: &Plan, k: usize) -> bool {
+pub(crate) fn can_fuse_with_next_pass(plan: &Plan, k: usize) -> bool {
     let (Some(hdr), Some(display)) = (plan.passes.get(k), plan.passes.get(k + 1)) else { return false };
     let reads = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == k);
     let readers = plan.passes.iter().flat_map(|p| &p.draws).flat_map(|d| &d.textures).filter(|t| reads(&t.source)).count();
@@ -36,14 +36,14 @@ pub(crate) fn can_fuse_with_next(plan: &Plan, k: usize) -> bool {
         && first.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads(&d.textures[0].source))
 }
 
-/// A resolved tile in the guise of a texture of its target's size.
+/// A resolved tile, presented as a texture of its target's size.
 pub(crate) struct TileTexture<'a> {
     pub resolved: &'a TileTarget,
     /// Top-left pixel of the tile.
     pub tile: [u32; 2],
     /// Size of the target, in pixels.
     pub size: [u32; 2],
-    /// A read was not that of the pixels of one block of this tile, in lane order.
+    /// Set if a read was not of the pixels of one block of this tile, in lane order.
     pub read_other_pixels: Cell<bool>,
 }
 
@@ -53,7 +53,7 @@ impl TileTexture<'_> {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
 
-    /// The block whose pixels these are, in lane order.
+    /// The block whose pixels have these coordinates, in lane order; `None` if there is no such block.
     fn block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
         let (x, y): (&[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?);
         let [dx, dy] = &*BLOCK_OFFSETS;
@@ -90,7 +90,7 @@ impl<R: Real> TextureUnit<R> for TileTexture<'_> {
 }
 
 impl Program {
-    /// Whether a lane's position is used for nothing but the coordinates of the texels that it loads, so that equal texels give equal results.
+    /// Whether a lane's position affects only the coordinates of the texels that the lane loads, so that equal texels give equal results.
     /// False for programs with backward jumps, which are not analysed.
     pub fn is_position_independent(&self) -> bool {
         // Slots whose value depends on the lane's position.

@@ -1,10 +1,10 @@
-//! The boundary between the tape (lowering, executor) and the rasteriser: what a lowered entry point reads, writes and runs.
+//! A lowered entry point: its inputs, outputs and tapes. This is the interface between the tape (lowering, executor) and the rasteriser.
 //!
-//! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are laid out in 2x2 quads: lanes 4q..4q+3
+//! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are arranged in 2x2 quads: lanes 4q..4q+3
 //! are the top-left, top-right, bottom-left, bottom-right pixel of quad q, so dpdx pairs lane with lane^1 and dpdy with lane^2.
 //!
-//! What always holds: every operand names a register or slot below the counts stored here ([`Program::check`] verifies it for bytes
-//! that come from a file), and no lane operation writes a slot that it reads.
+//! Always: every operand refers to a register or slot below the counts stored here ([`Program::check`] verifies this for bytes
+//! from a file), and no lane operation writes a slot that it reads.
 
 use super::tape::{Instr, Op, Operand};
 use serde::{Deserialize, Serialize};
@@ -49,15 +49,15 @@ pub enum LaneOutput {
     FragDepth,
 }
 
-/// A texture-and-sampler pair or a texture alone that the program reads: binding numbers in group 0.
+/// A texture that the program reads, with or without a sampler, as binding numbers in group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct TextureUse {
     pub texture_binding: u32,
-    /// None for textureLoad and textureDimensions.
+    /// `None` for textureLoad and textureDimensions.
     pub sampler_binding: Option<u32>,
 }
 
-/// A constant operand before it is narrowed to the element type that runs.
+/// A constant operand, before conversion to the element type of the lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Constant {
     Float(f64),
@@ -68,7 +68,7 @@ pub enum Constant {
 /// Why stored programs cannot be run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
-    /// The bytes are no serialized program.
+    /// The bytes are not a serialized program.
     #[error(transparent)]
     Bytes(#[from] postcard::Error),
     /// An index outside the program's registers, slots, textures or tape.
@@ -76,23 +76,23 @@ pub enum ProgramError {
     OutOfRange(String),
 }
 
-/// One lowered entry point. Registers hold one value for all lanes (constants first, then per-draw values, then values that a loop
-/// changes); slots hold one value per lane.
+/// One lowered entry point. Registers contain one value for all lanes (constants first, then per-draw values, then values that the lane tape
+/// computes); slots contain one value per lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Program {
     pub name: String,
     pub stage: Stage,
-    /// Lane inputs in order; input k occupies slot k when the run starts, and the mask of active lanes the slot after them.
+    /// Lane inputs in order. When a run starts, input k is in slot k, and the mask of active lanes is in the slot after the last input.
     pub inputs: Vec<LaneInput>,
     pub outputs: Vec<LaneOutput>,
-    /// Where each output is found after the run.
+    /// Location of each output after the run.
     pub output_operands: Vec<Operand>,
     pub textures: Vec<TextureUse>,
     pub uses_discard: bool,
-    /// Lane mask of the lanes that discarded, when `uses_discard`.
+    /// Mask of the lanes that have discarded, if `uses_discard`.
     pub discarded: Option<Operand>,
     pub uses_derivatives: bool,
-    /// Bytes of the uniform block that the program may read.
+    /// Size in bytes of the uniform block that the program may read.
     pub uniform_size: u32,
     pub constants: Vec<Constant>,
     /// Straight-line tape that runs once per draw.
@@ -104,7 +104,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Lane operations by kind with their number on the tape (loops count once), most frequent first.
+    /// Each kind of lane operation with its number of occurrences on the tape (a loop's body counts once), most frequent first.
     pub fn op_statistics(&self) -> Vec<(Op, usize)> {
         let mut counts: Vec<(Op, usize)> = Vec::new();
         for instr in &self.lane_tape {
@@ -124,7 +124,7 @@ impl Program {
         counts
     }
 
-    /// Verifies every index, so that a program read from a file cannot reach outside its registers, slots or tape.
+    /// Verifies every index, so that a program read from a file cannot access anything outside its registers, slots or tape.
     pub fn check(&self) -> Result<(), ProgramError> {
         let operand = |o: &Operand| match *o {
             Operand::Slot(s) => u32::from(s) < self.slots,

@@ -1,14 +1,14 @@
-//! Executes a plan on the CPU. In: a plan and its modules. Out: a frame and its timings.
+//! Executes a plan on the CPU.
 //!
-//! Passes run in order; a pass may read the output of an earlier one. A module's tape is decoded once and cached. The renderer
-//! has its own thread pool; the image does not depend on the number of threads.
+//! In: a plan and its modules. Out: a frame and its timings. Always: passes run in order, and a pass may read the output of an earlier pass; the
+//! image does not depend on the number of threads. A module's tape is decoded once and cached. The renderer has its own thread pool.
 
 use super::RenderError;
 use super::kernels::KernelClass;
 use super::lower::programs_from_bytes;
 use super::math::Real;
 use super::pass::{DrawStages, PassImage, execute, execute_fused};
-use super::pass_fusion::can_fuse_with_next;
+use super::pass_fusion::can_fuse_with_next_pass;
 use super::program::{Program, Stage};
 use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
@@ -32,7 +32,7 @@ pub enum Precision {
     F64,
 }
 
-/// Settings of a renderer. They change the image by rounding at most.
+/// Settings of a renderer. They change the image at most by rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
     /// Number of threads; 0: one per logical CPU.
@@ -88,7 +88,7 @@ impl SoftwareRenderer {
         self.pool.install(work)
     }
 
-    /// Drops the cached programs. To be called when a module's name now stands for another text.
+    /// Drops the cached programs. The caller must do this after a module's source has changed under the same name.
     pub fn forget_modules(&self) {
         self.entry_points.lock().clear();
     }
@@ -97,7 +97,7 @@ impl SoftwareRenderer {
         &self.options
     }
 
-    /// How many threads draw.
+    /// Number of threads that draw.
     pub(crate) fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }
@@ -105,7 +105,7 @@ impl SoftwareRenderer {
     /// Executes the plan. `keep_hdr`: the frame includes the linear HDR image.
     ///
     /// # Errors
-    /// A binding, attribute or varying that is missing or does not fit, with its draw or pass; too little memory.
+    /// A binding, attribute or varying that is missing or does not fit, with its draw or pass; insufficient memory.
     pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
         match self.options.precision {
             Precision::F32 => self.pool.install(|| self.frame::<f32>(plan, modules, keep_hdr)),
@@ -120,12 +120,12 @@ impl SoftwareRenderer {
         let mut k = 0;
         while let Some(pass) = plan.passes.get(k) {
             if !keep_hdr
-                && can_fuse_with_next(plan, k)
+                && can_fuse_with_next_pass(plan, k)
                 && let Some((image, pass_timings, prepare_ms)) = self.fused_passes::<R>([pass, &plan.passes[k + 1]], modules, &images)?
             {
                 timings.prepare_ms += prepare_ms;
                 timings.passes.extend(pass_timings);
-                // The HDR image was never stored, and no other pass reads it.
+                // A placeholder for the HDR image, which was never stored and which no other pass reads.
                 images.push((PassImage::Float(Vec::new()), pass.width, pass.height));
                 images.push((image, pass.width, pass.height));
                 k += 2;
@@ -196,7 +196,7 @@ impl SoftwareRenderer {
         pass.draws.iter().map(|d| self.entry_points(d, modules)).collect()
     }
 
-    /// The stages of a pass's draws, each with its uniforms and textures.
+    /// The stages of a pass's draws, bound to their uniforms and textures.
     fn bind_all<'a, R: Real>(
         &self,
         pass: &'a Pass,
@@ -245,7 +245,7 @@ impl SoftwareRenderer {
     }
 }
 
-/// Bound in place of the output of a fused pass, which is read from its tile instead.
+/// Bound in place of the output of a fused pass, which the next pass reads from its tile instead.
 static PLACEHOLDER: LazyLock<PassImage> = LazyLock::new(|| PassImage::Unorm(vec![[0; 4]]));
 
 fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, String>> {

@@ -1,8 +1,8 @@
-//! Shading a tile: quads of one draw are gathered into batches, run, depth-tested and blended.
+//! Shades a tile: gathers the quads of one draw into batches, runs, depth-tests and blends them.
 //!
-//! A batch is 32 quads in the order in which they were covered. Quads of several triangles of one draw share a batch, so small triangles
-//! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. A program that neither discards nor writes
-//! depth is depth-tested before shading, so hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
+//! A batch is 32 quads in the order in which they were covered. Quads of several triangles of one draw share a batch, so that small triangles
+//! use all lanes too; the batches of a large triangle are complete 16x8 blocks. If a program neither discards nor writes
+//! depth, depth is tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
 use super::draw_job::{DrawJob, QUADS, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
@@ -24,7 +24,7 @@ pub(crate) struct TileShader<'a> {
     pub samples: u8,
 }
 
-/// Coverage of a quad whose remaining lanes are given as four bits: all samples of those pixels.
+/// Coverage of a quad by the four bits of its remaining lanes: all samples of the pixels whose bits are set.
 const COVERAGE_OF_LANES: [u16; 16] = {
     let mut coverage = [0; 16];
     let mut lanes = 0;
@@ -47,7 +47,7 @@ static DEFAULT_COMPONENTS: [[f32; LANES]; 2] = [[0.0; LANES], [1.0; LANES]];
 pub(crate) struct Batch {
     quads: [Quad; QUADS],
     count: usize,
-    /// Colour of the last run, converted to f32 where the lanes are f64.
+    /// Colour of the last run, converted to f32; used only if the lanes are f64.
     narrowed: [[f32; LANES]; 4],
 }
 
@@ -84,7 +84,7 @@ impl<R: Real> LaneRun<R> for RunWithTexture<'_, R> {
     }
 }
 
-/// Takes the coverage of quads that are zero in all components of all pixels: blended over or added, they change nothing.
+/// Clears the coverage of quads that are zero in all components of all pixels, because blending them changes nothing.
 #[inline(always)]
 fn drop_black_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     let [r, g, b, a] = colour.map(|lanes| lanes.as_chunks::<4>().0);
@@ -131,20 +131,20 @@ impl TileShader<'_> {
         self.flush(job, run, batch, None);
     }
 
-    /// The depth plane relative to the tile's top-left corner: one constant per sample, and the steps in x and y. In f64, because near a
+    /// The depth plane relative to the tile's top-left corner: one constant per sample, and the derivatives in x and y. In f64, because near a
     /// horizon the depth is a small difference of large terms.
     fn depth_at_samples(&self, source_triangle: &SourceTriangle) -> ([f64; 4], f64, f64) {
         let corner = self.corner_from_origin(source_triangle);
         let mut at = [0.0; 4];
         for (value, [sx, sy]) in at.iter_mut().zip(sample_positions(self.samples)) {
-            // Pixel positions below are centres.
+            // Relative to the pixel's centre, because `TilePixels` contains centres.
             let (dx, dy) = (*sx as f64 / SUBPIXEL as f64 - 0.5, *sy as f64 / SUBPIXEL as f64 - 0.5);
             *value = source_triangle.depth.at(corner[0] + dx, corner[1] + dy);
         }
         (at, source_triangle.depth.dx, source_triangle.depth.dy)
     }
 
-    /// Offset of the tile's corner from the origin of the planes.
+    /// Offset of the tile's top-left corner from the origin of the planes.
     fn corner_from_origin(&self, source_triangle: &SourceTriangle) -> [f64; 2] {
         [f64::from(self.tile[0]) - source_triangle.origin[0], f64::from(self.tile[1]) - source_triangle.origin[1]]
     }
@@ -203,7 +203,7 @@ impl TileShader<'_> {
         self.flush_generic(job, run, batch, block);
     }
 
-    /// The same code compiled for AVX2: wider vectors, the same rounding.
+    /// [`TileShader::flush_generic`] compiled for AVX2: wider vectors, the same rounding.
     /// # Safety
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
@@ -218,14 +218,14 @@ impl TileShader<'_> {
         if count == 0 {
             return;
         }
-        // Unused lanes repeat the last quad without coverage, so that they compute ordinary values.
+        // Unused lanes repeat the last quad, with no coverage, so that they compute ordinary values.
         let last = batch.quads[count - 1];
         batch.quads[count..].fill(Quad { coverage: 0, ..last });
         let quads = &batch.quads;
-        // Uncovered pixels of a quad run as helper lanes, for the derivatives.
+        // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
         lane_inputs::fill(job, run, quads, self.pixels, self.tile);
-        let alive = run.run(active);
+        let remaining = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour.map(|output| output.map(|o| run.output(o)));
         for (narrowed, values) in batch.narrowed.iter_mut().zip(&outputs) {
@@ -237,19 +237,19 @@ impl TileShader<'_> {
             Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
             None => DEFAULT_COMPONENTS[usize::from(k == 3)].as_slice(),
         });
-        // What adds nothing need not be tested either: most of a sprite's quads lie beside its light.
+        // Quads that change nothing need no depth test either. They are common: most quads of a sprite have no light.
         if block.is_none() && job.drops_black() {
             drop_black_quads(&mut batch.quads[..count], colour);
         }
         let mut whole_block = block.filter(|_| plan.early_depth_test);
         if !plan.early_depth_test {
-            if alive == 0 {
+            if remaining == 0 {
                 return;
             }
             let written_depth = plan.depth_output.map(|o| run.output(o));
-            whole_block = block.filter(|first| alive == LaneMask::MAX && self.block_passes(plan, written_depth, *first));
+            whole_block = block.filter(|first| remaining == LaneMask::MAX && self.block_passes(plan, written_depth, *first));
             if whole_block.is_none() {
-                self.late_depth_test(job, written_depth, alive, &mut batch.quads[..count]);
+                self.late_depth_test(job, written_depth, remaining, &mut batch.quads[..count]);
             }
         }
         if let Some(per_read) = job.instructions_per_read {
@@ -267,8 +267,8 @@ impl TileShader<'_> {
         self.store(job, &batch.quads[..count], colour);
     }
 
-    /// Depth test of a whole block with the depth that the program wrote. If every sample passes, the depth is stored and the result is true.
-    /// Otherwise, or where the program writes no depth, nothing changes and the result is false. Without a depth test all samples pass.
+    /// Depth test of a complete block with the depth that the program wrote. If every sample passes, stores the depth and returns true.
+    /// Otherwise, or if the program writes no depth, changes nothing and returns false. If the draw does not use depth, all samples pass.
     #[inline(always)]
     fn block_passes<R: Real>(&mut self, plan: &FragmentPlan, depth: Option<&[R; LANES]>, first: usize) -> bool {
         if !plan.uses_depth() {
@@ -283,12 +283,12 @@ impl TileShader<'_> {
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
-    fn late_depth_test<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
+    fn late_depth_test<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, remaining: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();
         let full = full_coverage(self.samples);
         for (q, quad) in quads.iter_mut().enumerate() {
-            quad.coverage &= COVERAGE_OF_LANES[(alive >> (q * 4)) as usize & 0xf];
+            quad.coverage &= COVERAGE_OF_LANES[(remaining >> (q * 4)) as usize & 0xf];
             if !uses_depth || quad.coverage == 0 {
                 continue;
             }
@@ -305,7 +305,7 @@ impl TileShader<'_> {
                         let covered = quad.coverage >> (4 * corner) & 0xf;
                         if covered != 0 {
                             let pixel = usize::from(quad.index) * 4 + corner;
-                            // clamp keeps NaN, which fails every test.
+                            // `clamp` keeps NaN, which fails every depth test.
                             let new = [(values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0); 4];
                             passed |= self.target.test_depth(pixel, covered, new, state.test, state.write) << (4 * corner);
                         }
@@ -332,20 +332,20 @@ impl TileShader<'_> {
                 continue;
             }
             // Consecutive fully covered quads are stored together.
-            let together = quads[q..]
+            let run_length = quads[q..]
                 .iter()
                 .enumerate()
                 .take_while(|(i, n)| n.coverage == full && usize::from(n.index) == usize::from(quads[q].index) + i)
                 .count();
-            if together > 0 {
-                let lanes = q * 4..(q + together) * 4;
+            if run_length > 0 {
+                let lanes = q * 4..(q + run_length) * 4;
                 let source = [0, 1, 2, 3].map(|k: usize| &colour[k][lanes.clone()]);
                 if self.target.store_lanes(usize::from(quads[q].index) * 4, blend, source) {
-                    q += together;
+                    q += run_length;
                     continue;
                 }
             }
-            for (i, quad) in quads.iter().enumerate().skip(q).take(together.max(1)) {
+            for (i, quad) in quads.iter().enumerate().skip(q).take(run_length.max(1)) {
                 for corner in 0..4 {
                     let covered = quad.coverage >> (4 * corner) & 0xf;
                     if covered != 0 {
@@ -359,7 +359,7 @@ impl TileShader<'_> {
                     }
                 }
             }
-            q += together.max(1);
+            q += run_length.max(1);
         }
     }
 }

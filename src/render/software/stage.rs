@@ -1,8 +1,8 @@
 //! The interface between the rasteriser and a shader stage: lanes in, lanes out.
 //!
 //! The rasteriser does not depend on the tape. A [`LaneProgram`] is one entry point bound to one draw's uniforms and textures; each thread
-//! takes its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `TapeStage` runs lowered programs; tests supply
-//! hand-written stages, so that coverage, interpolation and blending are checked without any shader compiler.
+//! creates its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `TapeStage` runs lowered programs; tests supply
+//! hand-written stages, so that they check coverage, interpolation and blending without a shader compiler.
 
 use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
 use super::kernels::KernelClass;
@@ -16,9 +16,9 @@ pub use super::exec::LANES;
 pub trait LaneProgram<R: Real>: Sync {
     fn inputs(&self) -> &[LaneInput];
     fn outputs(&self) -> &[LaneOutput];
-    /// Whether lanes may be discarded: depth is then tested after shading.
+    /// Whether lanes may be discarded; if so, depth is tested after shading.
     fn uses_discard(&self) -> bool;
-    /// Whether the result at a pixel depends on the texels at that pixel alone, and not on where the pixel is.
+    /// Whether the result at a pixel depends only on the texels loaded at that pixel, and not on the pixel's position.
     fn is_position_independent(&self) -> bool {
         false
     }
@@ -30,9 +30,9 @@ pub trait LaneProgram<R: Real>: Sync {
 pub trait LaneRun<R: Real> {
     /// The lanes of input `k`, to be filled before every run.
     fn input(&mut self, k: usize) -> &mut [R; LANES];
-    /// Runs the batch; `active` holds whole quads. Returns the active lanes that did not discard.
+    /// Runs the batch; `active` consists of complete quads. Returns the active lanes that did not discard.
     fn run(&mut self, active: LaneMask) -> LaneMask;
-    /// Like [`LaneRun::run`], with `textures` in place of the bound ones; a stage that reads no texture ignores them.
+    /// Like [`LaneRun::run`], with `textures` in place of the bound textures; a stage that reads no texture ignores them.
     fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         let _ = textures;
         self.run(active)
@@ -112,11 +112,11 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
         if self.stage.hit_loop_limit() {
             return 0;
         }
-        let alive = self.executor.run(&self.stage.prepared, active, textures);
+        let remaining = self.executor.run(&self.stage.prepared, active, textures);
         if self.executor.hit_loop_limit() {
             self.stage.hit_loop_limit.store(true, Ordering::Relaxed);
         }
-        alive
+        remaining
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.executor.output(k)

@@ -1,4 +1,4 @@
-//! The tape: operations, operands and instructions. Plain values; what an operation computes is in [`super::kernels`].
+//! The tape: operations, operands and instructions as plain values. [`super::kernels`] defines what an operation computes.
 
 use serde::{Deserialize, Serialize};
 
@@ -48,14 +48,14 @@ mod ops_list {
 }
 with_ops!(ops);
 
-/// One operation of a chain. Its operand number `at` is the result of the operation before it, which has no other reader; 0 for the first.
+/// One operation of a chain. Its operand number `at` is the result of the previous operation, which has no other reader. The first has `at` = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct FusedOp {
     pub op: Op,
     pub at: u8,
 }
 
-/// What a uniform word holds.
+/// The type of a uniform word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WordKind {
     Float,
@@ -67,7 +67,7 @@ pub enum WordKind {
 pub enum TextureOp {
     /// u, v, du/dx, dv/dx, du/dy, dv/dy.
     Gradients,
-    /// The same, then the maximum number of taps along the footprint: `filtered_map` of shaders/lib/filtered_map.wesl as one operation.
+    /// Like `Gradients`, then the maximum number of taps along the footprint: `filtered_map` of shaders/lib/filtered_map.wesl as one operation.
     Filtered,
     /// u, v, level.
     Level,
@@ -85,7 +85,7 @@ pub enum Instr {
         args: Vec<Operand>,
     },
     /// dst slot = result of a chain of operations, lane by lane. `args`: the operands of the first operation, then the remaining operands of
-    /// each further one. Only chains that have a kernel.
+    /// each further operation. Occurs only for chains that have a kernel.
     FusedKernel {
         links: Vec<FusedOp>,
         dst: u16,
@@ -115,7 +115,7 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// Four slots = texels of texture use `texture`.
+    /// Four slots (red, green, blue, alpha) = texels read by texture use `texture`.
     Texture {
         what: TextureOp,
         texture: u16,
@@ -130,12 +130,12 @@ pub enum Instr {
         axis: u8,
         level: Operand,
     },
-    /// Jumps to `target` if the mask is set in no lane.
+    /// Jumps to `target` if no lane of the mask is set.
     SkipIfNone {
         mask: Operand,
         target: u32,
     },
-    /// Jumps to `target` if `cond`, a register that holds a boolean, equals `when`.
+    /// Jumps to `target` if `cond`, a register with a boolean, equals `when`.
     JumpIf {
         cond: Operand,
         when: bool,
@@ -151,7 +151,7 @@ impl Instr {
         matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
-    /// Whether the number and the kinds of its operands are right.
+    /// Whether the number and the kinds of the operands are valid.
     pub(crate) fn is_well_formed(&self) -> bool {
         let is_register = |o: &Operand| matches!(o, Operand::Reg(_));
         match self {
@@ -172,7 +172,7 @@ impl Instr {
         }
     }
 
-    /// All operands that it reads.
+    /// All operands that the instruction reads.
     pub(crate) fn operands(&self) -> Vec<Operand> {
         match self {
             Self::Lane { args, .. } | Self::FusedKernel { args, .. } | Self::Scalar { args, .. } => args.clone(),

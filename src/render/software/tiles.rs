@@ -1,8 +1,8 @@
 //! The samples of one tile while it is drawn: colour, depth, blending, resolve.
 //!
-//! A tile is drawn completely before the next one is begun, so multisampled data exists for one tile per thread only. A pixel whose samples
-//! all agree is stored once ("whole"); the first edge through it splits it into four. Colour is f32 whatever the lanes are: it is
-//! what the target stores.
+//! A tile is drawn completely before the next one is started, so multisampled data exists for one tile per thread only. A pixel whose samples
+//! are all equal is stored once; the first edge through the pixel splits it into four samples. Colour is f32, as in the target, even if lanes are
+//! f64.
 
 use super::blend::{blend_lanes, blended};
 use super::raster::coverage::{self, BLOCK_PIXELS, TILE, TILE_BLOCKS, block_position};
@@ -12,10 +12,10 @@ use std::mem::MaybeUninit;
 const PIXELS: usize = (TILE * TILE) as usize;
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
-/// Entry of [`TileTarget::split`] for a pixel whose samples all agree.
+/// Entry of [`TileTarget::split`] for a pixel whose samples are all equal.
 const UNSPLIT: u16 = u16::MAX;
 
-/// Pixels in lane order (see [`super::raster::coverage`]).
+/// The samples of a tile, with pixels in lane order (see [`super::raster::coverage`]).
 #[derive(Clone, Debug)]
 pub(crate) struct TileTarget {
     samples: u8,
@@ -27,12 +27,12 @@ pub(crate) struct TileTarget {
     /// The pixels of `split_colour`.
     split_pixels: Vec<u16>,
     /// Clear colour.
-    cleared: [f32; 4],
-    /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale and stand for `cleared`.
+    clear_colour: [f32; 4],
+    /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
     touched: u32,
-    /// Reversed depth per sample; only the first of four with one sample a pixel.
+    /// Reversed depth per sample; with one sample per pixel only the first of four is used.
     depth: Vec<[f32; 4]>,
-    /// Bit `k`: the stored depth of block `k` is valid. That of the other blocks is stale and stands for infinitely far.
+    /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
     has_depth: u32,
 }
 
@@ -45,29 +45,29 @@ impl TileTarget {
             split: vec![UNSPLIT; PIXELS],
             split_colour: Vec::new(),
             split_pixels: Vec::new(),
-            cleared: [0.0; 4],
+            clear_colour: [0.0; 4],
             touched: 0,
             depth: Vec::new(),
             has_depth: 0,
         }
     }
 
-    /// Starts a new tile. `depth`: the tile tests or writes depth, which is cleared to infinitely far.
+    /// Starts a new tile. `depth`: whether the tile tests or writes depth; if so, depth is cleared to infinitely far.
     pub(crate) fn clear(&mut self, colour: [f32; 4], depth: bool) {
         self.merge_samples();
-        self.cleared = colour;
+        self.clear_colour = colour;
         (self.touched, self.has_depth) = (0, 0);
         if depth && self.depth.is_empty() {
             self.depth.resize(PIXELS, [0.0; 4]);
         }
     }
 
-    /// Marks a block as written; on its first write fills it with the clear colour.
+    /// Marks a block as written; on the first write, fills it with the clear colour.
     #[inline(always)]
     fn touch(&mut self, block: usize) {
         if self.touched >> block & 1 == 0 {
             self.touched |= 1 << block;
-            for (plane, value) in self.colour.iter_mut().zip(self.cleared) {
+            for (plane, value) in self.colour.iter_mut().zip(self.clear_colour) {
                 if let Some(pixels) = plane.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
                     pixels.fill(value);
                 }
@@ -75,7 +75,7 @@ impl TileTarget {
         }
     }
 
-    /// Fills all blocks that were not written with the clear colour, before a reader of the whole tile.
+    /// Fills all blocks that were not written with the clear colour. Called before the complete tile is read.
     pub(crate) fn touch_all(&mut self) {
         for block in 0..TILE_BLOCKS {
             self.touch(block);
@@ -94,7 +94,7 @@ impl TileTarget {
         }
     }
 
-    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater, and so nearer; stores it if `write`.
+    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), and stores their depth if `write`.
     #[inline(always)]
     pub(crate) fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
         self.touch_depth(pixel);
@@ -132,7 +132,7 @@ impl TileTarget {
     /// Blends `source` into the samples of `covered`.
     #[inline(always)]
     pub(crate) fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
-        // Blending zeros changes nothing, and must not split a pixel. Common at the edge of a sprite.
+        // Blending zeros changes nothing, and must not split a pixel. This is common at the edge of a sprite.
         if blend != Blend::Replace && source.iter().all(|v| v.to_bits() == 0) {
             return;
         }
@@ -168,7 +168,7 @@ impl TileTarget {
         if !self.split_pixels.is_empty() && self.split[range.clone()].iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
             return false;
         }
-        // Blending zeros changes nothing: the block stays unwritten. Common far from the centre of a glow.
+        // Blending zeros changes nothing, so the block stays unwritten. This is common far from the centre of a glow.
         let bits = |lanes: &[f32]| lanes.iter().fold(0, |all, v| all | v.to_bits());
         if blend != Blend::Replace && source.iter().all(|lanes| bits(lanes) == 0) {
             return true;
@@ -184,7 +184,7 @@ impl TileTarget {
         true
     }
 
-    /// Resolves the tile: every split pixel gets the mean of its samples.
+    /// Resolves the tile: sets every split pixel to the mean of its samples.
     pub(crate) fn merge_samples(&mut self) {
         for (pixel, s) in self.split_pixels.drain(..).map(usize::from).zip(self.split_colour.drain(..)) {
             self.split[pixel] = UNSPLIT;
@@ -205,7 +205,7 @@ impl TileTarget {
         self.touched >> block & 1 == 1
     }
 
-    /// Writes every pixel of a resolved tile's rows; `rows[y]` holds those of the tile that lie inside the target.
+    /// Writes every pixel of a resolved tile; `rows[y]` is the part of the tile's row `y` that lies inside the target.
     pub(crate) fn write_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
@@ -215,7 +215,7 @@ impl TileTarget {
         self.write(rows, convert);
     }
 
-    /// The same code compiled for AVX2: wider vectors, the same rounding.
+    /// [`TileTarget::write`] compiled for AVX2: wider vectors, the same rounding.
     /// # Safety
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
@@ -226,7 +226,7 @@ impl TileTarget {
 
     #[inline(always)]
     fn write<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
-        // One block at a time, which stays in the L1 cache.
+        // Block by block, because a converted block stays in the L1 cache.
         let mut converted = [const { MaybeUninit::<T>::uninit() }; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
             let [x0, y0] = block_position(block).map(|v| v as usize);
@@ -236,9 +236,9 @@ impl TileTarget {
                     to.write(convert([*r, *g, *b, *a]));
                 }
             } else {
-                converted.fill(MaybeUninit::new(convert(self.cleared)));
+                converted.fill(MaybeUninit::new(convert(self.clear_colour)));
             }
-            // Quads are pairs of two rows.
+            // The pixels of a quad are two pairs, one in each of two rows.
             let (pairs, _) = converted.as_chunks::<2>();
             for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
                 let Some(of_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
@@ -248,7 +248,7 @@ impl TileTarget {
                             to[x] = of_rows[x / 2 * 2 + y % 2][x % 2];
                         }
                     }
-                    // The last columns, where the width is no multiple of a block's width.
+                    // The last columns, if the width is not a multiple of a block's width.
                     None => {
                         let of_row = of_rows.iter().skip(y % 2).step_by(2).flatten();
                         row.iter_mut().skip(x0).zip(of_row).for_each(|(to, from)| *to = *from);
@@ -259,7 +259,8 @@ impl TileTarget {
     }
 }
 
-/// Values 0..=1 to bytes, round to nearest, ties to even; NaN is 0. Without saturating conversions, which would keep loops over it from being vectorised.
+/// Converts values 0..=1 to bytes, rounding to nearest, ties to even; NaN becomes 0. Avoids saturating conversions, which would keep loops from being
+/// vectorised.
 #[inline(always)]
 pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     let byte = |v: f32| {
@@ -276,7 +277,7 @@ mod tests {
     use super::*;
 
     fn pixel(t: &TileTarget, pixel: usize) -> [f32; 4] {
-        if t.is_touched(pixel / BLOCK_PIXELS) { t.colour.each_ref().map(|plane| plane[pixel]) } else { t.cleared }
+        if t.is_touched(pixel / BLOCK_PIXELS) { t.colour.each_ref().map(|plane| plane[pixel]) } else { t.clear_colour }
     }
 
     #[test]
@@ -285,9 +286,9 @@ mod tests {
         t.clear([0.0, 0.0, 0.0, 1.0], false);
         t.store(7, 0b0101, Blend::Replace, [1.0, 2.0, 4.0, 1.0]);
         assert!(!t.store_lanes(4, Blend::Replace, [&[0.0; 4]; 4]));
-        let mut once = t.clone();
-        once.merge_samples();
-        assert_eq!(pixel(&once, 7), [0.5, 1.0, 2.0, 1.0]);
+        let mut resolved = t.clone();
+        resolved.merge_samples();
+        assert_eq!(pixel(&resolved, 7), [0.5, 1.0, 2.0, 1.0]);
         t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
         t.store(8, 0b0001, Blend::Add, [0.0; 4]);
         t.store(9, 0b0001, Blend::PremultipliedOver, [0.0; 4]);
@@ -326,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_knows_its_touched_blocks() {
+    fn written_blocks_are_tracked() {
         let mut t = TileTarget::new(1);
         t.clear([0.0; 4], false);
         let touched = |t: &TileTarget| (0..PIXELS / BLOCK_PIXELS).filter(|b| t.is_touched(*b)).collect::<Vec<_>>();
@@ -341,7 +342,7 @@ mod tests {
         t.store_lanes(0, Blend::Add, [&[0.0; 8], &[0.0, 0.0, 1e-30, 0.0, 0.0, 0.0, 0.0, 0.0], &[0.0; 8], &[0.0; 8]]);
         assert_eq!(touched(&t), [0]);
         t.store(5 * BLOCK_PIXELS + 100, 1, Blend::Add, [2.0; 4]);
-        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 1), [0.0; 4], "colours of the tile before are gone where another pixel is stored");
+        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 1), [0.0; 4], "the first write to a block clears its other pixels");
         assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 100), [2.0; 4]);
         t.touch_all();
         assert_eq!(touched(&t).len(), TILE_BLOCKS);
@@ -349,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_forgets_the_depth_of_the_one_before() {
+    fn clearing_a_tile_resets_its_depth() {
         let mut t = TileTarget::new(1);
         t.clear([0.0; 4], true);
         t.test_depth(200, 1, [0.9; 4], true, true);
@@ -369,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quad_passes_as_its_pixels_do() {
+    fn a_quad_passes_if_all_its_pixels_pass() {
         let values = [0.1, 0.4, 0.6, 0.9, f32::NAN];
         for case in 0..5_usize.pow(4) {
             let new: [f32; 4] = std::array::from_fn(|k| values[case / 5_usize.pow(k as u32) % 5]);
@@ -381,10 +382,10 @@ mod tests {
                 let (mut one, mut four) = (start.clone(), start.clone());
                 let at_once = one.all_pass_depth(8, &new, test, write);
                 let passed: Vec<u16> = (0..4).map(|k| four.test_depth(8 + k, 0b1111, [new[k]; 4], test, write)).collect();
-                let tame = new.iter().all(|v| !v.is_nan());
-                assert_eq!(at_once, tame && passed.iter().all(|p| *p == 0b1111), "{new:?}");
-                let of = |t: &TileTarget| t.depth[8..12].to_vec();
-                assert_eq!(of(&one), if at_once { of(&four) } else { of(&start) }, "{new:?}");
+                let has_no_nan = new.iter().all(|v| !v.is_nan());
+                assert_eq!(at_once, has_no_nan && passed.iter().all(|p| *p == 0b1111), "{new:?}");
+                let depths = |t: &TileTarget| t.depth[8..12].to_vec();
+                assert_eq!(depths(&one), if at_once { depths(&four) } else { depths(&start) }, "{new:?}");
             }
         }
     }

@@ -1,14 +1,14 @@
-//! Where a frame's time went: plain data for `--time-report` and the benches.
+//! Times and triangle counts of a frame: plain data for `--time-report` and the benches.
 
-/// One pass.
+/// Times and triangle counts of one pass.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PassTimings {
     pub name: String,
     /// Triangles that the draws submitted.
     pub given: usize,
-    /// Of those: back-facing, without area, or outside the target.
+    /// Submitted triangles that are back-facing, without area, or outside the target.
     pub culled: usize,
-    /// Of those: clipped by the near plane or the guard band, and still visible.
+    /// Submitted triangles that were clipped by the near plane or the guard band, and are still visible.
     pub clipped: usize,
     /// Raster triangles after clipping and culling.
     pub triangles: usize,
@@ -22,16 +22,16 @@ pub struct PassTimings {
     pub shading_thread_ms: f64,
     /// Resolve of the samples and conversion to the target's format: summed over threads.
     pub resolve_thread_ms: f64,
-    /// From the pass's start to its end; the first of two fused passes has the time of both.
+    /// Wall time from the pass's start to its end; the first of two fused passes has the time of both.
     pub wall_ms: f64,
 }
 
-/// One frame.
+/// Times of one frame.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Timings {
-    /// Reading the modules' tapes, binding uniforms and textures.
+    /// Reading the modules' tapes, and binding uniforms and textures.
     pub prepare_ms: f64,
     pub passes: Vec<PassTimings>,
-    /// From the call to the frame.
+    /// Wall time from the call to the finished frame.
     pub wall_ms: f64,
 }

@@ -1,7 +1,7 @@
-//! The vertex stage: attributes to lanes, lanes to triangles.
+//! The vertex stage: runs the vertex program over batches of vertices, and sets up the triangles.
 //!
-//! In: a draw's vertices and instances and its vertex program. Out: the draw's raster triangles in order, with the source_triangles they are parts
-//! of. Each vertex of each instance is run once, however many triangles share it.
+//! In: a draw's vertices and instances and its vertex program. Out: the draw's raster triangles in order, each with its source triangle before
+//! clipping. Always: the program runs once for each vertex of each instance, however many triangles share the vertex.
 
 use super::RenderError;
 use super::exec::LaneMask;
@@ -13,21 +13,22 @@ use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Triangles that one thread does at a time: their vertices stay in its cache.
-const PART: usize = 1024;
+/// Triangles that a thread processes at a time; their vertices stay in its cache.
+const TRIANGLES_PER_PART: usize = 1024;
 
-/// The triangles of one draw, and the time that they took.
+/// The triangles of one draw, and the time that it took to prepare them.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembled {
     pub geometry: Geometry,
-    /// Triangles before clipping and culling.
+    /// Number of triangles before clipping and culling.
     pub given: usize,
-    /// Wall time of the vertex program, and of clipping and set-up.
+    /// Wall time of the vertex program.
     pub vertex_seconds: f64,
+    /// Wall time of clipping and set-up.
     pub setup_seconds: f64,
 }
 
-/// Where a fragment program's varying comes from.
+/// The vertex output that a fragment program's varying reads, and how it is interpolated.
 #[derive(Clone, Copy, Debug)]
 struct Varying {
     vertex_output: usize,
@@ -47,7 +48,7 @@ fn link(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInput]) -> R
     Ok(varyings)
 }
 
-/// One lane input of the vertex program.
+/// The source of one lane input of the vertex program.
 enum Source<'a> {
     VertexIndex,
     InstanceIndex,
@@ -85,10 +86,10 @@ fn element_count(attribute: &Attribute) -> usize {
 
 /// Outputs of the vertex program for every vertex of every instance.
 pub(crate) struct ShadedVertices {
-    /// Rows of [`VertexStage::run`].
+    /// One row per vertex, as written by [`VertexStage::run`].
     values: Vec<f64>,
     row_length: usize,
-    /// Vertices of one instance.
+    /// Number of vertices in one instance.
     count: usize,
 }
 
@@ -98,7 +99,7 @@ impl ShadedVertices {
         &self.values[(instance * self.count + vertex) * self.row_length..][..self.row_length]
     }
 
-    /// Clip position of a vertex of the first instance; `None` where there is no such vertex.
+    /// Clip position of a vertex of the first instance; `None` if the index is out of range.
     pub(crate) fn position(&self, vertex: u32) -> Option<[f64; 4]> {
         ((vertex as usize) < self.count && !self.values.is_empty()).then(|| {
             let row = self.row(0, vertex as usize);
@@ -107,7 +108,7 @@ impl ShadedVertices {
     }
 }
 
-/// Runs the vertex program alone, for the clip positions of a draw's vertices.
+/// Runs the vertex program without set-up, for the clip positions of a draw's vertices.
 ///
 /// # Errors
 /// As [`assemble`].
@@ -115,14 +116,15 @@ pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<
     VertexStage::new(draw, vertex, &[])?.run_all()
 }
 
-/// The vertex program of a draw with its sources, checked.
+/// The vertex program of a draw with the validated sources of its inputs.
 struct VertexStage<'a, R: Real> {
     program: &'a dyn LaneProgram<R>,
     sources: Vec<Source<'a>>,
     /// The program's outputs that make up a vertex's row: clip position, then the varyings.
     outputs: Vec<usize>,
-    /// Vertices of one instance, and of all.
+    /// Number of vertices in one instance.
     count: usize,
+    /// Number of vertices in all instances.
     total: usize,
 }
 
@@ -153,7 +155,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
         Ok(Self { program, sources, outputs, count, total: count.saturating_mul(instances) })
     }
 
-    /// Runs the program on one batch of vertices, from number `first` on; of each one row is written to `rows`.
+    /// Runs the program on one batch of vertices, starting at vertex number `first`, and writes one row per vertex to `rows`.
     fn run(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
         let row_length = self.outputs.len();
         let count = rows.len() / row_length;
@@ -215,7 +217,7 @@ impl TriangleSetup<'_> {
     }
 }
 
-/// Geometry of a part of a draw, and the seconds that its vertices and its triangles took.
+/// Geometry of a part of a draw, and the seconds spent on its vertices and on its triangles.
 type Part = (Geometry, [f64; 2]);
 
 /// Runs the vertex program and sets up the draw's triangles for a target of the given size.
@@ -251,20 +253,20 @@ pub(crate) fn assemble<R: Real>(
                 }
                 Ok((geometry, [0.0, start.elapsed().as_secs_f64()]))
             };
-            let mut parts = in_parts(given, || (), |(), range| part(range))?;
-            if let Some((_, [of_vertices, _])) = parts.first_mut() {
-                *of_vertices = shading;
+            let mut parts = map_parts(given, || (), |(), range| part(range))?;
+            if let Some((_, [shading_seconds, _])) = parts.first_mut() {
+                *shading_seconds = shading;
             }
             (given, parts)
         }
-        // No vertex is shared: a part's vertices are set up while they are in the cache.
+        // No vertex is shared, so the triangles of a part are set up while its vertices are in the cache.
         Vertices::Count(_) => {
             let per_instance = stage.count / 3;
             let given = per_instance.saturating_mul(instances);
             let row_length = stage.outputs.len();
             let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
                 let (start, mut geometry) = (Instant::now(), Geometry::default());
-                // Vertices that make no whole triangle are skipped.
+                // Vertices that do not form a complete triangle are skipped.
                 let first_vertex = |triangle: usize| triangle / per_instance * stage.count + triangle % per_instance * 3;
                 let Some(last) = range.clone().last() else { return Ok((geometry, [0.0; 2])) };
                 let vertices = first_vertex(range.start)..first_vertex(last) + 3;
@@ -283,30 +285,30 @@ pub(crate) fn assemble<R: Real>(
                 }
                 Ok((geometry, [shading, start.elapsed().as_secs_f64() - shading]))
             };
-            (given, in_parts(given, || (vertex.start(), Vec::new()), part)?)
+            (given, map_parts(given, || (vertex.start(), Vec::new()), part)?)
         }
     };
-    let of_vertices: f64 = parts.iter().map(|(_, [of_vertices, _])| of_vertices).sum();
-    let of_all: f64 = parts.iter().map(|(_, seconds)| seconds[0] + seconds[1]).sum();
+    let total_shading: f64 = parts.iter().map(|(_, [shading_seconds, _])| shading_seconds).sum();
+    let total_seconds: f64 = parts.iter().map(|(_, seconds)| seconds[0] + seconds[1]).sum();
     let geometry = match &mut parts[..] {
         [(whole, _)] => std::mem::take(whole),
         parts => Geometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
     };
     let wall = start.elapsed().as_secs_f64();
-    // The threads' times tell how the wall time is divided.
-    let vertex_seconds = if of_all > 0.0 { wall * of_vertices / of_all } else { 0.0 };
+    // The wall time is divided in proportion to the times of the threads.
+    let vertex_seconds = if total_seconds > 0.0 { wall * total_shading / total_seconds } else { 0.0 };
     Ok(Assembled { geometry, given, vertex_seconds, setup_seconds: wall - vertex_seconds })
 }
 
-/// Does a draw's triangles in parts, on any thread; the parts come back in drawing order. `buffers`: a thread's own.
-fn in_parts<B>(
+/// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `buffers` creates the buffers of one thread.
+fn map_parts<B>(
     triangles: usize,
     buffers: impl Fn() -> B + Sync + Send,
     part: impl Fn(&mut B, std::ops::Range<usize>) -> Result<Part, RenderError> + Sync + Send,
 ) -> Result<Vec<Part>, RenderError> {
-    let range = |k: usize| k * PART..((k + 1) * PART).min(triangles);
-    if triangles <= PART {
+    let range = |k: usize| k * TRIANGLES_PER_PART..((k + 1) * TRIANGLES_PER_PART).min(triangles);
+    if triangles <= TRIANGLES_PER_PART {
         return Ok(vec![part(&mut buffers(), 0..triangles)?]);
     }
-    (0..triangles.div_ceil(PART)).into_par_iter().map_init(buffers, |buffers, k| part(buffers, range(k))).collect()
+    (0..triangles.div_ceil(TRIANGLES_PER_PART)).into_par_iter().map_init(buffers, |buffers, k| part(buffers, range(k))).collect()
 }

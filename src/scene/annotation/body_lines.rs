@@ -1,7 +1,8 @@
 //! Lines on the ground of one body: its planetographic grid, its terminator, and eclipse shadows, on the side that faces the camera.
 //!
-//! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb, which is found in closed form instead of by depth, so
-//! that nothing flickers; bodies in front are drawn later. Left out: relief, shape models, and the difference of three axes in the latitudes.
+//! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
+//! depth test, so that lines do not flicker. Nearer bodies are drawn later. Not modelled: relief, shape models, and the effect of three unequal axes on
+//! latitude.
 
 use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
@@ -15,9 +16,9 @@ use crate::scene::sky::frames::direction;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-const GRID: DVec3 = DVec3::new(0.9, 0.95, 1.0);
+const GRID_COLOUR: DVec3 = DVec3::new(0.9, 0.95, 1.0);
 const GRID_OPACITY: f64 = 0.45;
-const TERMINATOR: DVec3 = DVec3::new(1.0, 0.55, 0.15);
+const TERMINATOR_COLOUR: DVec3 = DVec3::new(1.0, 0.55, 0.15);
 const TERMINATOR_OPACITY: f64 = 0.9;
 
 /// A circle on the unit sphere: centre + a cos t + b sin t.
@@ -28,7 +29,7 @@ struct Circle {
 }
 
 impl Circle {
-    /// A parallel of the unit sphere, by the sine of its latitude.
+    /// The parallel of the unit sphere with the given sine of latitude.
     fn of_latitude(sine: f64) -> Self {
         let radius = (1.0 - sine * sine).max(0.0).sqrt();
         Self { centre: DVec3::Z * sine, a: DVec3::X * radius, b: DVec3::Y * radius }
@@ -65,23 +66,23 @@ pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) all: SkyLines,
 }
 
-/// Parameter range between two points of a [`GroundLine`]: small enough that [`Curve`] does not halve it.
-const SPAN: f64 = 0.15;
+/// Curve parameter between two adjacent points of a [`GroundLine`]: small enough that [`Curve`] does not halve it.
+const POINT_STEP: f64 = 0.15;
 
 /// A Catmull-Rom curve through the points of a line at integer parameters (Catmull and Rom 1974), on the unit sphere.
-fn smooth(line: &GroundLine, t: f64) -> DVec3 {
+fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
     let count = line.points.len() as isize;
     let point = |k: isize| {
         if line.is_closed {
             return line.points[k.rem_euclid(count) as usize];
         }
         // Beyond an end the line continues as the parabola of its last three points.
-        let beyond = |a: DVec3, b: DVec3, c: DVec3| 3.0 * (a - b) + c;
+        let extrapolate = |a: DVec3, b: DVec3, c: DVec3| 3.0 * (a - b) + c;
         match k {
-            k if k < 0 => beyond(line.points[0], line.points[1], line.points[2]),
+            k if k < 0 => extrapolate(line.points[0], line.points[1], line.points[2]),
             k if k >= count => {
                 let last = line.points.len() - 1;
-                beyond(line.points[last], line.points[last - 1], line.points[last - 2])
+                extrapolate(line.points[last], line.points[last - 1], line.points[last - 2])
             }
             k => line.points[k as usize],
         }
@@ -94,11 +95,11 @@ fn smooth(line: &GroundLine, t: f64) -> DVec3 {
 }
 
 impl GroundLineBuilder<'_, '_> {
-    /// Draws the visible part of a circle. Returns the middle of its first run inside the frame, for the label.
+    /// Draws the visible part of a circle in a parameter range. Returns the midpoint of its first run inside the frame, for the label.
     fn draw_circle(&mut self, circle: &Circle, part: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.p.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
-        let curve = Curve { camera: self.camera, point: &point, size: placement.radii_km.max_element(), tolerance_factor: 1.0 };
+        let curve = Curve { camera: self.camera, point: &point, derivative_bound: placement.radii_km.max_element(), tolerance_factor: 1.0 };
         let mut first = None;
         for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), part) {
             let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
@@ -121,7 +122,7 @@ impl GroundLineBuilder<'_, '_> {
             return;
         }
         let spans = if line.is_closed { count } else { count - 1 };
-        let height_over_horizon = |t: f64| camera.dot(smooth(line, t)) - 1.0;
+        let height_over_horizon = |t: f64| camera.dot(curve_point(line, t)) - 1.0;
         let limb = |mut inside: f64, mut outside: f64| {
             for _ in 0..40 {
                 let middle = 0.5 * (inside + outside);
@@ -129,13 +130,14 @@ impl GroundLineBuilder<'_, '_> {
             }
             inside
         };
-        let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (smooth(line, t / SPAN) * placement.radii_km);
+        let point =
+            |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (curve_point(line, t / POINT_STEP) * placement.radii_km);
         let longest = (0..spans).map(|k| line.points[k].distance(line.points[(k + 1) % count])).fold(0.0, f64::max);
-        // Bounds both derivatives of a curve that turns by less than a tenth of a radian from point to point.
+        // The derivative bound is valid for a curve that turns by less than a tenth of a radian from point to point.
         let curve = Curve {
             camera: self.camera,
             point: &point,
-            size: 1.5 / SPAN * longest * placement.radii_km.max_element(),
+            derivative_bound: 1.5 / POINT_STEP * longest * placement.radii_km.max_element(),
             tolerance_factor: 1.0,
         };
         let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
@@ -147,7 +149,7 @@ impl GroundLineBuilder<'_, '_> {
                 (false, true) => [limb(to, from), to],
                 (false, false) => continue,
             };
-            for run in curve.runs(&part.map(|t| t * SPAN), 0) {
+            for run in curve.runs(&part.map(|t| t * POINT_STEP), 0) {
                 self.all.segments.extend(segments(self.camera, &run, depth, |_| opacity, colour));
             }
         }
@@ -173,7 +175,7 @@ impl GroundLineBuilder<'_, '_> {
         for line in grid_lines(cap, pixel_deg) {
             let (circle, part) = match line.kind {
                 GridLineKind::Parallel => {
-                    // Latitude on the unit sphere of a planetographic one.
+                    // The latitude on the unit sphere that corresponds to the planetographic latitude.
                     let on_sphere = (axis_ratio * line.at_deg.to_radians().tan()).atan();
                     (Circle::of_latitude(on_sphere.sin()), [0.0, TAU])
                 }
@@ -183,7 +185,7 @@ impl GroundLineBuilder<'_, '_> {
                 let latitude_deg = if line.kind == GridLineKind::Meridian { t.to_degrees() } else { line.at_deg };
                 GRID_OPACITY * line.opacity(latitude_deg, pixel_deg)
             };
-            let Some(place) = self.draw_circle(&circle, part, &opacity, GRID) else { continue };
+            let Some(place) = self.draw_circle(&circle, part, &opacity, GRID_COLOUR) else { continue };
             count += 1;
             let text = match line.kind {
                 GridLineKind::Parallel => angle_text(line.at_deg, true),
@@ -191,7 +193,7 @@ impl GroundLineBuilder<'_, '_> {
             };
             let clip = DVec2::new(place.x, place.y) / (place.z * self.camera.tan_half_fov);
             if clip.abs().max_element() < 1.0 {
-                self.all.texts.push(SkyText { text, at_px: self.camera.pixel_from_clip(clip), colour: GRID, is_tick: true });
+                self.all.texts.push(SkyText { text, at_px: self.camera.pixel_from_clip(clip), colour: GRID_COLOUR, is_tick: true });
             }
         }
         let reason = format!("{count} lines of {} in the frame, planetographic latitudes", self.p.body.name);
@@ -199,13 +201,13 @@ impl GroundLineBuilder<'_, '_> {
     }
 
     pub(super) fn terminator(&mut self) {
-        // Where the Sun's centre is on the horizon, its direction is perpendicular to the ellipsoid's normal; on the unit sphere that is a great
-        // circle.
+        // The Sun's centre is on the horizon where its direction is perpendicular to the ellipsoid's normal. On the unit sphere these points form a
+        // great circle.
         let sun = self.p.body_from_icrf * self.p.sun_from_body_km / self.p.placement.radii_km;
         let Some(pole) = sun.try_normalize() else { return };
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
-        let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR).is_some();
+        let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
         let reason = if drawn { format!("of {}: the Sun's centre in the horizon", self.p.body.name) } else { "not in the frame".into() };
         self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, tier: None });
     }
@@ -215,7 +217,7 @@ impl GroundLineBuilder<'_, '_> {
 mod tests {
     use super::*;
 
-    /// What faces the camera is what a ray from the camera meets first: against the test of each point by itself.
+    /// The visible intervals agree with a visibility test of each sampled point.
     #[test]
     fn lines_end_at_the_limb() {
         for (k, camera) in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)].into_iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Points of the user's data layers over a picture.
 //!
 //! In: the catalog's data layers, the time, and the reported bodies. Out: [`Dot`]s. Always: a point appears at its time and fades over its layer's
-//! `fade_days`; points on the far side of their body, or behind another, are left out. A million points take some 100 ms.
+//! `fade_days`; points on the far side of their body or behind another body are left out. A million points take about 100 ms.
 
 use crate::catalog::{Catalog, DataLayer};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -24,19 +24,19 @@ pub struct Dot {
 
 /// Opacity of a new point.
 const OPACITY: f64 = 0.9;
-/// The picture's height for which sizes are given; they scale with the height.
-const HEIGHT_PX: f64 = 1024.0;
+/// The picture height for which dot sizes are given; they scale in proportion to the height.
+const REFERENCE_HEIGHT_PX: f64 = 1024.0;
 
 /// Opacity of a data item at a time; `None` if it is not visible.
 pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant) -> Option<f64> {
     let Some(time) = time else { return Some(OPACITY) };
     let age_days = (now.tdb_seconds_past_j2000() - time.tdb_seconds_past_j2000()) / SECONDS_PER_DAY;
-    let left = layer.fade_days.map_or(1.0, |days| 1.0 - age_days / days);
-    (age_days >= 0.0 && left > 0.0).then_some(OPACITY * left)
+    let remaining = layer.fade_days.map_or(1.0, |days| 1.0 - age_days / days);
+    (age_days >= 0.0 && remaining > 0.0).then_some(OPACITY * remaining)
 }
 
 /// Whether a body nearer than `distance_km` covers a direction.
-fn hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
+fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
         let place = &b.placement;
         let (camera, along) = (place.camera_in_unit_sphere(), place.direction_in_unit_sphere(line_of_sight).normalize());
@@ -46,7 +46,7 @@ fn hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool
 
 /// The dots of all layers; those of later layers are on top.
 pub(crate) fn dots(picture: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
-    let scale = picture.size_px().y / HEIGHT_PX;
+    let scale = picture.size_px().y / REFERENCE_HEIGHT_PX;
     let placed: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
     let mut all = Vec::new();
     for layer in catalog.data_layers() {
@@ -75,7 +75,9 @@ pub(crate) fn dots(picture: &impl ImageProjection, catalog: &Catalog, bodies: &[
             let Some(centre_px) = picture.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;
             let size = picture.size_px() + radius_px;
-            if centre_px.cmplt(DVec2::splat(-radius_px)).any() || centre_px.cmpgt(size).any() || hidden(&placed, line_of_sight, distance_km)
+            if centre_px.cmplt(DVec2::splat(-radius_px)).any()
+                || centre_px.cmpgt(size).any()
+                || is_hidden(&placed, line_of_sight, distance_km)
             {
                 continue;
             }

@@ -1,9 +1,9 @@
 //! Lines of the user's data on the ground of one body, on the side that faces the camera.
 //!
 //! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude
-//! from vertex to vertex (RFC 7946, section 3.1.1), takes the shorter way around if vertices are more than half a turn apart, and ends at the limb; it
-//! appears at its time and fades as points do. Vertices closer than a third of a pixel are merged. Left out: relief and shape models. A million vertices
-//! take some 0.2 s a frame.
+//! from vertex to vertex (RFC 7946, section 3.1.1), takes the shorter way around if vertices are more than half a turn apart, and ends at the limb. It
+//! appears at its time and fades like a data point. Vertices closer than a third of a pixel are merged. Ignores relief and shape models. A million
+//! vertices take about 0.2 s per frame.
 
 use crate::catalog::DataLayer;
 use crate::ephemeris::topocentric::ground_point_km;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// Distance below which vertices are merged, pixels.
 const MERGE_PX: f64 = 0.3;
-/// Step in which a line is tested against the limb: radians of latitude and longitude together.
+/// Step at which a line is tested against the limb: sum of the changes of latitude and longitude, radians.
 const STEP: f64 = 0.05;
 
 /// A vertex, or a point between two: latitude and longitude in radians, the curve parameter, and its position on the unit sphere.
@@ -40,8 +40,8 @@ fn on_unit_sphere(radii_km: DVec3, at: DVec2) -> DVec3 {
 }
 
 impl Path {
-    /// `near`: distance on the unit sphere below which vertices are merged.
-    fn of(vertices: &[[f64; 2]], radii_km: DVec3, near: f64) -> Self {
+    /// `merge_distance`: distance on the unit sphere below which vertices are merged.
+    fn of(vertices: &[[f64; 2]], radii_km: DVec3, merge_distance: f64) -> Self {
         // The parameter starts at 1, because `Curve::runs` starts a new run at 0.
         let mut path = Self { vertices: Vec::with_capacity(vertices.len()), radii_km };
         for (k, vertex) in vertices.iter().enumerate() {
@@ -55,7 +55,7 @@ impl Path {
                 to.y -= TAU * ((to.y - from.y) / TAU).round();
             }
             let is_last = k + 1 == vertices.len();
-            if !is_last && last.point.distance_squared(on_unit_sphere(radii_km, to)) < near * near {
+            if !is_last && last.point.distance_squared(on_unit_sphere(radii_km, to)) < merge_distance * merge_distance {
                 continue;
             }
             let length = (to - from).abs().element_sum();
@@ -92,8 +92,8 @@ impl Path {
         let mut parts: Vec<Vec<f64>> = Vec::new();
         for (k, vertex) in self.vertices.iter().enumerate() {
             let before = k.checked_sub(1).map(|k| &self.vertices[k]);
-            let was_over = before.filter(|b| height_over_horizon(b.point) > 0.0);
-            match (was_over, height_over_horizon(vertex.point) > 0.0, parts.last_mut()) {
+            let visible_before = before.filter(|b| height_over_horizon(b.point) > 0.0);
+            match (visible_before, height_over_horizon(vertex.point) > 0.0, parts.last_mut()) {
                 (Some(_), true, Some(part)) => part.push(vertex.parameter),
                 (Some(b), false, Some(part)) => part.push(limb(b.parameter, vertex.parameter)),
                 (_, true, _) => {
@@ -112,9 +112,9 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
     let placement = builder.p.placement;
     let radii_km = placement.radii_km;
     let nearest_km = (builder.p.distance_km - radii_km.max_element()).max(NEAR_DEPTH_KM);
-    let near = MERGE_PX * builder.camera.pixel_tangent() * nearest_km / radii_km.max_element();
-    // Bounds both derivatives by the parameter: the curvature of a meridian is up to a^2 / c.
-    let size = radii_km.max_element().powi(2) / radii_km.min_element();
+    let merge_distance = MERGE_PX * builder.camera.pixel_tangent() * nearest_km / radii_km.max_element();
+    // Bounds both derivatives with respect to the parameter: the radius of curvature of a meridian is up to a^2 / c.
+    let derivative_bound = radii_km.max_element().powi(2) / radii_km.min_element();
     let icrf_from_body = placement.body_from_icrf.transpose();
     let (mut count, mut descriptions) = (0, Vec::new());
     for layer in layers.iter().filter(|l| l.body == Some(builder.p.body.id) && !l.lines.is_empty()) {
@@ -122,12 +122,12 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
         let before = builder.all.segments.len();
         for line in layer.lines.iter() {
             let Some(opacity) = opacity_at(layer, line.time, now) else { continue };
-            let path = Path::of(&line.corners, radii_km, near);
+            let path = Path::of(&line.corners, radii_km, merge_distance);
             if path.vertices.len() < 2 {
                 continue;
             }
             let point = |parameter: f64| placement.centre_km + icrf_from_body * (path.at(parameter) * radii_km);
-            let curve = Curve { camera: builder.camera, point: &point, size, tolerance_factor: 1.0 };
+            let curve = Curve { camera: builder.camera, point: &point, derivative_bound, tolerance_factor: 1.0 };
             for part in path.visible_parts(placement.camera_in_unit_sphere()) {
                 for run in curve.runs(&part, 0) {
                     let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
@@ -148,7 +148,7 @@ mod tests {
 
     const EARTH: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
 
-    /// Between corners a line is straight in longitude and latitude, over the date line too.
+    /// Between vertices a line is straight in longitude and latitude, over the date line too.
     #[test]
     fn a_line_is_straight_in_longitude_and_latitude() {
         for (vertices, middle) in [([[49.0, -123.0], [49.0, -95.0]], [49.0, -109.0]), ([[10.0, 179.0], [20.0, -179.0]], [15.0, 180.0])] {
@@ -158,13 +158,13 @@ mod tests {
             let expected = on_unit_sphere(EARTH, DVec2::from_array(middle).map(f64::to_radians));
             assert!(found.distance(expected) < 1e-9, "{vertices:?}: {found} {expected}");
         }
-        // A great circle is elsewhere: 2.2 degrees farther north in the middle of the first line.
+        // A great circle differs: the middle of the first line would be 2.2 degrees farther north.
         let chord = [-123.0, -95.0].map(|lon| on_unit_sphere(EARTH, DVec2::new(49.0, lon).map(f64::to_radians)));
-        let great = (chord[0] + chord[1]).normalize();
-        assert!(great.distance(on_unit_sphere(EARTH, DVec2::new(49.0, -109.0).map(f64::to_radians))) > 0.01);
+        let great_circle_middle = (chord[0] + chord[1]).normalize();
+        assert!(great_circle_middle.distance(on_unit_sphere(EARTH, DVec2::new(49.0, -109.0).map(f64::to_radians))) > 0.01);
     }
 
-    /// What faces the camera is what is over its horizon: against each place by itself.
+    /// The visible parts agree with a visibility test of each sampled point.
     #[test]
     fn lines_end_at_the_limb() {
         let vertices = [[60.0, -170.0], [-40.0, -20.0], [0.0, 40.0], [80.0, 170.0]];
@@ -185,9 +185,9 @@ mod tests {
         }
     }
 
-    /// What a pixel cannot part is drawn as one line, and its end is kept.
+    /// Vertices closer than the merge distance become one, and the last vertex is kept.
     #[test]
-    fn near_corners_are_one() {
+    fn close_vertices_are_merged() {
         let vertices: Vec<[f64; 2]> = (0..=10_000).map(|k| [0.0, f64::from(k) * 1e-4]).collect();
         let path = Path::of(&vertices, EARTH, 1e-3);
         assert!((10..25).contains(&path.vertices.len()), "{}", path.vertices.len());

@@ -1,7 +1,7 @@
 //! Eclipse lines of the target: outlines and paths of shadows on its ground, and shadow cones in space.
 //!
 //! In: the placed target and the occluders of its Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
-//! (`eclipse::shadow_cone`); ground that the Sun does not reach has no line. Cones are depth-tested against the bodies. Left out: relief and shape models.
+//! (`eclipse::shadow_cone`); no line is drawn on the night side. Cones are depth-tested against the bodies. Ignores relief and shape models.
 
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::strokes::{Curve, LineSegment, segments};
@@ -15,20 +15,20 @@ use crate::scene::resources::Context;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-const UMBRA: DVec3 = DVec3::new(1.0, 0.2, 0.1);
-const PENUMBRA: DVec3 = DVec3::new(1.0, 0.75, 0.2);
-const PATH: DVec3 = DVec3::new(0.3, 0.9, 1.0);
+const UMBRA_COLOUR: DVec3 = DVec3::new(1.0, 0.2, 0.1);
+const PENUMBRA_COLOUR: DVec3 = DVec3::new(1.0, 0.75, 0.2);
+const PATH_COLOUR: DVec3 = DVec3::new(0.3, 0.9, 1.0);
 /// Opacity of lines on the ground.
 const OUTLINE_OPACITY: f64 = 0.95;
 const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Number of generating lines and of rings that a cone is drawn with.
+/// Number of generating lines and of rings with which a cone is drawn.
 const CONE_SIDES: u32 = 8;
 const CONE_RINGS: u32 = 3;
 
-/// Current outlines, and the paths of passages near in time.
+/// The current shadow outlines, and the paths of shadows that cross the ground close to the current time.
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
     const FEATURE: &str = "eclipse-path";
     let Some((receiver, sun, candidates)) = sun_occluders::receiver(context, builder.p) else {
@@ -42,14 +42,14 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
         if let Some(path) = context.caches.shadow_paths.of(context.ephemeris, sun, receiver, occluder) {
             let limits = path.limits.iter().map(|line| (line, LIMIT_OPACITY));
             for (line, opacity) in path.centre_line.iter().map(|line| (line, OUTLINE_OPACITY)).chain(limits) {
-                builder.draw_line(line, opacity, PATH);
+                builder.draw_line(line, opacity, PATH_COLOUR);
             }
             if path.centre_line.is_some() || !path.limits.is_empty() {
                 descriptions.push(format!("path of {name}'s shadow, in its middle at {}", path.middle.to_utc_iso()));
             }
         }
         for (kind, colour, opacity, what) in
-            [(ConeKind::Penumbra, PENUMBRA, PENUMBRA_OPACITY, "penumbra"), (ConeKind::Umbra, UMBRA, OUTLINE_OPACITY, "umbra")]
+            [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY, "penumbra"), (ConeKind::Umbra, UMBRA_COLOUR, OUTLINE_OPACITY, "umbra")]
         {
             let lines = cone.outline(kind);
             lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
@@ -72,12 +72,12 @@ struct Cones<'a, 'b> {
 }
 
 impl Cones<'_, '_> {
-    /// Draws a curve in space: body axes, equatorial radii. `length`: bound of its derivatives.
-    fn line(&mut self, point: &dyn Fn(f64) -> DVec3, parts: u32, length: f64, colour: DVec3) {
+    /// Draws a curve in space, in body axes and units of the equatorial radius. `derivative_bound`: limit of both derivatives.
+    fn draw_line(&mut self, point: &dyn Fn(f64) -> DVec3, parts: u32, derivative_bound: f64, colour: DVec3) {
         let placement = &self.p.placement;
         let radius_km = placement.radii_km.x;
         let in_icrf = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (point(t) * radius_km);
-        let curve = Curve { camera: self.camera, point: &in_icrf, size: length * radius_km, tolerance_factor: 1.0 };
+        let curve = Curve { camera: self.camera, point: &in_icrf, derivative_bound: derivative_bound * radius_km, tolerance_factor: 1.0 };
         let parameters: Vec<f64> = (0..=parts).map(|k| f64::from(k) / f64::from(parts)).collect();
         for run in curve.runs(&parameters, 0) {
             let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
@@ -85,8 +85,8 @@ impl Cones<'_, '_> {
         }
     }
 
-    /// Draws a cone from the body that casts it; `length` is that of its generating line at an angle.
-    fn cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
+    /// Draws a cone from the body that casts the shadow; `length` returns the length of the generating line at an angle.
+    fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let at = |turns: f64, part: f64| {
             let angle = TAU * turns;
             let line = cone.line_at(kind, angle);
@@ -94,19 +94,19 @@ impl Cones<'_, '_> {
         };
         for k in 0..CONE_SIDES {
             let turns = f64::from(k) / f64::from(CONE_SIDES);
-            self.line(&|t| at(turns, t), 1, length(TAU * turns), colour);
+            self.draw_line(&|t| at(turns, t), 1, length(TAU * turns), colour);
         }
         for k in 0..=CONE_RINGS {
             let part = f64::from(k) / f64::from(CONE_RINGS + 1);
             // The derivatives of a ring are bounded by the largest distance of its points from its centre.
             let middle = 0.5 * (at(0.0, part) + at(0.5, part));
             let reach = (0..8).map(|k| at(f64::from(k) / 8.0, part).distance(middle)).fold(0.0, f64::max);
-            self.line(&|t| at(t, part), 8, 1.2 * TAU * TAU * reach, colour);
+            self.draw_line(&|t| at(t, part), 8, 1.2 * TAU * TAU * reach, colour);
         }
     }
 }
 
-/// Shadow cones in space: from each body whose penumbra meets the target, to the target, and the target's own.
+/// Shadow cones in space: the cone of each body whose penumbra meets the target, drawn up to the target, and the target's own cone.
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
     let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, tier: None };
     let receiver_axis_candidates =
@@ -121,13 +121,13 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>
             continue;
         }
         casters.push(&occluder.body.name);
-        for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA), (ConeKind::Umbra, UMBRA)] {
+        for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
             let to_middle = occluder.along;
             let length = |angle: f64| {
                 let line = cone.line_at(kind, angle);
                 cone.ground_point(line).map_or(to_middle, |at| (at * p.body.radii_km / receiver.radius_km()).distance(line.from))
             };
-            cones.cone(&cone, kind, &length, colour);
+            cones.draw_cone(&cone, kind, &length, colour);
         }
     }
     let on = !cones.segments.is_empty();
@@ -140,7 +140,7 @@ fn target_shadow(cones: &mut Cones<'_, '_>, axis: Axis, receiver: &Receiver<'_>)
     let cone = ShadowCone::own_shadow(axis, receiver);
     let length = cone.umbra_length();
     if length.is_finite() {
-        cones.cone(&cone, ConeKind::Penumbra, &|_| length, PENUMBRA);
-        cones.cone(&cone, ConeKind::Umbra, &|_| length, UMBRA);
+        cones.draw_cone(&cone, ConeKind::Penumbra, &|_| length, PENUMBRA_COLOUR);
+        cones.draw_cone(&cone, ConeKind::Umbra, &|_| length, UMBRA_COLOUR);
     }
 }

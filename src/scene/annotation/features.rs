@@ -1,8 +1,8 @@
 //! Names of surface features: which of them fit into a picture, and where.
 //!
-//! In: the bodies in a picture and the rectangles of other labels. Out: [`TextMark`]s. Always: names do not overlap; of two that would, the landing site
-//! stays, else the more prominent feature. A name is centred on its feature, so that it stays in place while the view moves; it fades with the size of its
-//! feature in the picture and towards the limb. Features on the far side of their body or behind a nearer one have no name.
+//! In: the bodies in a picture and the rectangles of other labels. Out: [`TextMark`]s. Always: names do not overlap; landing sites have priority, then
+//! more prominent features. A name is centred on its feature, so that it stays in place while the view moves. It fades out as its feature becomes smaller
+//! in the picture, and towards the limb. Features on the far side of their body or behind a nearer body have no name.
 
 use super::text::{LabelMetrics, Rect, TextMark};
 use crate::catalog::nomenclature;
@@ -15,7 +15,7 @@ use glam::DVec2;
 const MAX_NAMES: usize = 70;
 /// Diameter of a feature, in letter sizes, at which its name starts to appear, and at which it is opaque.
 const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
-/// The same for landing sites, by the diameter of their body.
+/// The same for landing sites, in terms of the diameter of their body.
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
@@ -29,7 +29,7 @@ fn rise((from, to): (f64, f64), value: f64) -> f64 {
     smoothstep((value - from) / (to - from))
 }
 
-/// The names, and the positions of landing sites. `occupied`: rectangles of other labels; those of the names are added.
+/// The names, and the positions of landing sites. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
 pub(crate) fn features(
     picture: &impl ImageProjection,
     bodies: &[BodyInView],
@@ -53,7 +53,7 @@ pub(crate) fn features(
             if names.len() >= MAX_NAMES {
                 return (names, sites);
             }
-            // The ray from the centre meets the ellipsoid here.
+            // The point where the ray from the centre meets the ellipsoid.
             let ground = feature.direction / (feature.direction / place.radii_km).length();
             let normal = (ground / (place.radii_km * place.radii_km)).normalize();
             let to_camera = camera - ground;
@@ -64,7 +64,7 @@ pub(crate) fn features(
                 if feature.is_landing_site { rise(SITE_FADE, body_px / letter_px) } else { rise(FEATURE_FADE, feature_px / letter_px) };
             if opacity < 0.02 {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * letter_px {
-                    // The remaining features are smaller, and no part of the ground is much nearer than this.
+                    // The remaining features are smaller, and no part of the ground is much nearer than `nearest_km`.
                     let nearest_km = (body.distance_km - place.radii_km.max_element()).max(1e-3);
                     if feature.prominence_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * letter_px {
                         break;
@@ -84,11 +84,11 @@ pub(crate) fn features(
             let width = lettering.width_px(feature.name);
             let extent = DVec2::new(width, lettering.line_height_px);
             let centred = at - 0.5 * extent;
-            let aside = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
+            let side_offset = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
             // A landing site's name is placed on its right, or if that does not fit, on its left, below or above.
             let below = DVec2::new(0.0, 1.4 * extent.y);
             let corners = match feature.is_landing_site {
-                true => vec![centred + aside, centred - aside, centred + aside + below, centred + aside - below],
+                true => vec![centred + side_offset, centred - side_offset, centred + side_offset + below, centred + side_offset - below],
                 false => vec![centred],
             };
             let fits = |corner: &DVec2| {

@@ -1,8 +1,8 @@
 //! Grids of longitude and latitude: which lines a picture gets, and their coordinates as text.
 //!
 //! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that is continuous in the field of view and along the line:
-//! a line fades in as its neighbours move apart, and fades out towards a pole, where lines would crowd. The set of lines depends on nothing else, so that
-//! none jumps when the camera pans. Not here: the orientation of the sphere, and the drawing.
+//! a line fades in as its neighbours move apart, and fades out towards a pole, where lines would crowd. Nothing else affects a line, so that no line
+//! jumps when the camera pans. Does not orient the sphere and does not draw.
 
 use crate::scene::numeric::smoothstep;
 use std::f64::consts::FRAC_PI_2;
@@ -16,9 +16,9 @@ const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GridLine {
     pub kind: GridLineKind,
-    /// Its latitude, or its longitude from 0 to 360.
+    /// Latitude of a parallel, or longitude of a meridian from 0 to 360.
     pub at_deg: f64,
-    /// Step of the coarsest grid that it belongs to.
+    /// Step of the coarsest grid that contains the line.
     step_deg: f64,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct Cap {
     pub radius_deg: f64,
 }
 
-/// Opacity of lines with neighbours at this distance.
+/// Opacity of lines whose neighbours are `spacing_deg` away.
 fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
     smoothstep((spacing_deg / pixel_deg - SPACING_FADE_PX.0) / (SPACING_FADE_PX.1 - SPACING_FADE_PX.0))
 }
@@ -67,8 +67,9 @@ impl GridLine {
 /// The lines that may be visible in a cap of the sphere, where a pixel spans `pixel_deg`.
 pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     let latitudes = [cap.latitude_deg - cap.radius_deg, cap.latitude_deg + cap.radius_deg].map(|lat| lat.clamp(-90.0, 90.0));
-    // The cap's latitude nearest to the equator, where meridians are farthest apart.
-    let widest = if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
+    // Cosine of the cap's latitude nearest to the equator, where meridians are farthest apart.
+    let largest_cosine =
+        if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
     let half_width_deg = {
         let (radius, latitude) = (cap.radius_deg.to_radians(), cap.latitude_deg.to_radians());
         let sine = radius.sin() / latitude.cos().max(1e-12);
@@ -83,7 +84,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
             let parallels = indices(latitudes[0], latitudes[1]).filter(|n| is_new(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
             lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, at_deg: n as f64 * step_deg, step_deg }));
         }
-        if opacity_at_spacing(step_deg * widest, pixel_deg) > 0.0 || k == 0 {
+        if opacity_at_spacing(step_deg * largest_cosine, pixel_deg) > 0.0 || k == 0 {
             let range = if half_width_deg >= 180.0 {
                 0..=((360.0 / step_deg).round() as i64 - 1)
             } else {
@@ -105,7 +106,7 @@ fn is_multiple(value: f64, of: f64) -> bool {
     (times - times.round()).abs() < 1e-6
 }
 
-/// An angle with minutes and seconds only where they are not zero: `-20°30'`, `1°0'05"`. `signed`: with a plus sign if positive.
+/// An angle with minutes and seconds only where they are not zero: `-20°30'`, `1°0'5"`. `signed`: with a plus sign if positive.
 pub(crate) fn angle_text(degrees: f64, signed: bool) -> String {
     let seconds = (degrees.abs() * 3600.0).round() as u64;
     let sign = match () {
@@ -145,7 +146,7 @@ pub(crate) fn azimuth_text(degrees: f64) -> String {
     if (eighth - eighth.round()).abs() < 1e-9 { POINTS[point].into() } else { angle_text(degrees, false) }
 }
 
-/// Degrees per pixel, the mean over the picture's height: more in the middle of a wide view, less at its edges.
+/// Degrees per pixel, the mean over the picture's height. The actual value is larger in the middle of a wide view and smaller at its edges.
 pub(crate) fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
     2.0 * tan_half_height.atan().to_degrees() / f64::from(height)
 }
@@ -154,13 +155,13 @@ pub(crate) fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
 mod tests {
     use super::*;
 
-    const WHOLE: Cap = Cap { longitude_deg: 0.0, latitude_deg: 0.0, radius_deg: 180.0 };
+    const WHOLE_SPHERE: Cap = Cap { longitude_deg: 0.0, latitude_deg: 0.0, radius_deg: 180.0 };
 
-    /// Each line is there once, however many steps it is a multiple of, and lines are as many as fit with their distance.
+    /// Each line occurs once, even if it is a multiple of several steps, and the number of lines respects the minimum spacing.
     #[test]
-    fn every_line_is_there_once() {
+    fn every_line_occurs_once() {
         for pixel_deg in [0.3, 0.09, 0.044, 0.01] {
-            let all = grid_lines(WHOLE, pixel_deg);
+            let all = grid_lines(WHOLE_SPHERE, pixel_deg);
             for (k, a) in all.iter().enumerate() {
                 assert!(all[k + 1..].iter().all(|b| a.kind != b.kind || (a.at_deg - b.at_deg).abs() > 1e-7), "{a:?}");
             }
@@ -169,24 +170,24 @@ mod tests {
         }
     }
 
-    /// A narrow view gets the lines through it that the whole sphere has, no others, from degrees to a second of arc, at the poles too.
+    /// Narrow views have a moderate number of lines, some of them clearly visible, from degrees to a second of arc, at the poles too.
     #[test]
-    fn narrow_views_get_the_same_lines() {
+    fn narrow_views_have_visible_lines() {
         for (longitude_deg, latitude_deg) in [(10.2, 5.1), (359.9, -70.3), (120.0, 89.95), (3.0, -90.0)] {
             for radius_deg in [40.0, 3.0, 0.2, 0.005, 0.0005] {
                 let lines = grid_lines(Cap { longitude_deg, latitude_deg, radius_deg }, radius_deg / 500.0);
                 assert!((1..4000).contains(&lines.len()), "{longitude_deg} {latitude_deg} {radius_deg}: {}", lines.len());
-                // In every view some line is drawn in full, or nearly so.
+                // Every view has at least one clearly visible line.
                 let strongest = lines.iter().map(|l| l.opacity(latitude_deg, radius_deg / 500.0)).fold(0.0, f64::max);
                 assert!(strongest > 0.5, "{longitude_deg} {latitude_deg} {radius_deg}: {strongest}");
             }
         }
     }
 
-    /// Opacity has no step in the field of view and along a line, and is gone where the line ends.
+    /// Opacity changes continuously with the field of view, and is zero where a line ends.
     #[test]
     fn lines_fade_without_a_step() {
-        for line in grid_lines(WHOLE, 0.02) {
+        for line in grid_lines(WHOLE_SPHERE, 0.02) {
             let mut last = line.opacity(0.0, 0.02);
             for k in 1..=2000 {
                 let next = line.opacity(0.0, 0.02 * 1.003_f64.powi(k));

@@ -1,7 +1,7 @@
 //! All lines on the ground of one body: grid, terminator, eclipse shadows, the user's data.
 //!
-//! In: the requested layers, and a body. Out: line segments, labels and decisions; none for a body too small for lines,
-//! with the reason.
+//! In: the requested layers, and a body. Out: line segments, labels and decisions. A body too small for lines has no segments; the
+//! decisions give the reason.
 
 use crate::catalog::DataLayer;
 use crate::scene::annotation::body_lines::GroundLineBuilder;
@@ -13,19 +13,20 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
 use std::sync::Arc;
 
-/// Smallest diameter of a body with lines, pixels.
+/// Smallest diameter in pixels at which a body has lines.
 const MIN_DIAMETER_PX: f64 = 16.0;
 
-/// The lines on the ground of a body; `None`: nothing is looked at, and the decisions say so.
+/// The lines on the ground of a body. If `body` is `None`, the decisions report that the camera looks at nothing.
 pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>, data: &[Arc<DataLayer>]) -> SkyLines {
     let layers = context.request.layers;
     let has_lines = layers.data && body.is_some_and(|p| data.iter().any(|l| l.body == Some(p.body.id) && !l.lines.is_empty()));
     let wanted =
         [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")];
-    let size_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
-    let Some(p) = body.filter(|p| size_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
-        let reason =
-            || if body.is_none() { "nothing is looked at".to_owned() } else { format!("{size_px:.1} px across against {MIN_DIAMETER_PX}") };
+    let diameter_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
+    let Some(p) = body.filter(|p| diameter_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
+        let reason = || {
+            if body.is_none() { "nothing is looked at".to_owned() } else { format!("{diameter_px:.1} px across against {MIN_DIAMETER_PX}") }
+        };
         let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
         let decisions = wanted.into_iter().filter(|(on, _)| *on).map(left_out).collect();
         return SkyLines { decisions, ..SkyLines::default() };

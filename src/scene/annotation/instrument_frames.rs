@@ -1,8 +1,8 @@
 //! Fields of view of instruments as frames over the picture, each with its name.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
-//! target, or on the middle of the picture if the target is not in it; sides of a rectangle are great circles; an instrument that sees more than the
-//! picture, or less than some pixels of it, has no frame.
+//! target, or on the middle of the picture if the target is not in it; sides of a rectangle are great circles; an instrument whose field is wider than
+//! the picture, or smaller than a few pixels, has no frame.
 
 use crate::catalog::{Field, Instrument};
 use crate::scene::annotation::line_texts::SkyText;
@@ -20,7 +20,7 @@ const MIN_SIZE_PX: f64 = 8.0;
 /// Distance between a frame and its name, in letter heights.
 const NAME_OFFSET: f64 = 0.8;
 
-/// Axes of a frame: its direction, its upper side, and the left side as seen from inside the sky.
+/// Axes of a frame: the direction of its centre, and its directions up and left as seen from inside the sky.
 struct FrameAxes {
     out: DVec3,
     up: DVec3,
@@ -46,22 +46,22 @@ impl FrameAxes {
     }
 }
 
-/// Draws a curve on the unit sphere with first and second derivatives of at most `size`.
-fn arc(camera: &Camera, all: &mut SkyLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], size: f64) {
+/// Draws a curve on the unit sphere with first and second derivatives of at most `derivative_bound`.
+fn draw_arc(camera: &Camera, all: &mut SkyLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], derivative_bound: f64) {
     let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
     let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
     let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-    for run in (Curve { camera, point, size, tolerance_factor }).runs(&parameters, 0) {
+    for run in (Curve { camera, point, derivative_bound, tolerance_factor }).runs(&parameters, 0) {
         // Reversed depth 1 is in front of everything.
         all.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
     }
 }
 
-fn great_circle(camera: &Camera, all: &mut SkyLines, a: DVec3, b: DVec3) {
+fn draw_great_circle(camera: &Camera, all: &mut SkyLines, a: DVec3, b: DVec3) {
     let angle = a.cross(b).length().atan2(a.dot(b));
     if angle > 0.0 {
         let point = |t: f64| (a * (angle - t).sin() + b * t.sin()) / angle.sin();
-        arc(camera, all, &point, [0.0, angle], 1.0);
+        draw_arc(camera, all, &point, [0.0, angle], 1.0);
     }
 }
 
@@ -70,11 +70,11 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let mut all = SkyLines::default();
     let in_picture = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
-    // The middle of one face is not the middle of the composed picture.
+    // A face of a composed picture has no fallback, because its middle is not the middle of the picture.
     let Some(out) = target.filter(|v| camera.one_of_several || in_picture(v)).or((!camera.one_of_several).then_some(camera.forward)) else {
         return all;
     };
-    let most = camera.tan_half_fov.max_element();
+    let max_tan = camera.tan_half_fov.max_element();
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
         let axes = FrameAxes::of(out, instrument.position_angle_deg);
@@ -83,16 +83,16 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             Field::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
         let tan = half.map(f64::tan);
-        if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > most {
+        if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > max_tan {
             left_out += 1;
             continue;
         }
         let before = all.segments.len();
         match instrument.field {
-            Field::Circle { .. } => arc(camera, &mut all, &|t| axes.on_circle(half.x, t), [0.0, TAU], half.x.sin()),
+            Field::Circle { .. } => draw_arc(camera, &mut all, &|t| axes.on_circle(half.x, t), [0.0, TAU], half.x.sin()),
             Field::Rectangle { .. } => {
                 let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[l, u]| axes.corner(l * tan.x, u * tan.y));
-                (0..4).for_each(|k| great_circle(camera, &mut all, corners[k], corners[(k + 1) % 4]));
+                (0..4).for_each(|k| draw_great_circle(camera, &mut all, corners[k], corners[(k + 1) % 4]));
             }
         }
         if all.segments.len() == before {
@@ -121,7 +121,7 @@ mod tests {
         Instrument { name: "own".into(), field, position_angle_deg }
     }
 
-    /// Every end of every piece lies on the frame: as far from the middle as the field says.
+    /// Every end of every segment lies at half the field's diameter from the centre.
     #[test]
     fn frames_have_the_size_of_their_fields() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
@@ -135,7 +135,7 @@ mod tests {
                 assert!(off.iter().all(|o| o.abs() < 1e-4), "{diameter_deg}: {off:?}");
             }
         }
-        // A quarter turn: what was the width is the height. North is up here, east left.
+        // A quarter turn exchanges width and height. North is up here, east is left.
         let field = Field::Rectangle { width_deg: 12.0, height_deg: 4.0 };
         for (angle, wide, high) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
             let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), 13.0);

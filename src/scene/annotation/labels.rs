@@ -1,8 +1,8 @@
 //! Labels of bodies: names and markers, thinned where they crowd.
 //!
-//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the picture, important ones first.
-//! Always: names do not overlap (estimated by a letter's mean width); the selected body is labelled whenever it is in front of the camera. A body behind
-//! the disc of a nearer one has no label. Not here: letters.
+//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the picture, important ones first. Always: names do not overlap
+//! (estimated from the mean width of a letter); the selected body is labelled whenever it is in front of the camera. A body behind the disc of a nearer
+//! body has no label. Does not draw letters.
 
 use super::data::{self, Dot};
 use super::features;
@@ -44,7 +44,7 @@ impl LabelSide {
     pub(crate) const ALL: [Self; 4] =
         [Self::DEFAULT, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
 
-    /// Vector from the body's centre to the near end of the centre line of its name, pixels.
+    /// Vector in pixels from the body's centre to the end of the name's centre line that is closer to the body.
     pub(crate) fn offset_px(self, gap_px: f64) -> DVec2 {
         let along = |back: bool| if back { -gap_px } else { gap_px };
         DVec2::new(along(self.left), along(!self.below))
@@ -146,12 +146,12 @@ impl LabelLayer {
     }
 }
 
-/// Size of letters in a picture, pixels: readable in a small picture, in proportion in a large one.
+/// Size of letters in a picture, pixels: proportional to its height, but large enough to read in a small picture.
 pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
-/// Labels nearer than this to a more important one are left out, pixels.
+/// Distance in pixels from a more important label below which a label is left out.
 const CROWDED_PX: f64 = 7.0;
 
 /// The labels of the bodies that a camera sees, most important first.
@@ -204,7 +204,7 @@ pub(crate) fn marks(
     kept
 }
 
-/// Lower and upper corner of a body's name beside its disc or marker.
+/// Top left and bottom right corner of a body's name beside its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, lettering: &LabelMetrics, side: LabelSide) -> (DVec2, DVec2) {
     let width_px = name.chars().count() as f64 * lettering.glyph_width_px;
     let near_end = centre_px + side.offset_px(lettering.gap_px(radius_px));

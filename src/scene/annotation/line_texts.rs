@@ -1,7 +1,8 @@
 //! Labels of lines: names of constellations and coordinates of grids, and which of them fit.
 //!
-//! In: texts with their positions, and the labels of bodies. Out: the texts that fit, with the corner of each. Always: no two overlap (estimated by a
-//! letter's mean width), none overlaps a body's label, and each is inside the picture; constellations have priority over coordinates. Not here: letters.
+//! In: texts with their positions, and the labels of bodies. Out: the texts that fit, with the corner of each. Always: no two overlap (estimated from
+//! the mean width of a letter), none overlaps a body's label, and each is inside the picture; constellations have priority over coordinates. Does not
+//! draw letters.
 
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics, label_rect};
 use crate::scene::camera::narrow_scalar;
@@ -16,11 +17,11 @@ pub(crate) struct SkyText {
     pub at_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,
-    /// Whether it is the coordinate of a grid line, which is moved into the picture.
+    /// Whether this is the coordinate of a grid line; if so, it is moved into the picture.
     pub is_tick: bool,
 }
 
-/// A text that fits.
+/// A text that fits, with its place in the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedText {
     pub text: String,
@@ -44,14 +45,14 @@ const WHITE_FRACTION: f64 = 0.35;
 /// Maximum number of texts in a picture.
 const MAX_TEXTS: usize = 400;
 
-/// Places the texts that fit beside the labels of bodies.
+/// Places the texts that overlap neither each other nor the labels of bodies.
 pub(crate) fn place_texts(mut wanted: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, picture_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(size_px);
-    let of_bodies = labels.into_iter().flat_map(|layer| {
+    let body_rects = labels.into_iter().flat_map(|layer| {
         let lettering = LabelMetrics::of_size(layer.size_px);
         layer.marks.iter().filter_map(move |m| Some(label_rect(m.centre_px, m.radius_px, &m.name, &lettering, m.named?)))
     });
-    let mut occupied: Vec<(DVec2, DVec2)> = of_bodies.collect();
+    let mut occupied: Vec<(DVec2, DVec2)> = body_rects.collect();
     occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&metrics).map(|rect| (rect.least, rect.most)).collect::<Vec<_>>()));
     wanted.sort_by_key(|t| t.is_tick);
     let mut texts = Vec::new();
@@ -93,7 +94,7 @@ mod tests {
         ];
         let layer = place_texts(wanted, None, 13.0, picture);
         let names: Vec<&str> = layer.texts.iter().map(|t| t.text.as_str()).collect();
-        // The coordinate below Orion has no room, the second Orion none, and Taurus would be cut.
+        // There is no room for the coordinate below Orion or for the second Orion, and Taurus would be cut off.
         assert_eq!(names, ["Orion", "+20°"]);
         assert!(layer.texts.iter().all(|t| t.left_px.x >= 0.0 && t.left_px.y > 0.0));
     }

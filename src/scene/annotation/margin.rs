@@ -1,7 +1,8 @@
 //! The margin of a picture: caption, scale bar, compass.
 //!
-//! In: the request and the reported bodies. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres holds at the target's
-//! distance, across the line of sight. For a target that is not a disc the bar is an angle. The compass points to the target's north pole.
+//! In: the request and the reported bodies. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
+//! target's distance, across the line of sight. For a target too small to show a disc the bar is an angle. The compass points to the target's north
+//! pole.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextMark};
 use crate::catalog::Catalog;
@@ -21,7 +22,7 @@ pub struct Margin {
 
 /// Largest length of a scale bar relative to the picture's width.
 const MAX_BAR_FRACTION: f64 = 0.22;
-/// Diameter in pixels below which a target is a point, and the bar an angle.
+/// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const DISC_PX: f64 = 20.0;
 
 impl Margin {
@@ -130,9 +131,11 @@ impl Margin {
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
         // A pole along the line of sight has no direction in the picture.
-        let aside = pole.cross(centre.normalize()).length();
+        let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
         let places = picture.pixel_of(centre).zip(picture.pixel_of(centre + pole * (1e-3 * target.distance_km)));
-        let Some(north) = places.filter(|_| aside > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else { return };
+        let Some(north) = places.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
+            return;
+        };
         let middle = DVec2::new(size.x - 3.0 * letter, 3.0 * letter).round();
         self.rings.push(middle);
         let thick = (letter / 9.0).round().max(1.0);
@@ -151,14 +154,14 @@ fn round_below(most: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|v| *v <= most * (1.0 + 1e-12)).unwrap_or(power)
 }
 
-/// A whole number with its digits in groups of three.
+/// An integer with its digits in groups of three.
 fn grouped(number: f64) -> String {
     let digits = format!("{number:.0}");
     let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().map(|g| std::str::from_utf8(g).unwrap_or("")).collect();
     groups.join(" ")
 }
 
-/// A length for a reader: metres, kilometres or astronomical units.
+/// A length as text, in millimetres, metres, kilometres or astronomical units.
 fn length_text(km: f64) -> String {
     match km {
         _ if km < 0.001 => format!("{} mm", significant(km * 1e6)),

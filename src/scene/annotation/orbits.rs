@@ -1,10 +1,10 @@
 //! Orbits: the osculating conic of a body about its parent, as arcs for the vertex stage of shaders/entry/orbit.wesl.
 //!
-//! In: a state relative to the parent and the body's apparent place. Out: [`OrbitArc`]s. The first vertex is the body's own place, so that the line passes
-//! through the disc at any distance. An arc is a point of the conic in camera axes with its first and second derivative, computed in f64 and narrowed; it
+//! In: a state relative to the parent and the body's apparent position. Out: [`OrbitArc`]s. The first vertex is the body's position, so that the line passes
+//! through the disc at any distance. An arc is a point of the conic in camera axes with its first and second derivative, computed in f64 and narrowed. It
 //! is subdivided until its `PIECES` chords deviate by less than `MAX_BEND_PX` and it is not much larger than the frame, so that f32 is precise to
-//! hundredths of a pixel, or until it is outside the frame: from a metre to a hundred au that is some dozen arcs. Ellipse, parabola and hyperbola share one
-//! formula (`ephemeris::conic`). Left out: perturbations; traces show those.
+//! hundredths of a pixel, or until it is outside the frame. At distances from a metre to a hundred au, this gives some dozen arcs. Ellipse, parabola and
+//! hyperbola share one formula (`ephemeris::conic`). Perturbations are not modelled; traces show them.
 
 use crate::ephemeris::conic::stumpff;
 use crate::ephemeris::{Ephemeris, State};
@@ -27,16 +27,16 @@ pub(crate) const LEVEL: f32 = 0.3;
 const MARGIN_PX: f64 = 4.0;
 /// Half length in pixels at which an orbit starts to appear, and at which it is opaque.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
-/// Size relative to the frame at the target's distance at which an orbit starts to fade, and at which it is gone, unless its body is in the frame and not
-/// farther than that many target distances.
+/// Ratios of an orbit's size to that of the frame at the target's distance, at which the orbit starts to fade, and at which it is invisible. It does not
+/// fade if its body is in the frame and nearer than the second value times the target's distance.
 const FADE_BEYOND: (f64, f64) = (8.0, 32.0);
 /// Maximum number of halvings: at 100 au an arc is then 30 metres long.
 const MAX_HALVINGS: u32 = 40;
-/// Largest alpha u^2 of an arc, for the shader's series.
+/// Largest alpha u^2 of an arc, required by the shader's series for Stumpff's functions.
 const MAX_STUMPFF: f64 = 0.65;
 /// Largest half length of an arc across the line of sight, in half diagonals of the frame at its distance.
 const MAX_FRAMES: f64 = 2.0;
-/// Opacity a whole turn behind the body relative to that beside it: the line fades along the way that the body has come.
+/// Opacity one revolution behind the body relative to the opacity at the body: the line fades backwards along the body's past path.
 const MIN_STRENGTH: f64 = 0.25;
 /// Length of an open path: the larger of these multiples of its periapsis distance and of the body's distance.
 const OPEN_REACH: (f64, f64) = (40.0, 3.0);
@@ -44,8 +44,8 @@ const OPEN_REACH: (f64, f64) = (40.0, 3.0);
 /// An arc of a conic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitArc {
-    /// Position at u = 0, and its first two derivatives by u: camera axes (right, up, forward), km, x and y divided by the tangents of half the field
-    /// of view.
+    /// Position at u = 0, and its first two derivatives with respect to u: camera axes (right, up, forward), km, x and y divided by the tangents of half the
+    /// field of view.
     pub point: Vec3,
     pub slope: Vec3,
     pub bend: Vec3,
@@ -53,7 +53,7 @@ pub struct OrbitArc {
     pub alpha: f32,
     /// First and last u.
     pub range: [f32; 2],
-    /// Opacity at both.
+    /// Opacity at the first and last u.
     pub strength: [f32; 2],
     /// Linear RGB.
     pub colour: Vec3,
@@ -73,7 +73,7 @@ impl OrbitArc {
 /// A conic about the parent, parameterised by the universal anomaly s from the body's position, ds = dt / r.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conic {
-    /// Derivatives of the position by s at the body.
+    /// First and second derivative of the position with respect to s, at the body.
     slope: DVec3,
     bend: DVec3,
     /// GM over the semi-major axis, km^2/s^2: negative on a hyperbola.
@@ -84,7 +84,7 @@ pub(crate) struct Conic {
 }
 
 impl Conic {
-    /// The orbit of a state relative to a parent. `gm`: of both together, km^3/s^2. `None` without gravity, or for a radial path.
+    /// The orbit of a state relative to a parent. `gm_km3_s2`: sum of both bodies. `None` without gravity, or for a radial path.
     pub(crate) fn of(state: &State, gm_km3_s2: f64) -> Option<Self> {
         let (r, v) = (state.pos_km, state.vel_km_s);
         let distance = r.length();
@@ -99,7 +99,7 @@ impl Conic {
         if self.is_closed() { self.gm / self.alpha } else { self.body_km.length() }
     }
 
-    /// Whether it is an ellipse short enough to be drawn whole.
+    /// Whether the conic is an ellipse short enough to be drawn completely.
     fn is_closed(&self) -> bool {
         self.alpha > 0.0 && self.gm / self.alpha < OPEN_REACH.0 * 10.0 * self.body_km.length()
     }
@@ -122,23 +122,23 @@ impl Conic {
             let half = PI / self.alpha.sqrt();
             return [-half, half];
         }
-        // The periapsis distance of e and alpha: angular momentum squared over GM is q (1 + e).
+        // The periapsis distance q follows from q (1 + e) = angular momentum squared over GM.
         let distance = self.body_km.length();
         let momentum_sq = self.body_km.cross(self.slope / distance).length_squared();
         let e = (1.0 - self.alpha * momentum_sq / (self.gm * self.gm)).max(0.0).sqrt();
         let limit = (OPEN_REACH.0 * momentum_sq / (self.gm * (1.0 + e))).max(OPEN_REACH.1 * distance);
-        let far = |sign: f64| {
+        let end = |sign: f64| {
             let mut s = sign * distance / self.slope.length();
             while (self.body_km + self.offset_from_body_km(s)).length() < limit && s.abs() < 1e30 {
                 s *= 1.25;
             }
             s
         };
-        [far(-1.0), far(1.0)]
+        [end(-1.0), end(1.0)]
     }
 }
 
-/// Half the orbit's length on the screen as seen from outside it, pixels; an orbit around the camera counts as large as the frame.
+/// Half the orbit's length on the screen in pixels, for a camera outside the orbit; an orbit around the camera counts as large as the frame.
 pub(crate) fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
     let middle = if conic.is_closed() { 0.5 * conic.offset_from_body_km(conic.reach()[1]) } else { DVec3::ZERO };
@@ -160,7 +160,7 @@ impl Subdivision<'_> {
         DVec3::new(v.dot(self.camera.right), v.dot(self.camera.up), v.dot(self.camera.forward))
     }
 
-    /// The part ahead of the body continues the fading of the part behind it: at the body's position the line jumps from the strongest to the faintest.
+    /// Opacity at s. The part `ahead` of the body continues the fading of the part behind it, so that the opacity jumps from highest to lowest at the body.
     fn strength_at(&self, s: f64, ahead: bool) -> f32 {
         let [back, ahead_end] = self.reach;
         let turn = if !self.conic.is_closed() {
@@ -187,17 +187,17 @@ impl Subdivision<'_> {
         if !self.camera.may_show_ball(middle, radius, MARGIN_PX) {
             return;
         }
-        // An arc along the line of sight may be long, because it is small in the frame.
+        // An arc along the line of sight may be long, because it is short in the frame.
         let across = self.in_camera_axes(slope).reject_from(middle).length() * half + 0.5 * max_curvature * half * half;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let bend_km = max_curvature * (2.0 * half / f64::from(PIECES)).powi(2) / 8.0;
-        let is_fine = bend_km < MAX_BEND_PX * self.camera.pixel_tangent() * nearest
+        let deviation_km = max_curvature * (2.0 * half / f64::from(PIECES)).powi(2) / 8.0;
+        let is_fine_enough = deviation_km < MAX_BEND_PX * self.camera.pixel_tangent() * nearest
             && self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF
             && across < MAX_FRAMES * self.camera.tan_half_fov.length() * nearest
             && radius < 0.9 * middle.length();
         let ahead_of_camera = middle.z - radius > NEAR_DEPTH_KM;
-        if is_fine && ahead_of_camera {
-            // An arc that touches the body starts there, which keeps it exact.
+        if is_fine_enough && ahead_of_camera {
+            // An arc that touches the body is expanded about the body, so that it is exact there.
             let (anchor, range) = if from == 0.0 {
                 (from, [0.0, 1.0])
             } else if to == 0.0 {
@@ -226,7 +226,7 @@ impl Subdivision<'_> {
     }
 }
 
-/// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `strength`: opacity beside the body.
+/// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `strength`: opacity at the body.
 pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<OrbitArc> {
     let strength = strength * smoothstep((half_length_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
     if strength <= 0.0 || !body_km.is_finite() {
@@ -241,20 +241,20 @@ pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, strength: f64
     subdivision.arcs
 }
 
-/// Opacity of a line beside its body.
+/// Opacity of a line at its body.
 const STRENGTH: f64 = 0.9;
 
-/// Remaining fraction of an orbit's opacity if the frame shows something far smaller at the target, and the orbit's size relative to that.
+/// The remaining fraction of an orbit's opacity, and the ratio of the orbit's size to the frame's size at the target's distance.
 fn fade_at_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
     let Some(distance_km) = target_distance_km else { return (1.0, 0.0) };
-    let times = conic.size_km() / (distance_km * camera.tan_half_fov.length());
+    let size_ratio = conic.size_km() / (distance_km * camera.tan_half_fov.length());
     let is_near = body_km.length() < FADE_BEYOND.1 * distance_km;
     let in_frame = is_near && camera.clip(body_km).is_some_and(|clip: DVec2| clip.abs().max_element() < 1.0);
-    let left = smoothstep((FADE_BEYOND.1 - times) / (FADE_BEYOND.1 - FADE_BEYOND.0));
-    (if in_frame { 1.0 } else { left }, times)
+    let remaining = smoothstep((FADE_BEYOND.1 - size_ratio) / (FADE_BEYOND.1 - FADE_BEYOND.0));
+    (if in_frame { 1.0 } else { remaining }, size_ratio)
 }
 
-/// The orbit of one body and the decision about it. `None`: it has no parent. `target_distance_km`: of what the camera looks at.
+/// The orbit of one body and the decision about it. `None`: the body has no parent. `target_distance_km`: distance of the target.
 pub(crate) fn line(
     camera: &Camera,
     ephemeris: &Ephemeris,
@@ -270,16 +270,16 @@ pub(crate) fn line(
     };
     let gm = parent.gm_km3_s2.unwrap_or(0.0) + p.body.gm_km3_s2.unwrap_or(0.0);
     let Some(conic) = Conic::of(&state, gm) else { return without(format!("its path about {} is no conic", parent.name)) };
-    let (left, times) = fade_at_target(camera, &conic, p.placement.centre_km, target_distance_km);
-    if left <= 0.0 {
+    let (remaining, size_ratio) = fade_at_target(camera, &conic, p.placement.centre_km, target_distance_km);
+    if remaining <= 0.0 {
         return without(format!(
-            "{times:.0} times as large as what the frame shows at the target, of {} up to which it is drawn",
+            "{size_ratio:.0} times as large as what the frame shows at the target, of {} up to which it is drawn",
             FADE_BEYOND.1
         ));
     }
-    // The body's colour mixed with as much white.
+    // The body's colour mixed with an equal part of white.
     let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
-    let all = arcs(camera, &conic, p.placement.centre_km, STRENGTH * left, colour);
+    let all = arcs(camera, &conic, p.placement.centre_km, STRENGTH * remaining, colour);
     let size_px = half_length_px(camera, &conic, p.placement.centre_km);
     let reason = match all.len() {
         0 if size_px < FADE_PX.0 => format!("half its length is {size_px:.1} px, of {} that a line is drawn from", FADE_PX.0),
@@ -301,7 +301,7 @@ mod tests {
     /// Ellipses, near-parabolas and hyperbolas with the Sun's GM: a state on each, km and km/s.
     fn states() -> Vec<(&'static str, State)> {
         let at = |q: f64, e: f64, w: f64| {
-            // True anomaly by its tangent of half; the conic's equation.
+            // The true anomaly from the tangent of its half, then the equation of the conic.
             let nu = 2.0 * w.atan();
             let (p, r) = (q * (1.0 + e), q * (1.0 + e) / (1.0 + e * nu.cos()));
             let speed = (GM / p).sqrt();
@@ -320,13 +320,13 @@ mod tests {
     }
 
     #[test]
-    fn the_conic_is_that_of_motion() {
+    fn the_conic_is_the_path_of_the_body() {
         for (name, state) in states() {
             let conic = Conic::of(&state, GM).expect("pulled");
             let from = ConicState { position: state.pos_km, velocity: state.vel_km_s };
             for days in [-300.0, -1.0, 1e-9, 40.0, 900.0] {
-                let there = from.after(GM, days * 86_400.0).position;
-                // The nearest point of the line, closer and closer around the best.
+                let expected = from.after(GM, days * 86_400.0).position;
+                // Finds the nearest point of the line by repeated refinement around the best sample.
                 let [back, ahead_end] = conic.reach();
                 let (mut middle, mut step) = (0.0, 0.0);
                 for round in 0..40 {
@@ -337,21 +337,21 @@ mod tests {
                             middle + step * f64::from(k) / 200.0
                         }
                     };
-                    let off = |s: f64| (state.pos_km + conic.offset_from_body_km(s)).distance(there);
+                    let off = |s: f64| (state.pos_km + conic.offset_from_body_km(s)).distance(expected);
                     let best = (-200..=200).map(around).min_by(|a, b| off(*a).total_cmp(&off(*b))).expect("some");
                     (middle, step) = (best, if round == 0 { (ahead_end - back) / 200.0 } else { step * 0.2 });
                 }
-                let off = (state.pos_km + conic.offset_from_body_km(middle)).distance(there);
-                assert!(off < 1e-7 * there.length(), "{name} {days}: {off} km");
+                let off = (state.pos_km + conic.offset_from_body_km(middle)).distance(expected);
+                assert!(off < 1e-7 * expected.length(), "{name} {days}: {off} km");
             }
         }
         let state = states()[0].1;
-        assert_eq!(Conic::of(&state, 0.0), None, "nothing pulls");
-        assert_eq!(Conic::of(&State { vel_km_s: state.pos_km * 1e-8, ..state }, GM), None, "falls straight");
+        assert_eq!(Conic::of(&state, 0.0), None, "no gravity");
+        assert_eq!(Conic::of(&State { vel_km_s: state.pos_km * 1e-8, ..state }, GM), None, "a radial path");
     }
 
-    /// Distance in pixels from a place on the screen to the nearest of the straight pieces of f32 arcs.
-    fn to_nearest(camera: &Camera, all: &[OrbitArc], clip: DVec2) -> f64 {
+    /// Distance in pixels from a point on the screen to the nearest chord of the f32 arcs.
+    fn distance_to_line_px(camera: &Camera, all: &[OrbitArc], clip: DVec2) -> f64 {
         let at = clip * camera.half_size();
         let of = |arc: &OrbitArc, k: u32| {
             let end = |k: u32| arc.clip(f64::from(k) / f64::from(PIECES)).truncate() * camera.half_size();
@@ -368,7 +368,7 @@ mod tests {
             let conic = Conic::of(&state, GM).expect("pulled");
             let [back, ahead_end] = conic.reach();
             let place = state.pos_km;
-            // Beside the line, looking along it (1), back (-1), or down on it (0).
+            // A camera beside the line that looks ahead along it (1), back (-1), or down on it (0).
             let beside = |part: f64, off_km: f64, along: f64, fov_deg: f64| {
                 let s = part * if part < 0.0 { -back } else { ahead_end };
                 let here = conic.offset_from_body_km(s);
@@ -376,7 +376,7 @@ mod tests {
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
                 Camera::looking(place + here + DVec3::Z * off_km, forward, DVec3::Z, fov_deg, 800, 600)
             };
-            // From a metre to a hundred au.
+            // Distances from a metre to a hundred au.
             let cameras = [
                 Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600),
                 beside(0.3, 1e-3, 1.0, 60.0),
@@ -393,7 +393,7 @@ mod tests {
                 assert!(all.iter().all(|a| a.point.is_finite() && a.slope.is_finite() && a.bend.is_finite()), "{name}, camera {n}");
                 let mut seen = 0;
                 for step in -4000..4000 {
-                    // Close together beside the body, and where the camera may be near.
+                    // The samples are dense close to the body, where the camera may be close to the line.
                     let t = f64::from(step) / 4000.0;
                     let s = (t * t * t) * if t < 0.0 { -back } else { ahead_end };
                     let p = place + conic.offset_from_body_km(s) - camera.position_km;
@@ -402,7 +402,7 @@ mod tests {
                     }
                     let Some(clip) = camera.clip(p).filter(|c| c.abs().max_element() < 1.0) else { continue };
                     seen += 1;
-                    let off = to_nearest(camera, &all, clip);
+                    let off = distance_to_line_px(camera, &all, clip);
                     assert!(off < 2.0 * MAX_BEND_PX, "{name}, camera {n}: the conic leaves the line by {off} px at {t}");
                 }
                 assert!(seen > 3 || n > 0, "{name}, camera {n} sees {seen} points");
@@ -410,7 +410,7 @@ mod tests {
         }
     }
 
-    /// From the whole system to one radius, and from places beside the line of sight: the line's vertex is the body's place to 0.05 px, and a little off it is not.
+    /// A vertex of the line is within 0.05 px of the body, from one radius to the entire system, on and off the optical axis; a shifted line is detected.
     #[test]
     fn the_line_passes_through_its_body_at_every_zoom() {
         for (name, state) in states() {
@@ -433,16 +433,16 @@ mod tests {
             }
             assert!(worst < 0.05, "{name}: {worst} px");
         }
-        // 100 km beside its body the line is 0.9 px off at that distance.
+        // A line shifted by 100 km is 0.9 px from its body at that distance.
         let conic = Conic::of(&states()[0].1, GM).expect("pulled");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 50.0, 1024, 1024);
         let place = DVec3::new(1e5, 0.0, 0.0);
         let moved = arcs(&camera, &conic, place + conic.slope.normalize().any_orthonormal_vector() * 100.0, 1.0, DVec3::ONE);
-        assert!(to_nearest(&camera, &moved, DVec2::ZERO) > 0.05);
+        assert!(distance_to_line_px(&camera, &moved, DVec2::ZERO) > 0.05);
     }
 
     #[test]
-    fn the_line_fades_the_way_the_body_came() {
+    fn the_line_fades_backwards_along_the_path() {
         let state = states()[0].1;
         let conic = Conic::of(&state, GM).expect("pulled");
         let camera = Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600);
@@ -453,12 +453,12 @@ mod tests {
         };
         assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_STRENGTH as f32]), "it ends and begins at the body");
         let tiny = Camera { position_km: camera.position_km * 1e4, ..camera };
-        assert!(arcs(&tiny, &conic, state.pos_km - tiny.position_km, 0.8, DVec3::ONE).is_empty(), "a dot has no line");
+        assert!(arcs(&tiny, &conic, state.pos_km - tiny.position_km, 0.8, DVec3::ONE).is_empty(), "an orbit of a few pixels has no line");
     }
 
-    /// Beside a target whose surroundings the frame shows, an orbit thousands of times as large is left out unless its body is there.
+    /// An orbit thousands of times as large as the frame at the target is left out unless its body is in the frame.
     #[test]
-    fn what_is_far_larger_than_the_view_is_left_out() {
+    fn orbits_far_larger_than_the_view_are_left_out() {
         let state = states()[0].1;
         let conic = Conic::of(&state, GM).expect("pulled");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 45.0, 800, 600);

@@ -1,4 +1,7 @@
-//! Picking: the body or star under a click.
+//! Picking: finds the body or star under a click.
+//!
+//! In: the labels, the finished scene, and the position of a click in pixels. Out: a body, an index into the star catalogue, or a position
+//! in pixels.
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::labels::Label;
@@ -12,7 +15,7 @@ pub const REACH_PX: f64 = 14.0;
 
 /// The star that a click at `at_px` selects: the brightest within reach, as an index into the star catalogue.
 pub fn hit_star(scene: &Scene, at_px: DVec2) -> Option<usize> {
-    // A mesh moves one click, and not a million stars.
+    // Converts one click from the screen to the picture, instead of a million stars from the picture to the screen.
     let at_px = scene.geometry.picture_of_screen(at_px)?;
     let near = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= REACH_PX);
     near.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
@@ -35,7 +38,7 @@ fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
     scene.geometry.sprite_px(&scene.camera, sprite.centre.truncate().as_dvec2())
 }
 
-/// The body that a click at `at_px` selects: the nearest small one within reach, else the foremost disc under it.
+/// The body that a click at `at_px` selects: the nearest small body within reach, else the foremost disc under it.
 pub fn hit(marks: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
     let near = marks
         .iter()

@@ -1,8 +1,8 @@
 //! Lines on the sky, infinitely far away: grids, and the figures and borders of constellations, with their labels.
 //!
 //! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `SkyLines`: line segments in drawing order, behind
-//! all bodies, the labels beside them, and a decision about each layer. Always: the corner of a figure is where its star is drawn, and a grid line is where
-//! `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
+//! all bodies, their labels, and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
+//! the probe query `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
 use crate::catalog::constellations::{Constellations, Corner, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
@@ -48,8 +48,8 @@ const BORDER: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 /// Smallest field of view (degrees of the picture's height) in which constellations are named.
 const NAMES_FROM_DEG: f64 = 4.0;
 
-/// Bound of the derivatives of a great circle by its angle; aberration changes them by one part in ten thousand.
-const UNIT: f64 = 1.001;
+/// Bound of the derivatives of a great circle with respect to its angle; aberration changes them by one part in ten thousand.
+const DERIVATIVE_BOUND: f64 = 1.001;
 
 /// Collects the lines of the sky.
 struct SkyLineBuilder<'a> {
@@ -61,20 +61,20 @@ struct SkyLineBuilder<'a> {
 }
 
 impl SkyLineBuilder<'_> {
-    /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `size`. Returns the runs inside
-    /// the frame.
+    /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `derivative_bound`. Returns the runs
+    /// inside the frame.
     fn arc(
         &mut self,
         point: &dyn Fn(f64) -> DVec3,
         [from, to]: [f64; 2],
-        size: f64,
+        derivative_bound: f64,
         opacity: impl Fn(f64) -> f64,
         style: LineStyle,
     ) -> Vec<Run> {
         // Spans of at most a quarter turn, so that the bounding sphere of an arc is no larger than the unit sphere.
         let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
         let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-        let curve = Curve { camera: self.camera, point, size, tolerance_factor: self.tolerance_factor };
+        let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: self.tolerance_factor };
         let runs = curve.runs(&parameters, 0);
         for run in &runs {
             self.all.segments.extend(segments(self.camera, run, |_| 0.0, |at| style.opacity * opacity(at), style.colour));
@@ -86,7 +86,7 @@ impl SkyLineBuilder<'_> {
     fn great_circle(&mut self, from: DVec3, to: DVec3, style: LineStyle) {
         let angle = crate::ephemeris::angle_rad(from, to);
         let Some(across) = (to - from * from.dot(to)).try_normalize() else { return };
-        self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], UNIT, |_| 1.0, style);
+        self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], DERIVATIVE_BOUND, |_| 1.0, style);
     }
 
     fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
@@ -128,7 +128,7 @@ impl SkyLineBuilder<'_> {
         match line.kind {
             GridLineKind::Parallel => {
                 let opacity = line.opacity(0.0, pixel_deg);
-                let radius = UNIT * at.to_radians().cos() + 1e-9;
+                let radius = DERIVATIVE_BOUND * at.to_radians().cos() + 1e-9;
                 // Starts opposite the middle of the picture, so that no end is visible.
                 let from = (cap.longitude_deg + 180.0).to_radians();
                 if opacity <= 0.0 {
@@ -140,18 +140,18 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Meridian => {
                 let [from, to] = line.latitude_range_deg(pixel_deg).map(f64::to_radians);
                 let opacity = |t: f64| line.opacity(t.to_degrees(), pixel_deg);
-                self.arc(&|t: f64| apparent(at, t.to_degrees()), [from, to], UNIT, opacity, style)
+                self.arc(&|t: f64| apparent(at, t.to_degrees()), [from, to], DERIVATIVE_BOUND, opacity, style)
             }
         }
     }
 
-    /// The label of a line, where it enters the frame.
+    /// Adds the label of a line where the line enters the frame.
     fn tick(&mut self, line: &GridLine, runs: &[Run], pixel_deg: f64, text: String, style: LineStyle) {
         let half = self.camera.half_size();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();
         // Parallels are labelled at the left, meridians at the bottom.
-        let towards = |px: DVec2| match line.kind {
+        let distance_to_edge_px = |px: DVec2| match line.kind {
             GridLineKind::Parallel => px.x,
             GridLineKind::Meridian => 2.0 * half.y - px.y,
         };
@@ -159,14 +159,14 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Parallel => line.opacity(0.0, pixel_deg),
             GridLineKind::Meridian => line.opacity(at.to_degrees(), pixel_deg),
         };
-        let best = ends.map(|(p, at)| (pixel(*p), *at)).min_by(|a, b| towards(a.0).total_cmp(&towards(b.0)));
+        let best = ends.map(|(p, at)| (pixel(*p), *at)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
         if let Some((px, _)) = best.filter(|(_, at)| opacity_at(*at) > 0.5) {
             self.all.texts.push(SkyText { text, at_px: px, colour: style.colour, is_tick: true });
         }
     }
 }
 
-/// The lines of the sky that a request asks for.
+/// The lines of the sky that a request selects.
 pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> SkyLines {
     let layers = request.layers;
     let camera = &viewer.camera;
@@ -210,13 +210,13 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
     let velocity = builder.velocity_km_s;
     for border in &Constellations::embedded().borders {
         let [from, to] = border.ends.map(DVec2::from_array);
-        let widest = from.y.cos().max(to.y.cos());
-        let length = ((to.x - from.x) * widest).hypot(to.y - from.y).max(1e-9);
+        let max_cosine = from.y.cos().max(to.y.cos());
+        let length = ((to.x - from.x) * max_cosine).hypot(to.y - from.y).max(1e-9);
         let point = |t: f64| {
             let at = from.lerp(to, t / length);
             aberrated(icrf_from_b1875 * direction(at.x.to_degrees(), at.y.to_degrees()), velocity)
         };
-        builder.arc(&point, [0.0, length], UNIT, |_| 1.0, BORDER);
+        builder.arc(&point, [0.0, length], DERIVATIVE_BOUND, |_| 1.0, BORDER);
     }
     let count = builder.all.segments.len() - before;
     builder.decide(

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 
 const COLOUR: DVec3 = DVec3::new(0.7, 0.75, 0.85);
 
-/// Names of the stars of a frame, and how many there are.
+/// Names of the stars of a frame, and a decision that reports their number.
 pub(crate) fn star_names(camera: &Camera, sprites: &[StarSprite], stars: &[Star], size_px: f64) -> (Vec<SkyText>, Decision) {
     let metrics = LabelMetrics::of_size(size_px);
     let named = sprites.iter().filter_map(|sprite| {

@@ -1,8 +1,8 @@
 //! Curves in space as line segments on the screen.
 //!
 //! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Spans are halved until a chord deviates from its arc by less than `MAX_BEND_PX`, or is outside the frame: however much of the curve is
-//! outside, the result is some hundred segments. All in f64; only clip coordinates are narrowed.
+//! exactly. Each span of parameters is halved until its chord deviates from the arc by less than `MAX_BEND_PX`, or is outside the frame. The result is
+//! some hundred segments, no matter how much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -35,7 +35,7 @@ pub(crate) struct Curve<'a> {
     /// Position relative to the camera, ICRF; kilometres, or a unit vector for points infinitely far away.
     pub point: &'a dyn Fn(f64) -> DVec3,
     /// Upper limit of the length of the first and the second derivative.
-    pub size: f64,
+    pub derivative_bound: f64,
     /// Factor on [`MAX_BEND_PX`]: below 1 where the picture's corners are magnified.
     pub tolerance_factor: f64,
 }
@@ -54,7 +54,7 @@ impl Curve<'_> {
         DVec3::new(p.dot(camera.right), p.dot(camera.up), p.dot(camera.forward))
     }
 
-    /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. At the parameter 0 a new run starts.
+    /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
     pub(crate) fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Run> {
         let mut subdivision = Subdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
@@ -70,14 +70,14 @@ impl Subdivision<'_> {
         let middle_at = 0.5 * (from.1 + to.1);
         let middle = self.curve.in_camera(middle_at);
         let span = to.1 - from.1;
-        let radius = 0.5 * self.curve.size * span;
+        let radius = 0.5 * self.curve.derivative_bound * span;
         if !self.curve.camera.may_show_ball(middle, radius, MARGIN_PX) {
             return;
         }
-        let bend = self.curve.size * span * span / 8.0;
+        let deviation = self.curve.derivative_bound * span * span / 8.0;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
         let allowed = MAX_BEND_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
-        if halvings >= MAX_HALVINGS || (span < MAX_SPAN && bend < allowed) {
+        if halvings >= MAX_HALVINGS || (span < MAX_SPAN && deviation < allowed) {
             return self.chord(from, to);
         }
         self.arc(from, (middle, middle_at), halvings + 1);
@@ -111,8 +111,9 @@ impl Subdivision<'_> {
                 (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1))
             }
         };
-        let goes_on = enter == 0.0 && from.1 != 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
-        if !goes_on {
+        let continues_last_run =
+            enter == 0.0 && from.1 != 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
+        if !continues_last_run {
             self.runs.push(vec![at(enter)]);
         }
         if let Some(run) = self.runs.last_mut() {

@@ -19,7 +19,7 @@ impl LabelMetrics {
         self.line_height_px / LINE_HEIGHT
     }
 
-    /// Width of a text, by the mean width of a letter.
+    /// Width of a text, estimated from the mean width of a letter.
     pub fn width_px(&self, text: &str) -> f64 {
         text.chars().count() as f64 * self.glyph_width_px
     }
@@ -33,7 +33,7 @@ impl LabelMetrics {
 
 /// sRGB of a name.
 pub(crate) const NAME_COLOUR: [u8; 3] = [200, 208, 220];
-/// Radius of a marker relative to the size of letters; bodies smaller than it have one.
+/// Radius of a marker relative to the size of letters; smaller bodies have a marker.
 pub(crate) const MARKER_RADIUS: f64 = 5.0 / 13.0;
 /// Mean width of a letter relative to its size (Ubuntu Light, over English names).
 pub(crate) const LETTER_WIDTH: f64 = 6.6 / 13.0;
@@ -60,7 +60,7 @@ pub struct Bar {
     pub opacity: f64,
 }
 
-/// A rectangle by its corners.
+/// A rectangle given by two opposite corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
     pub least: DVec2,

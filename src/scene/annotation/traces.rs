@@ -2,7 +2,7 @@
 //!
 //! In: the ephemeris, the centre (the target, else the Sun), and the apparent place of each body. Out: [`LineSegment`]s, clipped to the frame, whose ends
 //! meet exactly. Paths are sampled backwards from now, so that the first vertex is the body's own position; between samples they are Hermite cubics with
-//! the samples' velocities. Left out: moons of planets other than the centre, whose loops are too small and too many.
+//! the samples' velocities. Left out: moons of planets other than the centre, because their loops are too small and too numerous.
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};
@@ -22,12 +22,12 @@ const SEGMENTS_PER_SAMPLE: usize = 4;
 /// Length of a path in periods of the centre, or of the body about its parent if that is longer, and its maximum in days.
 const PERIODS: f64 = 1.0;
 const MAX_DAYS: f64 = 12.0 * 365.25;
-/// Opacity beside the body; the path fades to 0 at its end.
+/// Opacity at the body; the path fades to 0 at its end.
 const STRENGTH: f64 = 0.9;
 /// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
 const MARGIN_PX: f64 = 4.0;
 
-/// A path relative to the body's current position: kilometres, the newest point first, with the remaining fraction of the opacity.
+/// A path relative to the body's current position: kilometres, newest point first, each with the fraction of the opacity that remains there.
 fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
     let last = ((states.len() - 1) * SEGMENTS_PER_SAMPLE) as f64;
     let point = |k: usize| {
@@ -94,22 +94,23 @@ fn period_s(ephemeris: &Ephemeris, body: &Body, p: &PlacedBody<'_>) -> Option<f6
     (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
 }
 
-/// The trace of one body relative to a centre and the decision about it. `None`: it is the centre, or a moon of another planet.
+/// The trace of one body relative to a centre and the decision about it. `None`: the body is the centre or a moon of another planet.
 pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, centre: NaifId) -> Option<(Vec<LineSegment>, Decision)> {
-    let of_centre = p.body.parent == Some(centre);
-    let moves_about_the_sun = p.body.parent == Some(NaifId::SUN) || p.body.id == NaifId::SUN;
-    let moon_about_the_sun = centre == NaifId::SUN && p.body.id == NaifId::MOON;
-    if p.body.id == centre || !(of_centre || moves_about_the_sun || moon_about_the_sun) {
+    let is_child_of_centre = p.body.parent == Some(centre);
+    let is_sun_or_orbits_sun = p.body.parent == Some(NaifId::SUN) || p.body.id == NaifId::SUN;
+    let is_moon_around_sun = centre == NaifId::SUN && p.body.id == NaifId::MOON;
+    if p.body.id == centre || !(is_child_of_centre || is_sun_or_orbits_sun || is_moon_around_sun) {
         return None;
     }
     let feature = "trace";
     let decision = |on: bool, reason: String| Decision { feature, on, reason, tier: None };
     let centre_body = p.catalog.body(centre)?;
     let own_period = period_s(ephemeris, p.body, p);
-    let centre_period = if of_centre {
+    let centre_period = if is_child_of_centre {
         None
     } else {
-        period_s(ephemeris, centre_body, p).or_else(|| own_period.map(|s| 13.4 * s).filter(|_| moon_about_the_sun))
+        // The Sun has no period; 13.4 of the Moon's periods are about one year.
+        period_s(ephemeris, centre_body, p).or_else(|| own_period.map(|s| 13.4 * s).filter(|_| is_moon_around_sun))
     };
     let periods = [own_period, centre_period];
     let longest = periods.into_iter().flatten().fold(0.0, f64::max);
@@ -143,9 +144,9 @@ mod tests {
     use crate::catalog::Catalog;
     use crate::time::Instant;
 
-    /// Between samples a path is that of the ephemeris: the Moon about the Earth over a month, to 1e-5 of its distance; straight between samples it is not.
+    /// Between samples the path agrees with the ephemeris to 1e-5 of the Moon's distance over a month; linear interpolation does not.
     #[test]
-    fn a_path_is_that_of_the_ephemeris() {
+    fn a_path_agrees_with_the_ephemeris() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
         let now = Instant::parse("2024-04-08T18:00:00Z").expect("a time");

@@ -1,7 +1,7 @@
 //! The atmosphere of a body: when it is drawn, its uniforms, and its transmittance to light from beyond.
 //!
 //! In: the catalog's species. Out: one gas with Rayleigh's phase function, one aerosol (haze), one absorption layer; lengths in equatorial radii, in the
-//! frame where the ground is the unit sphere. Not here: how the light is summed (shaders/lib/air).
+//! frame where the ground is the unit sphere. The light along a ray is integrated in shaders/lib/air.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
@@ -17,9 +17,9 @@ use std::collections::BTreeSet;
 
 /// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half each way.
 const DOWNWARD_FRACTION: f64 = 0.5;
-/// Mean luminance of the night sky without airglow: zodiacal light and starlight, 75 stars of tenth magnitude per square degree (60 and 15 of the 220 that
-/// make the darkest sky of the Earth, 21.9 magnitudes per square second, with the airglow's 145), 8.3e-7 cd/m2 each. It varies by a factor of two over the
-/// sky and between the planets, whose zodiacal light is fainter farther out.
+/// Mean luminance of the night sky without airglow: as bright as 75 stars of tenth magnitude per square degree, 8.3e-7 cd/m2 each, of which zodiacal light
+/// contributes 60 and starlight 15. With 145 of airglow, the sum of 220 is the darkest sky of the Earth, 21.9 magnitudes per square arc second. The
+/// luminance varies by a factor of two over the sky and between the planets, because zodiacal light is fainter farther from the Sun.
 const NIGHT_SKY_CD_M2: f64 = 75.0 * 8.3e-7;
 
 /// Radiance of the moonless night sky, without city lights.
@@ -30,7 +30,7 @@ fn night_radiance(air: &Atmosphere) -> f64 {
     (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / CANDELAS_PER_RADIANCE
 }
 
-/// Integration steps of the transmittance towards a body beyond the air; within 1e-4 of 1000 steps.
+/// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const STEPS: usize = 64;
 
 /// Height of the Sun in degrees, and the radiance for which pictures of ground and sky on the Earth are exposed: chosen by eye.
@@ -42,7 +42,8 @@ pub(crate) fn possible_tiers(body: &Body) -> BTreeSet<AtmosphereModel> {
     drawn.chain([AtmosphereModel::None]).collect()
 }
 
-/// The tier of the atmosphere, and why. Of two sample counts the smaller is for rays that only rise or only fall, by day. `chosen`: by the user.
+/// The tier of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
+/// `chosen`: the user's choice.
 pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, &'static str) {
     let tier = chosen.unwrap_or(match quality {
         Quality::Draft => AtmosphereModel::Pixel8,
@@ -61,12 +62,13 @@ pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (Atmosp
     (tier, reason)
 }
 
-/// Whether the colours of the body's map and disc are those of the ground alone; those of other bodies include the atmosphere.
+/// Whether the colours of the body's map and disc show the ground without the atmosphere; the colours of other bodies include the atmosphere.
 pub(crate) fn ground_is_bare(body: &Body) -> bool {
     body.clear_sky_albedo.is_some()
 }
 
-/// Vertical optical depth in the clearest channel from which an atmosphere shows over the disc: Mars' dust of 0.5 does, the giants' clear gas does not.
+/// Vertical optical depth in the clearest channel above which an atmosphere is visible over the disc: Mars' dust (0.5) is, the clear gas of the giant
+/// planets is not.
 const MIN_OPAQUE_DEPTH: f64 = 0.3;
 
 /// Whether scattered light extends past the terminator; then it is drawn even over a map that includes it.
@@ -92,7 +94,7 @@ pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diamet
     (rim_px >= RIM_PX || (least.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
-/// Height in pixels below which the rim beyond the limb is left out, because each pixel there would show it as if it were a pixel wide.
+/// Height in pixels below which the rim beyond the limb is left out, because each pixel there would show it as if it were one pixel high.
 pub(crate) const RIM_PX: f64 = 0.5;
 /// Height in pixels below which the rings' shadow on the rim is evaluated once per ray.
 pub(crate) const SHADED_RIM_PX: f64 = 1.0;
@@ -115,7 +117,7 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     let Some(air) = &body.atmosphere else { return AtmosphereUniforms::default() };
     let radius_km = body.radii_km.x * floor;
     let floor_km = radius_km - body.radii_km.x;
-    // A missing species gets the other's scale height, so that the quadrature fits the one that exists.
+    // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
     let coefficient = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
         // A triangular layer keeps its peak; an exponential profile starts with its density at the floor.
@@ -146,8 +148,8 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     }
 }
 
-/// Heights at which rays that only rise or only fall start and end: from the camera, or from the top below it, to the ground, or in a draw of the sky to
-/// the top.
+/// Sets the heights of the ends of rays that only rise or only fall. One end is the camera, or the top of the atmosphere if the camera is above it. The
+/// other end is the ground, or in a draw of the sky the top.
 pub(crate) fn set_ends(uniforms: &mut DrawUniforms, sky: bool) {
     let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
     let top = height(uniforms.air.top);
@@ -172,7 +174,8 @@ impl<'a> SurroundingAir<'a> {
         shell(body, placement)?.camera_is_inside().then_some(Self { body, air, placement: *placement })
     }
 
-    /// Tint of light from beyond: transmittance per channel over its mean. The draw of the sky applies the mean. `direction`: towards the light, ICRF.
+    /// Tint of light from beyond the air: transmittance per channel divided by its mean. The draw of the sky applies the mean. `direction`: towards the
+    /// light, ICRF.
     pub(crate) fn tint(&self, direction: DVec3) -> DVec3 {
         let transmittance = self.transmittance(direction);
         let mean = transmittance.element_sum() / 3.0;
@@ -184,13 +187,13 @@ impl<'a> SurroundingAir<'a> {
         -self.placement.centre_km.normalize()
     }
 
-    /// Whether it is dense enough for a daylight sky.
+    /// Whether the air is dense enough for a daylight sky.
     pub(crate) fn is_bright(&self) -> bool {
         vertical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// The radiance for which a picture under this sky is exposed: [`SKY_LEVELS`] interpolated in the light's height. `towards`: the light, from the
-    /// body.
+    /// The radiance for which a picture under this sky is exposed: [`SKY_LEVELS`] interpolated by the light's height. `towards`: vector from the body
+    /// to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
@@ -199,24 +202,24 @@ impl<'a> SurroundingAir<'a> {
         irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
     }
 
-    /// Transmittance to light from beyond, the mean of the channels.
+    /// Transmittance to light from beyond the air, the mean of the channels.
     pub(crate) fn mean_transmittance(&self, direction: DVec3) -> f64 {
         self.transmittance(direction).element_sum() / 3.0
     }
 
-    /// Transmittance to light from beyond, per channel, for what is drawn after the air.
+    /// Transmittance to light from beyond the air, per channel, for objects that are drawn after the air.
     pub(crate) fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();
         let scale = (along * self.placement.radii_km).length();
         let from = self.placement.camera_in_unit_sphere();
         let start = from.dot(along);
-        let low = from.length_squared() - 1.0 - start * start;
-        let edge = (radius_sq_minus_1(self.air.top_km / radius_km) - low).max(0.0).sqrt();
+        let closest_sq_minus_1 = from.length_squared() - 1.0 - start * start;
+        let edge = (radius_sq_minus_1(self.air.top_km / radius_km) - closest_sq_minus_1).max(0.0).sqrt();
         // The ray starts at the camera, where the air is densest on the way out.
         let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
             let s = start + s_km / scale;
-            let radius_sq_minus_1 = (low + s * s).max(0.0);
+            let radius_sq_minus_1 = (closest_sq_minus_1 + s * s).max(0.0);
             radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt()) * radius_km
         });
         (-depth).exp()
@@ -249,11 +252,11 @@ mod tests {
     }
 
     #[test]
-    fn every_air_of_the_catalog_has_amounts_that_can_be_drawn() {
+    fn every_atmosphere_of_the_catalog_has_valid_uniforms() {
         let catalog = Catalog::embedded();
         for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
             let a = uniforms(body, 1.0);
-            // Above a floor there is less of it, and its top is nearer.
+            // Above a raised floor there is less air, and its top is nearer.
             let above = uniforms(body, 1.002);
             assert!(above.top < a.top && above.rayleigh_scattering.max_element() <= a.rayleigh_scattering.max_element(), "{}", body.name);
             assert!(a.top > 0.0 && a.rayleigh_scale_height > 0.0 && a.mie_scale_height > 0.0, "{}", body.name);

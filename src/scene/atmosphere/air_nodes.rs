@@ -1,8 +1,8 @@
 //! Quadrature nodes: the heights at which light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
 //!
 //! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirNode`. Method: Gauss-Legendre nodes in w
-//! from the lower end up, where 1 - w² is the density of the species with the largest scale height. Always: an end outside the atmosphere is moved to its
-//! top.
+//! from the lower end up, where 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. Always: an
+//! end outside the atmosphere is moved to its top.
 
 use crate::scene::atmosphere::air_table;
 use crate::scene::camera;
@@ -34,7 +34,7 @@ struct ScaleHeights {
     /// `radius_sq_minus_1` of the knots of the absorption layer.
     layer: DVec3,
     /// The largest scale height.
-    highest: f64,
+    largest: f64,
 }
 
 impl ScaleHeights {
@@ -45,10 +45,10 @@ impl ScaleHeights {
         let slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
         let factor = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
         let knots = self.layer - radius_sq_minus_1(height);
-        let per_gas = ((1.0 / self.gas - 1.0 / self.haze) * height).exp();
+        let haze_per_gas = ((1.0 / self.gas - 1.0 / self.haze) * height).exp();
         let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
         [
-            row(radius_sq_minus_1(height), weight * radius * gas, per_gas, 1.0 / radius),
+            row(radius_sq_minus_1(height), weight * radius * gas, haze_per_gas, 1.0 / radius),
             row(slope(self.gas), factor(gas, self.gas), slope(self.haze), factor(haze, self.haze)),
             row(knots.x, knots.y, knots.z, radius_sq_minus_1(between)),
         ]
@@ -71,16 +71,16 @@ impl Grid {
     fn of(air: &AtmosphereUniforms, samples: usize) -> Self {
         let (gas, haze) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
         let has_haze = air.mie_extinction.max_element() > 0.0;
-        let highest = if has_haze { gas.max(haze) } else { gas };
+        let largest = if has_haze { gas.max(haze) } else { gas };
         let (camera, far) = (f64::from(air.ends.x), f64::from(air.ends.y));
         let low = camera.min(far);
-        let w_max = (1.0 - (-(camera.max(far) - low) / highest).exp()).max(0.0).sqrt();
-        let scales = ScaleHeights { gas, haze, layer: air.layer.as_dvec3(), highest };
+        let w_max = (1.0 - (-(camera.max(far) - low) / largest).exp()).max(0.0).sqrt();
+        let scales = ScaleHeights { gas, haze, layer: air.layer.as_dvec3(), largest };
         Self { scales, camera, far, low, w_max, nodes: gauss_legendre(samples) }
     }
 
     fn height(&self, x: f64) -> f64 {
-        self.low - self.scales.highest * (1.0 - (self.w_max * x).powi(2)).ln()
+        self.low - self.scales.largest * (1.0 - (self.w_max * x).powi(2)).ln()
     }
 }
 
@@ -91,10 +91,10 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     for (k, (x, weight)) in grid.nodes.iter().enumerate() {
         let w = grid.w_max * x;
         let next = grid.nodes.get(k + 1).map_or(1.0, |n| n.0);
-        let slope = 2.0 * w * grid.scales.highest / (1.0 - w * w);
+        let slope = 2.0 * w * grid.scales.largest / (1.0 - w * w);
         rows.extend(grid.scales.rows(grid.height(*x), weight * grid.w_max * slope, grid.height(0.5 * (x + next))));
     }
-    // An end at the top includes the column of air above it: the difference of two ends is the column between them.
+    // Both ends include the column of air above them, even an end at the top, so that their difference is the column between them.
     for end in [grid.camera, grid.far] {
         rows.extend(grid.scales.rows(end, 0.0, end));
     }
@@ -103,10 +103,10 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
 
 /// Number of coefficients of the polynomial in mu / (mu + 0.3) that approximates the multiple-scattering table at a height.
 pub(crate) const POWERS: usize = 5;
-/// Number of zenith cosines at which it is fitted.
+/// Number of zenith cosines at which the polynomial is fitted.
 const FIT_POINTS: usize = 48;
 
-/// The polynomials of `samples` samples: least squares over the Sun's heights from the horizon to the zenith.
+/// The polynomials at the heights of `samples` samples: least-squares fits over the Sun's heights from the horizon to the zenith.
 pub(crate) fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     let place = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * air_table::column_coordinate(1.0);
     let mut all = Vec::with_capacity(POWERS * samples);
@@ -152,9 +152,9 @@ mod tests {
     use super::*;
     use glam::{Vec2, Vec3};
 
-    /// Against the table itself, at every height of the Earth's samples and under every Sun.
+    /// The polynomials agree with the table at the heights of all samples, for Suns from the horizon to the zenith.
     #[test]
-    fn the_polynomials_stand_for_the_table() {
+    fn the_polynomials_approximate_the_table() {
         let catalog = crate::catalog::Catalog::embedded();
         for name in ["Earth", "Mars", "Titan", "Venus"] {
             let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
@@ -197,7 +197,7 @@ mod tests {
         }
     }
 
-    /// Straight up, the samples' weights give the column of gas between the ends; the rows of a height give the layer above it.
+    /// On a vertical ray the samples' weights give the column of gas between the ends; the rows of an end give the layer's knots above it.
     #[test]
     fn the_weights_sum_to_the_column_of_gas() {
         for (camera, far) in [(0.0159, 0.0), (0.001, 0.0), (0.0005, 0.0159)] {
@@ -212,7 +212,7 @@ mod tests {
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
             assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));
         }
-        // The layer's knots over the ground, and over a place in its middle.
+        // The layer's knots relative to the ground, and relative to the middle of the layer.
         let ends = nodes(&air(height_of(0.008) as f32, 0.0), 8);
         let knots = |row: usize| ends[ROWS * row + 2].truncate().as_dvec3();
         assert!((knots(9) - DVec3::new(0.003, 0.008, 0.0125)).abs().max_element() < 1e-8);

@@ -1,15 +1,15 @@
-//! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from lit air and ground around.
+//! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
 //! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`NODES`] factors on the table of
-//! [`crate::scene::atmosphere::air_table`], over the distance from the occluder's limb in solar radii, at [`HEIGHTS`] heights, and one row for the
-//! irradiance of level ground by the whole sky. Method: light of the second order comes from where a straight path through the air meets sunlit air or
-//! ground. How far away that is, and how much light comes from there, is summed over directions as in the table, and each distance gets the fraction of the
-//! Sun's disc that the occluder leaves, averaged over azimuths. Each further order spreads the light once more. Always: 1 outside of the penumbra's blurred
-//! edge, and between 0 and 1 everywhere. Left out: the dependence on azimuth (the umbra is a circle across the light, elongated along the ground by the
-//! Sun's height), the change of the Sun's height within the shadow, the curvature of the ground below a path's far end, and the overlap of two occluders'
-//! shadows, which is spread twice.
+//! [`crate::scene::atmosphere::air_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of [`HEIGHTS`] heights, and
+//! a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a straight path
+//! through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is multiplied by
+//! the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors are
+//! between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle across the light, elongated
+//! along the ground by the Sun's height), the change of the Sun's height within the shadow, the curvature of the ground below a path's far end, and the
+//! overlap of two occluders' shadows, which is spread twice.
 //!
-//! Error: compared with a photon simulation of the same eclipse, within 40 % where a thousandth of the light is left (tests/eclipse/totality.rs).
+//! Error: within 40 % of a photon simulation of the same eclipse, where a thousandth of the light is left (tests/eclipse/totality.rs).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, extinction, scattering};
@@ -18,15 +18,15 @@ use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// Rows of [`crate::scene::atmosphere::air_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. Above the last one its values are
-/// used.
+/// Rows of [`crate::scene::atmosphere::air_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. The values of the last row apply to
+/// all greater heights.
 pub use crate::scene::constants::SPREAD_HEIGHTS as HEIGHTS;
 /// One row per height, then one for the irradiance of level ground.
 pub(crate) const ROWS: usize = HEIGHTS + 1;
 /// Columns: distances from the occluder's limb, densest in the middle of the shadow.
 pub use crate::scene::constants::SPREAD_COLUMNS as COLUMNS;
 pub const NODES: usize = ROWS * COLUMNS;
-/// Index of the first vector with the range of an occluder's columns, and the total number of vectors.
+/// Index of the first vector that contains the range of an occluder's columns, and the total number of vectors.
 pub(crate) const REACHES: usize = NODES * MAX_OCCLUDERS as usize;
 pub const TABLES: usize = REACHES + MAX_OCCLUDERS as usize;
 
@@ -37,18 +37,18 @@ pub(crate) const REASON: &str = "scattered from the lit air and ground around, w
 const SLOPES: usize = 32;
 /// Integration steps along a path.
 const STEPS: usize = 24;
-/// Bins of distance over the ground: the first holds all distances up to [`FIRST_KM`], and each next one extends 1.41 times as far.
+/// Bins of distance over the ground: the first contains all distances up to [`FIRST_KM`], and each next bin extends 1.41 times as far.
 const BINS: usize = 18;
 const FIRST_KM: f64 = 2.0;
 /// Azimuths over which a distance is averaged.
 const AZIMUTHS: usize = 12;
-/// Iterations of further scattering; each adds less than half of the one before.
+/// Iterations of further scattering; each adds less than half of the previous one.
 const ORDERS: usize = 4;
 /// Upper limit of the fraction of light that is scattered again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
 /// Distance beyond which no light is spread into a shadow, km: eight mean free paths of red light.
 const REACH_KM: f64 = 600.0;
-/// Smallest sine of the Sun's height: below it the shadow leaves the planet.
+/// Lower limit of the sine of the Sun's height; under a lower Sun the shadow leaves the planet.
 const MIN_SUN: f64 = 0.05;
 /// Samples of the visible fraction of the Sun across the occluder's limb.
 const EDGE_NODES: usize = 96;
@@ -59,9 +59,11 @@ const RINGS: usize = 40;
 struct Shadow {
     /// Radius of the occluder in solar radii.
     occluder: f64,
-    /// Kilometres across the light per solar radius.
-    km: f64,
+    /// Kilometres per solar radius, perpendicular to the light.
+    km_per_solar_radius: f64,
+    /// Cosine of the Sun's zenith angle.
     sun_cosine: f64,
+    /// Distances of the first and the last column from the occluder's limb, solar radii.
     from: f64,
     to: f64,
     /// Visible fraction of the Sun for distances of -1 to 1 from the occluder's limb.
@@ -73,7 +75,7 @@ impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (place, shape) = (eclipse.places.get(index)?.as_dvec4(), eclipse.shapes.get(index)?.as_dvec4());
         let across = place.truncate().truncate();
-        // Where the axis meets the ground or passes nearest to it.
+        // The point where the axis meets the ground or passes nearest to it.
         let along = (1.0 - across.length_squared()).max(0.0).sqrt();
         let depth = place.z - along;
         let per_radius = f64::from(eclipse.across[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
@@ -81,8 +83,8 @@ impl Shadow {
             return None;
         }
         let occluder = (shape.z * shape.w).sqrt() * per_radius;
-        let km = body.radii_km.x / per_radius;
-        let margin = REACH_KM / km;
+        let km_per_solar_radius = body.radii_km.x / per_radius;
+        let margin = REACH_KM / km_per_solar_radius;
         let limb_darkening = eclipse.limb.map(|l| l.truncate().as_dvec3());
         let visible_sun = (0..EDGE_NODES)
             .map(|k| visible_sun_fraction(occluder, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
@@ -90,7 +92,7 @@ impl Shadow {
         let sun_cosine = along.max(MIN_SUN);
         Some(Self {
             occluder,
-            km,
+            km_per_solar_radius,
             sun_cosine,
             from: (-1.0 - margin).max(-occluder),
             to: 1.0 + margin,
@@ -115,7 +117,7 @@ impl Shadow {
         self.occluder + self.from + (self.to - self.from) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
     }
 
-    /// Interpolates a row of square roots, and squares.
+    /// Interpolates a row of square roots and squares the result.
     fn interpolate_squared(&self, row: &[DVec3], distance: f64) -> DVec3 {
         let x = ((distance - self.occluder - self.from) / (self.to - self.from)).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f64;
         let k = (x as usize).min(COLUMNS - 2);
@@ -125,13 +127,14 @@ impl Shadow {
 
     /// Mean of a quantity over all azimuths, at a distance of `path_km` over the ground from a place.
     fn azimuth_mean(&self, distance: f64, path_km: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
-        let distance_over_ground = path_km / self.km;
+        let distance_over_ground = path_km / self.km_per_solar_radius;
         let at_azimuth = |(from, to): &(DVec2, DVec2)| what((*from * distance + *to * distance_over_ground).length());
         self.azimuths.iter().map(at_azimuth).sum::<DVec3>() / AZIMUTHS as f64
     }
 }
 
-/// For each azimuth: the unit vector from the shadow's axis to a place, and from the place over the ground, projected across the light.
+/// For each azimuth: the unit vector from the shadow's axis to a place, and the vector from the place along the ground, both projected on the plane
+/// perpendicular to the light.
 fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     std::array::from_fn(|k| {
         // The place may be on any side of the axis: steps of the golden ratio distribute both angles evenly.
@@ -140,7 +143,7 @@ fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     })
 }
 
-/// Visible fraction of the Sun behind a circle of radius `occluder` whose limb is `edge` beyond the Sun's centre (below 0 it covers the centre).
+/// Visible fraction of the Sun behind a circle of radius `occluder` whose limb is `edge` beyond the Sun's centre (a negative `edge` covers the centre).
 fn visible_sun_fraction(occluder: f64, edge: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
     let separation = (occluder + edge).max(0.0);
     let ring = |k: usize| {
@@ -164,7 +167,7 @@ fn map_channels(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     DVec3::new(f(v.x), f(v.y), f(v.z))
 }
 
-/// Light by distance of its source over the ground.
+/// Light binned by the distance of its source along the ground.
 #[derive(Clone)]
 struct Sources {
     parts: [DVec3; BINS],
@@ -195,6 +198,7 @@ impl Sources {
 struct Air<'a> {
     radius_km: f64,
     air: &'a Atmosphere,
+    /// Albedo of the ground, linear RGB.
     ground: DVec3,
 }
 
@@ -220,30 +224,30 @@ impl Air<'_> {
         map_channels(depth, |d| (-d / sun_cosine).exp())
     }
 
-    /// Integrates along a path from a height; reports what scatters on it as (distance over the ground, height, amount). Returns the distance at which
-    /// it meets the ground, and the transmittance to there.
+    /// Integrates along a path from a height. Calls `scatters` for each step with the distance along the ground, the height, and the amount of scattering.
+    /// Returns the distance at which the path meets the ground and the transmittance up to there.
     fn integrate_path(&self, height_km: f64, slope: f64, mut scatters: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
         let r = self.radius_km + height_km.max(1e-4);
-        let (b, low) = (r * slope, r * r * (1.0 - slope * slope));
-        let to_ground = self.radius_km * self.radius_km - low;
+        let (b, closest_sq) = (r * slope, r * r * (1.0 - slope * slope));
+        let to_ground = self.radius_km * self.radius_km - closest_sq;
         let hits = slope < 0.0 && to_ground > 0.0;
-        let top = (self.radius_km + self.air.top_km).powi(2) - low;
+        let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
         let path_km = if hits { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
-        let over = |s: f64| self.radius_km * (s * (1.0 - slope * slope).sqrt()).atan2(r + s * slope);
+        let ground_distance_km = |s: f64| self.radius_km * (s * (1.0 - slope * slope).sqrt()).atan2(r + s * slope);
         let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;
             let (s, step) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
-            let h = ((low + (b + s).powi(2)).sqrt() - self.radius_km).max(0.0);
+            let h = ((closest_sq + (b + s).powi(2)).sqrt() - self.radius_km).max(0.0);
             let depth = self.sum(h, extinction) * step;
             let cell = map_channels(depth, |d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            scatters(over(s), h, transmittance * self.sum(h, scattering) * cell * step);
+            scatters(ground_distance_km(s), h, transmittance * self.sum(h, scattering) * cell * step);
             transmittance *= map_channels(depth, |d| (-d).exp());
         }
-        hits.then(|| (over(path_km), transmittance))
+        hits.then(|| (ground_distance_km(path_km), transmittance))
     }
 
-    /// For a height: the sources of second-order light, and of light that scatters again.
+    /// For a height: the sources of second-order light, and of rescattered light.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (slope, weight) in slopes() {
@@ -291,7 +295,7 @@ fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();
     let mut rows = Vec::new();
     for (second, rescattered) in &heights {
-        let most = map_channels(rescattered.total(), |a| a.min(MAX_RESCATTERED));
+        let rescattered_fraction = map_channels(rescattered.total(), |a| a.min(MAX_RESCATTERED));
         let single: Vec<DVec3> = (0..COLUMNS)
             .map(|c| second.arriving(shadow, shadow.distance(c), |d| shadow.visible_sun(d)) / second.total().max(DVec3::splat(1e-300)))
             .collect();
@@ -300,7 +304,7 @@ fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
             let next = |c: usize| {
                 let spread = rescattered.arriving(shadow, shadow.distance(c), |d| shadow.interpolate_squared(&row, d))
                     / rescattered.total().max(DVec3::splat(1e-300));
-                root(single[c] * (DVec3::ONE - most) + spread * most)
+                root(single[c] * (DVec3::ONE - rescattered_fraction) + spread * rescattered_fraction)
             };
             row = (0..COLUMNS).map(next).collect();
         }
@@ -314,10 +318,10 @@ fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
     rows
 }
 
-/// Fraction of the whole sky's irradiance of level ground that is left.
+/// Fraction of the entire sky's irradiance of level ground that remains.
 fn ground_row(air: &Air<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
     // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
-    let many: Vec<DVec3> = heights
+    let multiple_scattering: Vec<DVec3> = heights
         .iter()
         .map(|(second, rescattered)| second.total() / (DVec3::ONE - map_channels(rescattered.total(), |a| a.min(MAX_RESCATTERED))))
         .collect();
@@ -329,8 +333,8 @@ fn ground_row(air: &Air<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], ro
             single.add(path_km, part * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
             let at = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::air_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
             let (below, up) = ((at as usize).min(HEIGHTS - 2), at - (at as usize).min(HEIGHTS - 2) as f64);
-            further[below].add(path_km, part * many[below] * (weight * (1.0 - up)));
-            further[below + 1].add(path_km, part * many[below + 1] * (weight * up));
+            further[below].add(path_km, part * multiple_scattering[below] * (weight * (1.0 - up)));
+            further[below + 1].add(path_km, part * multiple_scattering[below + 1] * (weight * up));
         };
         air.integrate_path(0.0, slope, scatters);
     }

@@ -1,8 +1,8 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
 //! In: a body with its atmosphere. Out: [`NODES`] radiances per unit of sunlight. Method (S. Hillaire, EGSR 2020): light of the second order is summed over
-//! directions with an isotropic phase function, and each further order is the one before times the fraction that scatters again nearby, which is a
-//! geometric series. The ground is a Lambert surface of the body's albedo. Left out: the directionality of the higher orders, and light that spreads
+//! directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again nearby: a
+//! geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and light that spreads
 //! sideways beyond the region in which the air is uniform.
 
 use crate::catalog::{Atmosphere, Body};
@@ -22,8 +22,8 @@ pub(crate) const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str
 
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SamplingQuality = SamplingQuality { directions: 64, steps: 24 };
-/// A Sun below the horizon lights little of the sky: with the sampling of day the ground's irradiance at 12 degrees of depression was a thirtieth of what
-/// the sky sends.
+/// Sampling with the Sun below the horizon, which lights only a small part of the sky: with [`BY_DAY`] the ground's irradiance at 12 degrees of depression
+/// was a thirtieth of the light that the sky sends.
 const BY_DUSK: SamplingQuality = SamplingQuality { directions: 192, steps: 32 };
 /// Sampling of the row of the ground.
 const ON_GROUND: SamplingQuality = SamplingQuality { directions: 1024, steps: 48 };
@@ -92,12 +92,12 @@ impl AirSphere<'_> {
     /// Distance from a point to the ground (true) or to the top of the atmosphere (false).
     fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
         let b = p.dot(along);
-        let low = p.length_squared() - b * b;
-        let ground = self.radius_km * self.radius_km - low;
+        let closest_sq = p.length_squared() - b * b;
+        let ground = self.radius_km * self.radius_km - closest_sq;
         if b < 0.0 && ground > 0.0 {
             return ((-b - ground.sqrt()).max(0.0), true);
         }
-        let top = (self.radius_km + self.air.top_km).powi(2) - low;
+        let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
         ((-b + top.max(0.0).sqrt()).max(0.0), false)
     }
 
@@ -119,7 +119,7 @@ impl AirSphere<'_> {
         map_channels(depth, |d| (-d).exp())
     }
 
-    /// Integrates in-scattering along a ray. `source`: radiance per unit of scattering at a place.
+    /// Integrates in-scattering along a ray in `count` steps. `source`: radiance per unit of scattering at a place.
     fn ray(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> Ray {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut ray = Ray {
@@ -164,7 +164,7 @@ impl AirSphere<'_> {
         self.ground * self.sunlight(above, sun) * (up.dot(sun).max(0.0) / PI)
     }
 
-    /// Irradiance of level ground by the whole sky.
+    /// Irradiance of level ground by the entire sky.
     fn ground_irradiance(&self, rows: &[DVec3], column: usize) -> DVec3 {
         let from = DVec3::Z * (self.radius_km + 1e-4);
         let sun = towards_sun(sun_cosine(column));
@@ -211,7 +211,8 @@ pub(crate) fn root_between(table: &[Vec4], part: f64, column_coordinate: f64) ->
     between_nodes(part, column_coordinate, |k| table.get(k).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3()))
 }
 
-/// Bilinear interpolation between the nodes of the table at a fraction of the height to the top and a column coordinate. `node`: the value of node row * SUNS + column.
+/// Bilinear interpolation between the nodes of the table at a fraction of the height to the top and a column coordinate. `node`: the value of node
+/// row * SUNS + column.
 fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usize) -> DVec3) -> DVec3 {
     let row = height_fraction.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
     let column = ((column_coordinate - FIRST) / (1.0 / (1.0 + BEND) - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
@@ -220,7 +221,7 @@ fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usi
     along(r).lerp(along(r + 1), row - r as f64)
 }
 
-/// The table holds square roots for interpolation, because light at dusk falls by orders of magnitude between two columns.
+/// The value that the table contains: square roots, because light at dusk falls by orders of magnitude between two columns.
 fn root(v: DVec3) -> DVec3 {
     map_channels(v, |x| x.max(0.0).sqrt())
 }

@@ -1,4 +1,6 @@
 //! Whether the shell of clouds is drawn over a body's globe.
+//!
+//! In: the case of one body and its decisions so far. Out: the decisions, with the draw of the clouds if there is one.
 
 use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera;
@@ -33,9 +35,9 @@ fn shell(case: &Case<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw> {
     if !so_far.log.map(Effect::Clouds, Some(&clouds.map), check) {
         return None;
     }
-    let (span, most) = detail::ground_deg_per_px(case.frame.camera, &shell, Some(&clouds.map));
-    let has_billows = span < most && !so_far.log.is_switched_off(Effect::Detail) && so_far.chosen.eclipse.occluders == 0;
-    let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest clouds against {most:.4}", detail::law(Detail::Billows));
+    let (span, max_span) = detail::ground_deg_per_px(case.frame.camera, &shell, Some(&clouds.map));
+    let has_billows = span < max_span && !so_far.log.is_switched_off(Effect::Detail) && so_far.chosen.eclipse.occluders == 0;
+    let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest clouds against {max_span:.4}", detail::law(Detail::Billows));
     so_far.log.note("cloud-detail", has_billows, reason);
     so_far.chosen.cloud_detail = has_billows;
     let features = so_far.chosen.cloud_features(body, case.pixel_view())?;

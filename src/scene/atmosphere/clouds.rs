@@ -1,12 +1,12 @@
 //! The cloud shell of a body: its placement and uniforms.
 //!
-//! The shell is the body's ellipsoid scaled up. It is visible from outside only: a camera under the clouds sees none.
+//! The shell is the body's ellipsoid scaled up. It is drawn only if the camera is outside: from below, no clouds are visible.
 
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::CloudUniforms;
 
-/// The shell's radius over the body's.
+/// Ratio of the shell's radius to the body's radius.
 pub(crate) fn shell_scale(body: &Body, clouds: &Clouds) -> f64 {
     1.0 + clouds.height_km / body.radii_km.max_element()
 }

@@ -1,4 +1,6 @@
 //! Whether a body's atmosphere is drawn, with how many samples, and whether it is composited over the ground.
+//!
+//! In: the case of one body and its decisions so far. Out: the decisions, with the tier of the air, the blend mode and the draw of the sky.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::{air, air_spread};
@@ -38,7 +40,7 @@ pub(crate) fn needs_table(case: &Case<'_, '_>) -> bool {
         && air::tier(request.effects.air_tier(), request.quality).0 == AtmosphereModel::Table
 }
 
-/// Decides on the atmosphere: sets the tier of the globe, and makes the draw of the sky beyond the limb.
+/// Decides on the atmosphere: sets the tier for the globe's draw, and creates the draw of the sky beyond the limb.
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, context) = (case.body(), case.frame.context);
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &case.placed.placement)) else { return so_far };

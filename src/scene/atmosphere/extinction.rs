@@ -1,7 +1,7 @@
 //! Scattering and extinction coefficients of an atmosphere by height, and optical depths along rays.
 //!
 //! In: the catalog's species. Out: coefficients per kilometre and optical depths, per channel (linear RGB). Heights and lengths are kilometres.
-//! Not here: the path of a ray through the atmosphere; the caller gives the height along it.
+//! Does not trace rays through the atmosphere: the caller gives the height along the path.
 
 use crate::catalog::{Atmosphere, Species};
 use glam::DVec3;
@@ -46,13 +46,13 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// Straight up the heights are the lengths, and the depth is known: scale height times extinction, less what lies above the top.
+    /// On a vertical ray the height is the length, and the depth is known: scale height times extinction, minus the part above the top.
     #[test]
-    fn the_depth_straight_up_is_that_of_the_columns() {
+    fn the_vertical_depth_is_that_of_the_columns() {
         let catalog = Catalog::embedded();
         let air = catalog.body(NaifId::EARTH).and_then(|b| b.atmosphere.as_ref()).expect("air");
         let column = |s: &Species| match s.tent_centre_km {
-            // A tent of half width w holds as much as a slab of height w.
+            // A triangular profile of half width w has the column density of a slab of height w.
             Some(_) => s.scale_height_km,
             None => s.scale_height_km * -(-air.top_km / s.scale_height_km).exp_m1(),
         };

@@ -1,4 +1,4 @@
-//! Air and clouds: when they are drawn, how finely the air is summed, and the tables and nodes that its shaders read.
+//! Air and clouds: when they are drawn, with how many samples the air is integrated, and the tables and nodes that its shaders read.
 
 pub(crate) mod air;
 pub mod air_nodes;

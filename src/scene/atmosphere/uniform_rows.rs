@@ -1,7 +1,7 @@
-//! The value of each uniform of a draw by its name in the fragments, including tables of the atmosphere.
+//! Looks up the value of a draw's uniform by its name in the shader fragments, including tables of the atmosphere.
 //!
-//! In: a draw's uniforms, and the number of rows of the module's array: the sample count of a tier is a constant of its fragments. Out: the value. Not
-//! here: writing bytes.
+//! In: a draw's uniforms, and the number of rows of the module's array, because the sample count of a tier is a constant of its fragments. Out: the
+//! value. Does not write bytes.
 
 use super::air_nodes;
 use crate::scene::draw::DrawUniforms;

@@ -1,7 +1,7 @@
-//! Lines and texts over the picture: grids, figures, lines on the ground, shadow cones, instruments, names.
+//! Lines and texts over the picture: grids, constellation figures, lines on the ground, shadow cones, instruments, names.
 //!
-//! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: none but labels in pixel views other than the final image; no
-//! text covers another; a body hides texts on the sky behind it.
+//! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: pixel views other than the final image have labels but no
+//! other annotations; no text covers another; a body hides the texts on the sky behind it.
 
 use super::SceneBuilder;
 use crate::catalog::NaifId;
@@ -19,7 +19,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::request::view_request::Position;
 use glam::{DMat3, DVec2, DVec3};
 
-/// What is written and drawn over a picture, with the decisions about it.
+/// The lines and texts drawn over a picture, with the decisions about them.
 pub(super) struct Annotations {
     pub sky_lines: Vec<LineSegment>,
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
@@ -72,13 +72,13 @@ impl Annotations {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// The body whose ground lines are reported: the target, or the body that the viewer stands on.
+    /// The body whose ground lines are recorded in the decisions: the target, or the body that the viewer stands on.
     fn body_with_lines(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|(id, _)| id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
     }
 
-    /// Whether a text of a body's ground lines has that body under it, and no nearer one.
+    /// Whether `body` is the nearest body at the position of a text of its ground lines, so that no other body hides the text.
     fn is_seen_on(&self, body: &PlacedBody<'_>, text: &SkyText) -> bool {
         let covers = |p: &&PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, text.at_px).is_some();
         let nearest =
@@ -86,8 +86,8 @@ impl<'a> SceneBuilder<'a> {
         nearest.is_some_and(|p| p.body.id == body.body.id)
     }
 
-    /// Whether a body, including the ground, hides a text on the sky. A text on the horizon is drawn above it; coordinate ticks stay at the picture's
-    /// edge, even those of azimuths below the horizon.
+    /// Whether any body, including the one that the viewer stands on, hides a text on the sky. A text on the horizon is drawn above the horizon.
+    /// Coordinate ticks are never hidden: they stay at the picture's edge, even azimuth ticks below the horizon.
     fn is_behind_body(&self, text: &SkyText, size_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|(id, _)| id == p.body.id);
@@ -97,7 +97,7 @@ impl<'a> SceneBuilder<'a> {
         !text.is_tick && self.placed.iter().any(hides)
     }
 
-    /// Fields of view of instruments around the target.
+    /// Outlines of instruments' fields of view, centred on the target.
     fn instrument_frames(&self, size_px: f64) -> SkyLines {
         if !self.request.layers.instruments {
             return SkyLines::default();

@@ -1,7 +1,7 @@
-//! The bodies of a frame: what each decision about them makes, and the report of each body.
+//! The bodies of a frame: the draws, points and lines that result from the decisions about them, and the report of each body.
 //!
 //! In: the placed bodies of a [`SceneBuilder`]. Out: [`BodiesInFrame`]: draws in catalog order, points, orbits, traces, and one report per body of the catalog.
-//! Left out: light around the Sun (`sunlight`), the order of the draws (`visibility`).
+//! Not here: light around the Sun (`sunlight`), and the order of the draws (`visibility`).
 
 use super::SceneBuilder;
 use crate::catalog::{Body, NaifId};
@@ -23,7 +23,7 @@ use crate::scene::surface::detail;
 use crate::scene::visibility::{hidden, lunar_limb};
 use glam::{DMat3, DVec3};
 
-/// What the bodies of a frame add to its scene.
+/// The contribution of the bodies of a frame to its scene.
 pub(super) struct BodiesInFrame {
     /// One report per body of the catalog, in its order.
     pub reports: Vec<BodyInView>,
@@ -67,7 +67,8 @@ impl BodiesInFrame {
         Self { reports, draws, points, orbits: orbit_arcs, traces: trace_segments }
     }
 
-    /// Removes what other bodies hide, gives the Moon its limb, and spreads the glare of bright points. `white`: radiance shown as white.
+    /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and spreads the glare of bright points. `white`: radiance
+    /// shown as white.
     pub(super) fn hide(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.points, &mut self.reports);
@@ -117,7 +118,7 @@ pub(super) fn not_placed(body: &Body, reason: String) -> BodyInView {
     }
 }
 
-/// Those maps, shape and detail shown in a body's draws that nobody has measured: file and method.
+/// The maps, shape and detail shown in a body's draws that are invented, not measured: each with its file and the method of its invention.
 fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, String)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));

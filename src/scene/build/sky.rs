@@ -15,20 +15,20 @@ use crate::scene::sky::minor_planets::{self, MinorPlanets};
 use crate::scene::sky::stars;
 use std::sync::Arc;
 
-/// What the sky adds to a scene, with the decisions about it.
+/// The contribution of the sky to a scene, with the decisions about it.
 pub(super) struct Sky {
     pub background: Option<SkyBackground>,
     pub images: Vec<SkyImageDraw>,
     pub stars: Vec<StarSprite>,
     pub minor_planets: Option<MinorPlanets>,
-    /// Without their orbits.
+    /// The comets, without the orbit lines, which are in `comet_orbits`.
     pub comets: Comets,
     pub comet_orbits: Vec<OrbitArc>,
     pub decisions: Vec<Decision>,
 }
 
 impl Sky {
-    /// `has_corona`: the corona is drawn, so that the zodiacal light need not continue to the Sun.
+    /// `has_corona`: the corona is drawn, so the zodiacal light need not continue up to the Sun.
     pub(super) fn build(builder: &SceneBuilder<'_>, frame: &Frame<'_>, has_corona: bool) -> Self {
         let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure.white());
         let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None);

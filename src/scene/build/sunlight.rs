@@ -13,16 +13,16 @@ use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use glam::DVec3;
 
-/// What is drawn of the light around the Sun.
+/// The effects drawn around the Sun.
 pub(super) struct LightAroundSun {
     pub limbs: Vec<RefractedLimb>,
-    /// Its place among the draws is not set yet.
+    /// The corona; its position in the order of draws is not set yet.
     pub corona: Option<Corona>,
     pub glow: Option<Glow>,
 }
 
 impl LightAroundSun {
-    /// Decides on all three, and records the decisions in the reports of their bodies.
+    /// Decides on all three effects, and records each decision in the report of its body.
     pub(super) fn decide(frame: &Frame<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
@@ -35,8 +35,8 @@ impl LightAroundSun {
     }
 }
 
-/// Keeps an effect of the Sun if the request asks for it or its bound does, and records the decision. `found`: the effect, whether its bound asks for it,
-/// and the reason.
+/// Decides whether to keep an effect of the Sun, and records the decision. A setting in the request overrides the effect's bound. `found`: the effect,
+/// whether its bound exceeds the threshold, and the reason.
 fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, String)>, reports: &mut [BodyInView]) -> Option<T> {
     let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Final)?;
     let (on, reason) = match request.effects.override_of(effect) {

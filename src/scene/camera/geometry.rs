@@ -1,7 +1,7 @@
-//! Where a finished picture shows directions: a plane, a fisheye or whole sphere, or two eyes.
+//! The mapping between directions and pixels of a finished picture: perspective, fisheye, entire sphere, stereo pair, or any of these on a warp mesh.
 //!
-//! In: ICRF directions, pixels of the finished picture. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and [`ImageGeometry::pixel_of`] are inverse to
-//! each other within the picture; of a stereo pair both are those of the left eye's picture.
+//! In: ICRF directions, pixels of the finished picture. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and
+//! [`ImageGeometry::pixel_of`] are inverse to each other within the picture; for a stereo pair, both use the left eye's picture.
 
 use super::Camera;
 use super::sphere::{ImageProjection, SpherePicture};
@@ -12,25 +12,25 @@ use std::sync::Arc;
 /// How a finished picture shows directions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ImageGeometry {
-    /// As the scene's camera.
+    /// The perspective of the scene's camera.
     #[default]
     Perspective,
     /// A fisheye or an equirectangular picture.
     Sphere(SpherePicture),
-    /// A stereo pair, whose scene is the left eye's.
+    /// A stereo pair; the scene's camera is that of the left eye.
     Stereo(StereoGeometry),
-    /// One of the others on a warp mesh.
+    /// One of the other geometries, drawn on a warp mesh.
     Warped(WarpedGeometry),
 }
 
 /// The columns of the left eye's rendered frame that the finished picture keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StereoGeometry {
-    /// The first of them.
+    /// The first column that is kept.
     pub left_column: u32,
     /// Width of one eye's part of the finished picture, pixels.
     pub width: u32,
-    /// Whether the eyes' pictures stand side by side; else they are overlaid.
+    /// Whether the eyes' pictures are side by side; otherwise they are overlaid.
     pub side_by_side: bool,
 }
 
@@ -61,12 +61,12 @@ impl ImageProjection for LeftPicture<'_> {
     }
 }
 
-/// A finished picture on a mesh. Both directions use the triangles that the renderer draws, so that a mark stands on what it marks.
+/// A finished picture on a mesh. The mapping and its inverse use the triangles that the renderer draws, so that labels and marks match the drawn picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WarpedGeometry {
     /// How the picture on the mesh shows directions.
     pub picture: Box<ImageGeometry>,
-    /// Its size.
+    /// Size of the picture before the mesh is applied.
     pub picture_px: [u32; 2],
     pub mesh: Arc<WarpMesh>,
     /// Size of the screen.
@@ -74,23 +74,23 @@ pub struct WarpedGeometry {
 }
 
 impl WarpedGeometry {
-    /// The pixel of the screen that shows a pixel of the picture; `None` if none does. Of several the first in the mesh.
+    /// The screen pixel that shows a pixel of the picture; `None` if no screen pixel does. If several do, that of the first triangle in the mesh.
     pub(crate) fn screen_of_picture(&self, pixel: DVec2) -> Option<DVec2> {
         let part = pixel / size(self.picture_px);
-        let place = self.mesh.screen_of_picture(DVec2::new(part.x, 1.0 - part.y))?;
+        let on_screen = self.mesh.screen_of_picture(DVec2::new(part.x, 1.0 - part.y))?;
         let screen = size(self.screen_px);
-        Some(DVec2::new(0.5 * screen.x + 0.5 * screen.y * place.x, 0.5 * screen.y * (1.0 - place.y)))
+        Some(DVec2::new(0.5 * screen.x + 0.5 * screen.y * on_screen.x, 0.5 * screen.y * (1.0 - on_screen.y)))
     }
 
-    /// The pixel of the picture that a pixel of the screen shows; `None` beside the mesh.
+    /// The pixel of the picture that a screen pixel shows; `None` outside the mesh.
     pub(crate) fn picture_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
         let screen = size(self.screen_px);
-        let place = (pixel - 0.5 * screen) / (0.5 * screen.y);
-        let part = self.mesh.picture_of_screen(DVec2::new(place.x, -place.y))?;
+        let on_screen = (pixel - 0.5 * screen) / (0.5 * screen.y);
+        let part = self.mesh.picture_of_screen(DVec2::new(on_screen.x, -on_screen.y))?;
         Some(DVec2::new(part.x, 1.0 - part.y) * size(self.picture_px))
     }
 
-    /// Pixels of the screen per pixel of the picture, where both have one height.
+    /// Pixels of the screen per pixel of the picture, if the picture fills the screen's height.
     pub(crate) fn scale(&self) -> f64 {
         f64::from(self.screen_px[1]) / f64::from(self.picture_px[1])
     }
@@ -132,7 +132,7 @@ impl ImageGeometry {
         }
     }
 
-    /// The pixel that shows an ICRF direction; of a side-by-side pair the one in the left half.
+    /// The pixel that shows an ICRF direction; in a side-by-side pair, the pixel in the left half.
     pub fn pixel_of(&self, camera: &Camera, direction: DVec3) -> Option<DVec2> {
         self.projection(camera).pixel_of(direction)
     }
@@ -148,28 +148,28 @@ impl ImageGeometry {
         }
     }
 
-    /// Where a sprite at this place of the scene's frame (clip coordinates) is in the picture, before a mesh moves it.
+    /// The pixel of the picture at which a sprite of the scene's frame appears, before a mesh moves it. `clip`: the sprite's clip coordinates in the frame.
     pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
         let px = camera.pixel_from_clip(clip);
         match self {
-            // The sprites of a dome or a whole sphere are placed in the finished picture.
+            // The sprites of a dome or an entire sphere are placed in the finished picture.
             Self::Perspective | Self::Sphere(_) => px,
             Self::Stereo(geometry) => px - LeftPicture { camera, geometry: *geometry }.column(),
             Self::Warped(geometry) => geometry.picture.sprite_px(camera, clip),
         }
     }
 
-    /// The pixel of the picture that a pixel of the screen shows; without a mesh it is the same, beside one it is none.
+    /// The pixel of the picture that a screen pixel shows: the same pixel without a mesh, `None` outside a mesh.
     pub(crate) fn picture_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
         if let Self::Warped(geometry) = self { geometry.picture_of_screen(pixel) } else { Some(pixel) }
     }
 
-    /// The pixel of the screen that shows a pixel of the picture.
+    /// The screen pixel that shows a pixel of the picture: the same pixel without a mesh, `None` if the mesh does not show it.
     pub(crate) fn screen_of_picture(&self, pixel: DVec2) -> Option<DVec2> {
         if let Self::Warped(geometry) = self { geometry.screen_of_picture(pixel) } else { Some(pixel) }
     }
 
-    /// A pixel in the right half of a side-by-side pair moves to the same place of the left half; any other pixel stays.
+    /// Maps a pixel in the right half of a side-by-side pair to the same position in the left half; other pixels are unchanged.
     pub(crate) fn left_eye_px(&self, pixel: DVec2) -> DVec2 {
         match self {
             Self::Stereo(StereoGeometry { width, side_by_side: true, .. }) if pixel.x >= f64::from(*width) => {
@@ -189,7 +189,7 @@ mod tests {
         Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, width, height)
     }
 
-    /// Bent and sheared to a screen of the same size; it covers all but the corners.
+    /// A mesh that bends and shears the picture on a screen of the same size; it covers all but the screen's corners.
     fn warped() -> ImageGeometry {
         let mut text = "2\n7 5\n".to_owned();
         for (row, column) in (0..5).flat_map(|r| (0..7).map(move |c| (r, c))) {
@@ -201,7 +201,7 @@ mod tests {
         ImageGeometry::Warped(WarpedGeometry { picture: Box::default(), picture_px: [90, 60], mesh, screen_px: [90, 60] })
     }
 
-    /// A mesh that changes nothing, on a screen of twice the size.
+    /// An undistorted mesh on a screen of twice the picture's size.
     #[test]
     fn a_plain_mesh_scales() {
         let mesh = Arc::new(WarpMesh::parse("m", "2\n2 2\n-1.5 -1 0 0 1\n1.5 -1 1 0 1\n-1.5 1 0 1 1\n1.5 1 1 1 1\n").expect("a mesh"));
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn direction_and_pixel_are_inverse() {
-        let whole = camera(90, 60);
+        let frame_camera = camera(90, 60);
         let sphere = |projection| {
             let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
             ImageGeometry::Sphere(SpherePicture { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
@@ -238,9 +238,9 @@ mod tests {
             let mut seen = 0;
             for (x, y) in (0..90).flat_map(|x| (0..60).map(move |y| (x, y))) {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let Some(direction) = geometry.direction(&whole, pixel) else { continue };
+                let Some(direction) = geometry.direction(&frame_camera, pixel) else { continue };
                 assert!((direction.length() - 1.0).abs() < 1e-12);
-                let back = geometry.pixel_of(&whole, direction).expect("in the picture");
+                let back = geometry.pixel_of(&frame_camera, direction).expect("in the picture");
                 assert!(back.distance(geometry.left_eye_px(pixel)) < 1e-7, "{geometry:?} {pixel}: {back}");
                 seen += 1;
             }

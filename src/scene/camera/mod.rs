@@ -26,7 +26,7 @@ pub struct Camera {
     pub tan_half_fov: DVec2,
     pub width: u32,
     pub height: u32,
-    /// Whether this is one frame of a composed picture, into which the glare of a Sun outside the frame falls.
+    /// Whether this is one frame of a composed picture. The glare of the Sun is then drawn even if the Sun is outside this frame.
     pub one_of_several: bool,
 }
 
@@ -35,7 +35,7 @@ pub struct Camera {
 pub struct Placement {
     /// Vector from the camera to the body's apparent centre, ICRF, kilometres.
     pub centre_km: DVec3,
-    /// Rows are the body's axes; rotated along with the displacement by aberration, so that the same side is visible.
+    /// Rows are the body's axes. Aberration rotates them by the same rotation as the body's direction, so that the visible side does not change.
     pub body_from_icrf: DMat3,
     /// Semi-axes.
     pub radii_km: DVec3,
@@ -47,7 +47,7 @@ impl Placement {
         self.body_from_icrf * -self.centre_km / self.radii_km
     }
 
-    /// An ICRF vector in the unit-sphere frame, scaled by the equatorial radius, so that lengths are preserved for a sphere.
+    /// An ICRF vector in the unit-sphere frame, multiplied by the equatorial radius, so that lengths are preserved for a sphere.
     pub fn direction_in_unit_sphere(&self, v: DVec3) -> DVec3 {
         self.body_from_icrf * v * (self.radii_km.x / self.radii_km)
     }
@@ -56,19 +56,19 @@ impl Placement {
         self.camera_in_unit_sphere().length_squared() <= 1.0
     }
 
-    /// Unit-sphere point of the body in an ICRF direction from the camera; `None` beside the body.
+    /// Unit-sphere point of the body in an ICRF direction from the camera; `None` if the ray misses the body.
     pub(crate) fn surface_along(&self, direction: DVec3) -> Option<DVec3> {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
     }
 
-    /// The same along a direction of the unit-sphere frame.
+    /// Like [`Self::surface_along`], for a direction in the unit-sphere frame.
     pub(crate) fn surface_along_unit_sphere(&self, direction: DVec3) -> Option<DVec3> {
         let origin = self.camera_in_unit_sphere();
         let w = direction.normalize();
         let b = origin.dot(w);
         // |origin x w| is the distance of the ray from the centre, computed without cancellation.
-        let disc = 1.0 - origin.cross(w).length_squared();
-        (disc >= 0.0 && b < 0.0).then(|| origin + w * (-b - disc.sqrt()))
+        let discriminant = 1.0 - origin.cross(w).length_squared();
+        (discriminant >= 0.0 && b < 0.0).then(|| origin + w * (-b - discriminant.sqrt()))
     }
 }
 
@@ -96,7 +96,7 @@ impl ClipRect {
     }
 }
 
-/// The f32 forms of one draw's view rays; see [`crate::scene::draw::DrawUniforms`], which they fill.
+/// One draw's view rays, narrowed to f32. The fields fill those of the same names in [`crate::scene::draw::DrawUniforms`], which documents them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewRays {
     pub rect_in_clip: Vec4,
@@ -113,7 +113,7 @@ pub struct ViewRays {
     pub camera_in_unit_sphere: Vec3,
 }
 
-/// The anchor form of the rays. `Auto` chooses the one whose rounding moves the silhouette less.
+/// The anchor of the rays: the camera or the plane through the body's centre. `Auto` chooses the form whose rounding error moves the silhouette less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnchorForm {
     Auto,
@@ -163,16 +163,16 @@ impl Camera {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
-    /// Whether a ball can be in the picture: in front of the near plane and inside the frame's four planes, each moved outwards by a margin. Its centre
-    /// is in the camera's axes: right, up, forward, km.
+    /// Whether a ball can be in the picture: in front of the near plane and inside the frustum's four side planes, each moved outwards by a margin.
+    /// `centre_km`: in the camera's axes (right, up, forward).
     pub(crate) fn may_show_ball(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();
-        let beside = |across: f64, tan: f64, half: f64| {
+        let is_outside = |across: f64, tan: f64, half: f64| {
             let tan = tan * (1.0 + margin_px / half);
             (across.abs() - tan * centre_km.z) > radius_km * (1.0 + tan * tan).sqrt()
         };
         let tan = self.tan_half_fov;
-        centre_km.z + radius_km > NEAR_DEPTH_KM && !beside(centre_km.x, tan.x, half.x) && !beside(centre_km.y, tan.y, half.y)
+        centre_km.z + radius_km > NEAR_DEPTH_KM && !is_outside(centre_km.x, tan.x, half.x) && !is_outside(centre_km.y, tan.y, half.y)
     }
 
     /// Clip units per pixel, for shaders.
@@ -185,7 +185,7 @@ impl Camera {
         self.tan_half_fov.y / self.half_size().y
     }
 
-    /// The view ray through a clip position, ICRF, with view depth 1.
+    /// The view ray through a clip position as an ICRF vector of view depth 1.
     pub fn ray(&self, clip: DVec2) -> DVec3 {
         self.forward + self.right * (clip.x * self.tan_half_fov.x) + self.up * (clip.y * self.tan_half_fov.y)
     }
@@ -212,17 +212,17 @@ impl Camera {
 
     /// Pixel of a unit-sphere point of the body; `None` behind the camera or on the far side.
     pub fn pixel_of_surface(&self, place: &Placement, unit_point: DVec3) -> Option<DVec2> {
-        let faces = place.camera_in_unit_sphere().dot(unit_point) >= 1.0;
+        let is_near_side = place.camera_in_unit_sphere().dot(unit_point) >= 1.0;
         let direction = place.centre_km + place.body_from_icrf.transpose() * (unit_point * place.radii_km);
-        if faces { self.clip(direction).map(|c| self.pixel_from_clip(c)) } else { None }
+        if is_near_side { self.clip(direction).map(|c| self.pixel_from_clip(c)) } else { None }
     }
 
     /// Narrows the rays of one draw to f32.
     ///
-    /// Both forms contain points of the same rays, value = origin + u du + v dv over the rectangle: the camera itself, or the intersection
-    /// with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
-    /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the
-    /// farthest anchor in the rectangle; `Auto` compares the two. Measured in tests/scene/silhouette.rs.
+    /// A ray is given by its anchor, a point on it, which is affine over the rectangle: value = origin + u du + v dv. The anchor is the camera itself,
+    /// or the intersection with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
+    /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the distance of the
+    /// farthest anchor in the rectangle from the body's centre; `Auto` compares the two errors. Measured in tests/scene/silhouette.rs.
     pub fn view_rays(&self, place: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
         // The corners are rounded first, so that rays and clip positions agree exactly.
         let rect_in_clip = glam::DVec4::new(rect.left, rect.top, rect.right, rect.bottom).as_vec4();
@@ -249,8 +249,8 @@ impl Camera {
             AnchorForm::Plane => false,
         };
         let anchor = if anchor_is_camera { [camera, DVec3::ZERO, DVec3::ZERO] } else { plane };
-        // |ray|^2 (1 - q^2) over the rectangle, with q the distance of a ray from the centre: it is 0 at the silhouette. The component of a ray
-        // along the line to the centre does not contribute to its moment and is removed before rounding.
+        // The quadratic form |ray|^2 (1 - q^2) over the rectangle, where q is the distance of a ray from the centre; it is 0 at the silhouette. The
+        // component of a ray along the line to the centre does not contribute to its moment and is removed before rounding.
         let centre = place.centre_km.normalize_or_zero();
         let moments = icrf.map(|ray| camera.cross(place.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
         let rays = [origin, du, dv];

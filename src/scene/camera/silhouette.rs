@@ -1,8 +1,8 @@
 //! The outline of an ellipsoid in the picture: the conic section of its tangent cone with the image plane, in f64.
 //!
-//! A view ray at homogeneous image position v meets the body where vᵀQv >= 0. With c the camera and r, u the image axes in the unit-sphere frame, and image
-//! positions relative to the projected centre in units of the body's radius, Q has the closed form in [`Outline::of`]. No large numbers cancel, so a
-//! kilometre-sized moon at 100 au keeps its shape.
+//! In: a camera and a body's placement. Out: an [`Outline`]. The view ray at homogeneous image position v meets the body if vᵀQv >= 0. Image positions are
+//! relative to the projected centre, in units of the body's radius; c is the camera, and r and u are the image axes, all in the unit-sphere frame. Then Q
+//! has the closed form in [`Outline::of`]. No large numbers cancel, so the outline of a kilometre-sized moon at 100 au is still accurate.
 
 use crate::scene::camera::{Camera, ClipRect, Placement};
 use glam::{DMat2, DVec2, DVec3};
@@ -10,25 +10,23 @@ use glam::{DMat2, DVec2, DVec3};
 /// The outline of a body in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
-    /// Wholly in front of the camera: the ellipse's bounding box and its area in pixels, neither clipped to the frame.
-    Ellipse {
-        bounds: ClipRect,
-        area_px: f64,
-    },
+    /// Entirely in front of the camera: the ellipse's bounding box and its area in pixels, neither clipped to the frame.
+    Ellipse { bounds: ClipRect, area_px: f64 },
     /// The tangent cone extends behind the camera and into the frame: the outline is open, and any pixel may show the body.
     Open,
-    /// The tangent cone extends behind the camera, but no view ray of the frame is in it.
+    /// The tangent cone extends behind the camera, but no view ray of the frame is inside the cone.
     Beside,
+    /// The body is behind the camera.
     Behind,
 }
 
-/// Pixels added on each side of a bounding box: the limb's soft edge takes half a pixel, and a quad reaches one further.
+/// Pixels added on each side of a bounding box: half a pixel for the limb's antialiased edge, and one pixel because shaders run on quads of 2x2 pixels.
 pub const PADDING_PX: f64 = 1.5;
 
-/// Whether a view ray of the padded frame meets the body, in front of or behind the camera. In the unit-sphere frame the tangent cone is circular, so the
-/// frame's ray nearest to its axis decides; that is the axis itself or on the frame's edge.
+/// Whether a view ray of the padded frame meets the body, in front of or behind the camera. In the unit-sphere frame the tangent cone is circular, so only
+/// the frame's ray nearest to the cone's axis must be tested: the axis itself, or a ray on the frame's edge.
 fn meets_frame(camera: &Camera, place: &Placement) -> bool {
-    // The cone of a very flat ellipsoid, such as a ring's disc, has lost all precision; assume that it meets the frame.
+    // For a very flat ellipsoid, such as a ring's disc, rounding errors make the test meaningless: assume that the cone meets the frame.
     if place.radii_km.min_element() < 1e-3 * place.radii_km.max_element() {
         return true;
     }
@@ -45,7 +43,7 @@ fn meets_frame(camera: &Camera, place: &Placement) -> bool {
     nearest >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
 }
 
-/// The largest cosine between a unit vector and the vectors from `from` to `to`.
+/// The largest cosine of the angle between a unit vector and any vector on the segment from `from` to `to`.
 fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let step = to - from;
     let (a, b) = (axis.dot(from), axis.dot(step));
@@ -62,7 +60,7 @@ impl Outline {
         let c = place.camera_in_unit_sphere();
         let (r, u) = (place.direction_in_unit_sphere(camera.right), place.direction_in_unit_sphere(camera.up));
         let (n1, n2) = (c.cross(r), c.cross(u));
-        // The negated upper block of Q, which is positive definite exactly if the outline is an ellipse.
+        // The negated upper-left 2x2 block of Q; it is positive definite exactly if the outline is an ellipse.
         let block = [n1.dot(n1) - r.dot(r), n1.dot(n2) - r.dot(u), n2.dot(n2) - u.dot(u)];
         let determinant = block[0] * block[2] - block[1] * block[1];
         let scale = block[0].abs().max(block[2].abs());
@@ -76,7 +74,7 @@ impl Outline {
         let linear = -DVec2::new(r.dot(c), u.dot(c));
         let centre = inverse * linear;
         let level = c.dot(c) + linear.dot(centre);
-        // From body radii at the centre's depth to clip units.
+        // Converts body radii at the centre's depth to clip units.
         let clip_per_radius = place.radii_km.x / (depth_km * camera.tan_half_fov);
         let Some(origin) = camera.clip(place.centre_km) else { return Self::Behind };
         let middle = origin + centre * clip_per_radius;

@@ -14,7 +14,7 @@ pub(crate) trait ImageProjection {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2>;
     /// Width and height, pixels.
     fn size_px(&self) -> DVec2;
-    /// Radius in pixels of a disc of an angular radius (radians) in the picture's middle.
+    /// Radius in pixels of a disc in the picture's middle, from its angular radius in radians.
     fn disc_radius_px(&self, angular_radius: f64) -> f64;
     /// The field of view as text.
     fn field_of_view(&self) -> String;
@@ -117,8 +117,8 @@ impl SpherePicture {
         (scale.element_product() * cos_lat, scale.y / (scale.x * cos_lat))
     }
 
-    /// Largest number of pixels per radian: of an equirectangular picture at its equator, of a fisheye within 90 degrees of its axis. The true density grows
-    /// without limit towards the poles of the one and towards 180 degrees off the axis of the other; neither is counted.
+    /// Largest number of pixels per radian: for an equirectangular picture at its equator, for a fisheye within 90 degrees of its axis. The true density is
+    /// unbounded near the poles of an equirectangular picture and near 180 degrees from the axis of a fisheye; both regions are ignored.
     pub(crate) fn pixels_per_radian(&self) -> f64 {
         let densest = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {
@@ -154,7 +154,8 @@ mod tests {
         SpherePicture { right: DVec3::X, up: DVec3::Y, forward: -DVec3::Z, projection, half_fov_rad, width, height }
     }
 
-    /// Over the whole picture and at several fields of view; and the solid angles of all pixels are those of the cap or the sphere.
+    /// For several pictures and fields of view: pixel to direction to pixel is the identity, and the pixels' solid angles sum to that of the cap or the
+    /// sphere.
     #[test]
     fn pixels_and_directions_are_inverse_and_pixels_fill_the_sphere() {
         for (projection, fov_deg, width, height) in [
@@ -174,14 +175,15 @@ mod tests {
                 assert!((back - pixel).length() < 1e-7, "{projection:?} {pixel}: {back}");
                 solid_angle += picture.pixel_sr_and_stretch(direction).0;
             }
-            let whole = if projection == Projection::Fisheye { TAU * (1.0 - (fov_deg.to_radians() / 2.0).cos()) } else { 2.0 * TAU };
-            // A pixel counts whole if its centre is in the circle: in a picture 50 pixels high that is wrong by 0.6 % of the area, less in larger ones.
+            let expected_sr = if projection == Projection::Fisheye { TAU * (1.0 - (fov_deg.to_radians() / 2.0).cos()) } else { 2.0 * TAU };
+            // A pixel counts fully if its centre is in the circle: in a picture 50 pixels high this is wrong by 0.6 % of the area, in larger pictures by
+            // less.
             let bound = if width.min(height) < 100 { 1e-2 } else { 5e-3 };
-            assert!((solid_angle / whole - 1.0).abs() < bound, "{projection:?} {fov_deg}: {solid_angle} of {whole}");
+            assert!((solid_angle / expected_sr - 1.0).abs() < bound, "{projection:?} {fov_deg}: {solid_angle} of {expected_sr}");
         }
     }
 
-    /// What is up in the picture is up, what is on the right is on the right, as seen from inside.
+    /// The up axis is at the top of the picture and the right axis on its right, as seen from inside the sphere.
     #[test]
     fn the_axes_are_those_of_the_camera() {
         let dome = picture(Projection::Fisheye, 180.0, 200, 200);

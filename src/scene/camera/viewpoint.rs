@@ -1,8 +1,8 @@
-//! StateLookup the camera of a request: position and direction at the instant, and aberration for a moving viewer.
+//! Places the camera of a request: its position and direction at the request's instant, and aberration for a moving viewer.
 //!
-//! In: the request and the ephemeris. Out: a [`Viewer`]: camera, velocity if it moves with a body, and the body it is on or in. A camera over its target is
-//! at rest and is placed relative to the apparent target, so that light time does not shift the target in the frame. Diurnal aberration (at most 0.32
-//! arcsec on the Earth) is left out.
+//! In: the request, the catalog and the ephemeris. Out: a [`Viewer`]: the camera, its velocity if it moves with a body, and the body that it is on or in. A
+//! camera over its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the frame. Diurnal
+//! aberration (at most 0.32 arcsec on the Earth) is left out.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -21,15 +21,15 @@ pub struct Viewer {
     pub camera: Camera,
     /// Barycentric velocity, ICRF; zero for a camera at rest.
     pub velocity_km_s: DVec3,
-    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`, which is zero for a
-    /// camera over its target.
+    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`, which is zero
+    /// for a camera over its target.
     pub body_velocity_km_s: DVec3,
-    /// Up direction (ICRF, of any length) before it was made orthogonal to the line of sight.
+    /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
-    /// The body whose centre the camera is at: not drawn.
+    /// The body at whose centre the camera is; it is not drawn.
     pub inside: Option<NaifId>,
-    /// The body whose ground the camera stands on, and its barycentric position. Viewer and body move together, so light time and aberration cancel
-    /// between them (to second order in v/c, 1e-8), and its geometric position is used.
+    /// The body on whose ground the camera stands, and the body's barycentric position. Viewer and body move together, so light time and aberration
+    /// between them cancel (to second order in v/c, 1e-8), and the body's geometric position is used.
     pub stands_on: Option<(NaifId, DVec3)>,
 }
 
@@ -55,7 +55,7 @@ impl StateLookup<'_> {
         let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
         Ok((state.pos_km, state.vel_km_s))
     }
-    /// Columns are the axes of the body, or those of ICRF.
+    /// The rotation to ICRF from the axes of a body, or the identity for ICRF axes.
     fn icrf_from(&self, axes: Axes, body: NaifId) -> Result<DMat3, SceneError> {
         match axes {
             Axes::Icrf => Ok(DMat3::IDENTITY),
@@ -64,18 +64,18 @@ impl StateLookup<'_> {
     }
 }
 
-/// Maximum distance of a camera from the body relative to which it is placed: a thousand light years of 365.25 days. From farther away the time of emission
-/// would be outside every ephemeris.
+/// Maximum distance of a camera from the body relative to which it is placed: 1000 light years, with Julian years of 365.25 days. From farther away the time
+/// of emission would be outside every ephemeris.
 pub(crate) const FARTHEST_KM: f64 = 1000.0 * 365.25 * crate::units::SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
 
-fn near_enough(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
+fn check_distance(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
     if distance_km <= FARTHEST_KM {
         return Ok(());
     }
     Err(SceneError::Request(format!("{}: that is {distance_km:.3e} km away; at most {FARTHEST_KM:.3e} km, 1000 light years", what())))
 }
 
-/// StateLookup the camera of a request.
+/// Places the camera of a request.
 pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Viewer, SceneError> {
     request.check()?;
     let states = StateLookup { catalog, ephemeris, time: request.time };
@@ -93,11 +93,11 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let target = states.body(needs_target()?)?;
             reference_body = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
-            // The disc of a sphere of angular radius a fills tan a / tan(fov / 2) of the half height.
+            // The disc of a sphere of angular radius a fills the fraction tan a / tan(fov / 2) of half the picture's height.
             let fitted_radii = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
             let distance_km = distance_radii.unwrap_or(fitted_radii) * target.radii_km.max_element();
-            let asked = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
-            near_enough(distance_km, asked)?;
+            let described = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
+            check_distance(distance_km, described)?;
             // The target's position when it emitted the light seen now.
             let seen_at = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
             let centre = ephemeris.state(target.id, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km;
@@ -118,7 +118,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
             reference_body = body;
-            near_enough(height_km, || format!("height {height_km:?} km"))?;
+            check_distance(height_km, || format!("height {height_km:?} km"))?;
             let (point, normal) = ground_point_km(states.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
             let icrf_from_body = states.icrf_from(Axes::BodyFixed, body)?;
             let (pos, vel) = states.state(body)?;
@@ -130,7 +130,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Position::Offset { body, offset_km, axes } => {
             reference_body = body;
             let offset = states.icrf_from(axes, body)? * offset_km;
-            near_enough(offset.length(), || "camera".into())?;
+            check_distance(offset.length(), || "camera".into())?;
             let seen_at = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
             zenith = offset.try_normalize();
             ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km + offset
@@ -141,11 +141,11 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Look::Target => {
             let target = needs_target()?;
             let stands_on_target = stands_on.filter(|(body, _)| *body == target);
-            let seen = match stands_on_target {
+            let apparent_km = match stands_on_target {
                 Some((_, pos)) => pos,
                 None => ephemeris.light_time_position(target, position_km, t)?.0,
             };
-            let to_target = seen - position_km;
+            let to_target = apparent_km - position_km;
             if to_target.length() < 1e-6 || inside == Some(target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
             }

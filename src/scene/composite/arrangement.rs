@@ -1,4 +1,4 @@
-//! How frames are arranged in a picture: plain values.
+//! The arrangement of frames in a composed picture, as plain values.
 
 use crate::scene::camera::sphere::SpherePicture;
 use crate::scene::camera::viewpoint::Viewer;
@@ -24,7 +24,7 @@ pub enum Arrangement {
 /// The frames of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// The frame that is metered for the common exposure.
+    /// The frame whose light is metered for the common exposure.
     pub meter: FrameRequest,
     pub frames: Vec<FrameRequest>,
     pub arrangement: Arrangement,
@@ -35,7 +35,7 @@ pub struct Frames {
 pub struct Eyes {
     pub layout: StereoLayout,
     pub separation_km: f64,
-    /// First column of each eye's frame, left and right, that belongs to its picture.
+    /// For the left and the right eye: the first column of the eye's frame that the picture shows.
     pub columns: [u32; 2],
 }
 
@@ -45,8 +45,8 @@ pub struct Faces {
     pub picture: SpherePicture,
     /// The frame of each face: front, right, back, left, up, down.
     pub frame_of: [Option<usize>; 6],
-    /// Pixels across a right angle; a frame has an additional border on each side.
+    /// Width of a face, which spans 90 degrees, in pixels; its frame has an additional border on each side.
     pub face_px: u32,
-    /// Pixels of each frame that the picture shows: x0, y0, x1, y1 (exclusive).
+    /// The rectangle of each frame that the picture shows: x0, y0, x1, y1 in pixels, the last two exclusive.
     pub used: Vec<[u32; 4]>,
 }

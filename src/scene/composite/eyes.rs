@@ -1,9 +1,9 @@
 //! Stereo pairs: two cameras side by side with parallel axes.
 //!
 //! In: a plain request and the eye separation. Out: a frame for each eye. Both look in the same direction; points at the target's distance have zero
-//! parallax, nearer ones have crossed, farther ones uncrossed parallax. The off-axis frusta that this requires are parts of wider symmetric frames: each
-//! frame is wider than its picture by the parallax of infinity, which is a whole number of pixels, and the picture starts at some column of it. Always: no
-//! vertical parallax; the target has zero parallax, to a quarter of a pixel if the separation was given.
+//! parallax, nearer points have crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider symmetric
+//! frames: each frame is wider than its picture by the parallax of infinity, rounded to a whole number of pixels, and the picture starts at one of the
+//! frame's columns. Always: no vertical parallax; the target has zero parallax, to within a quarter of a pixel if the separation was given.
 
 use super::arrangement::{Arrangement, Eyes, FrameRequest, Frames};
 use crate::catalog::Catalog;
@@ -16,13 +16,13 @@ use crate::scene::request::{Stereo, StereoLayout};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Default parallax of infinity relative to the picture's width: an audience tolerates a few hundredths without effort.
-const INFINITY_OF_WIDTH: f64 = 1.0 / 30.0;
+/// Default parallax of infinity relative to the picture's width: viewers fuse a few hundredths without effort.
+const INFINITY_PARALLAX_OF_WIDTH: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
-const HUMAN_EYES_KM: f64 = 63e-6;
+const HUMAN_EYE_SEPARATION_KM: f64 = 63e-6;
 
 pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewRequest, stereo: Stereo) -> Result<Frames, SceneError> {
-    // Caption, scale bar and compass are added to the combined picture.
+    // Caption, scale bar and compass are placed later, at the same position for both eyes.
     let layers = Layers { caption: false, scale_bar: false, compass: false, ..plain.layers };
     let mut request = ViewRequest { layers, ..plain.clone() };
     if stereo.layout == StereoLayout::SideBySide {
@@ -37,34 +37,34 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
     let standing = matches!(request.position, Position::Ground { .. });
     let (separation_km, infinity_px) = match stereo.eye_separation_km {
         None if !standing => {
-            let infinity_px = (f64::from(request.width) * INFINITY_OF_WIDTH).round().max(1.0);
+            let infinity_px = (f64::from(request.width) * INFINITY_PARALLAX_OF_WIDTH).round().max(1.0);
             (infinity_px * pixel_km, infinity_px)
         }
         given => {
-            let separation_km = given.unwrap_or(HUMAN_EYES_KM);
+            let separation_km = given.unwrap_or(HUMAN_EYE_SEPARATION_KM);
             (separation_km, (separation_km / pixel_km).round())
         }
     };
-    let most = f64::from(request.width / 2);
-    if infinity_px > most {
+    let max_px = f64::from(request.width / 2);
+    if infinity_px > max_px {
         return Err(SceneError::Request(format!(
             "eyes {separation_km} km apart see the stars {infinity_px:.0} pixels apart, more than half of the picture: at most {:.6e} km",
-            most * pixel_km
+            max_px * pixel_km
         )));
     }
-    // Exact: no more than half of 16384.
-    let infinity = infinity_px as u32;
+    // Exact: a rounded number of at most half of 16384.
+    let infinity_columns = infinity_px as u32;
     let eye = |side: f64| -> Result<FrameRequest, SceneError> {
         let mut viewer = viewer.clone();
         let camera = &mut viewer.camera;
         camera.position_km += camera.right * (0.5 * side * separation_km);
-        let width = request.width + infinity;
+        let width = request.width + infinity_columns;
         camera.tan_half_fov.x *= f64::from(width) / f64::from(request.width);
         camera.width = width;
         Ok(FrameRequest { request: ViewRequest { width, ..request.clone() }, viewer })
     };
     let frames = vec![eye(-1.0)?, eye(1.0)?];
-    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity, 0] });
+    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity_columns, 0] });
     Ok(Frames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 
@@ -72,10 +72,10 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
 fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Viewer) -> Result<f64, SceneError> {
     let target =
         request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both pictures agree".into()))?;
-    let seen: DVec3 = match viewer.stands_on {
-        Some((body, at)) if body == target => at,
+    let apparent_km: DVec3 = match viewer.stands_on {
+        Some((body, position_km)) if body == target => position_km,
         _ => ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?.0,
     };
-    // A camera at the centre of its target was rejected before.
-    Ok((seen - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))
+    // `viewpoint::viewer` has already rejected a camera at the centre of its target.
+    Ok((apparent_km - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))
 }

@@ -1,9 +1,9 @@
-//! Domes and whole spheres: the faces of a cube around the camera, each a perspective frame of a right angle and a border.
+//! Domes and entire spheres: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a border.
 //!
-//! In: a request for a fisheye or an equirectangular picture. Out: frames for the visible faces, and the picture's projection. In its middle, where it has
-//! the fewest pixels per radian, a face has as many as the picture has at most, up to [`MAX_FACE_PX`]; beyond that the sampling of a fisheye's rim is
-//! limited to its radial density. The border lets the filter read the neighbour's pixels across an edge. The Sun's glare is off by default, because a
-//! picture of the whole sky always contains the Sun.
+//! In: a request for a fisheye or an equirectangular picture. Out: frames for the visible faces, and the picture's projection. A face has its fewest pixels
+//! per radian in its middle; there it has as many as the densest part of the picture. If a fisheye's rim would need a face larger than [`MAX_FACE_PX`], a
+//! face has that size, or the size that matches the fisheye's radial density if this is larger. The border lets the filter read pixels beyond the face's
+//! edge. The Sun's glare is off by default, because a picture of the entire sky always contains the Sun.
 
 use super::arrangement::{Arrangement, Faces, FrameRequest, Frames};
 use crate::catalog::Catalog;
@@ -20,12 +20,12 @@ use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Maximum size of a face, in pixels, if it is determined by a fisheye's rim.
+/// Maximum size of a face, in pixels, if the density at a fisheye's rim determines it.
 pub(crate) const MAX_FACE_PX: u32 = 4096;
 /// Border of a face on each side, in pixels: the filter's radius.
 pub(crate) const BORDER_PX: u32 = 2;
 /// Minimum size of a face, pixels.
-const LEAST_FACE_PX: u32 = 16;
+const MIN_FACE_PX: u32 = 16;
 
 /// Right, up and forward of each face, in the picture's axes.
 pub(crate) const AXES: [[DVec3; 3]; 6] = [
@@ -37,7 +37,7 @@ pub(crate) const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Z, DVec3::NEG_Y],
 ];
 
-/// The face that contains a direction in the picture's axes: that with the nearest axis; ties as in the shader.
+/// The face that contains a direction in the picture's axes: the face whose axis is nearest. Ties are broken as in the shader.
 pub(crate) fn face_of(direction: DVec3) -> usize {
     let a = direction.abs();
     if a.z >= a.x && a.z >= a.y {
@@ -51,14 +51,15 @@ pub(crate) fn face_of(direction: DVec3) -> usize {
     }
 }
 
-/// Grid over a face for finding its visible part.
+/// Cells along each side of the grid that samples a face to find its visible part.
 const GRID: u32 = 32;
 
-/// The part of a face inside a cap around the picture's axis, as fractions from its top left corner; `None` if it is outside.
+/// Bounds of the part of a face inside a cap around the picture's axis (left, top, right, bottom), as fractions of the face's side from its top left
+/// corner; `None` if the face is outside the cap.
 fn part_used(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
     let step = 1.0 / f64::from(GRID);
-    // A point outside the cap is at most one grid step from the next one inside.
+    // Widened, because the boundary of the cap can lie between two grid points.
     let reach = half_fov_rad + 2.0 * step;
     let mut part: Option<[f64; 4]> = None;
     for (i, j) in (0..=GRID).flat_map(|j| (0..=GRID).map(move |i| (i, j))) {
@@ -83,12 +84,12 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
     let picture = SpherePicture { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
-    let by_radius = 2.0 / picture.radians_per_pixel().min_element();
-    let wanted = (2.0 * picture.pixels_per_radian()).min(by_radius.max(f64::from(MAX_FACE_PX)));
-    // At most a sphere of 16384 pixels by 16384: 10430 pixels.
-    let mut face_px = (wanted.ceil() as u32).max(LEAST_FACE_PX).next_multiple_of(2);
+    let radial_px = 2.0 / picture.radians_per_pixel().min_element();
+    let wanted_px = (2.0 * picture.pixels_per_radian()).min(radial_px.max(f64::from(MAX_FACE_PX)));
+    // At most 10430 pixels, for an equirectangular picture of 16384 by 16384.
+    let mut face_px = (wanted_px.ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2);
     if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
-        // A frame must not have the picture's size, so that their light targets differ.
+        // A frame must not have the picture's size, so that their HDR targets differ.
         face_px += 2;
     }
     let frame_px = face_px + 2 * BORDER_PX;
@@ -106,7 +107,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
         bloom: false,
         ..plain.layers
     };
-    let of_face = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..plain };
+    let face_request = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..plain };
     let in_icrf = |v: DVec3| right * v.x + up * v.y + forward * v.z;
     let camera = |[r, u, f]: [DVec3; 3], tangent: f64, side: u32| Camera {
         right: in_icrf(r),
@@ -127,23 +128,23 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
         };
         let Some([x0, y0, x1, y1]) = part else { continue };
         let side = f64::from(face_px);
-        let least = |part: f64| (part * side).floor().max(0.0) as u32;
-        let most = |part: f64| ((part * side + 2.0 * border).ceil() as u32).min(frame_px);
-        used.push([least(x0), least(y0), most(x1), most(y1)]);
+        let first_px = |part: f64| (part * side).floor().max(0.0) as u32;
+        let end_px = |part: f64| ((part * side + 2.0 * border).ceil() as u32).min(frame_px);
+        used.push([first_px(x0), first_px(y0), end_px(x1), end_px(y1)]);
         frame_of[face] = Some(frames.len());
         let tangent = f64::from(frame_px) / side;
         let viewer = Viewer { camera: camera(axes, tangent, frame_px), ..viewer.clone() };
-        frames.push(FrameRequest { request: of_face.clone(), viewer });
+        frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The middle of the picture, at most the front face.
+    // The light meter sees the middle of the picture, at most the front face.
     let half_fov = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let metered = Camera { one_of_several: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
-    let meter = FrameRequest { request: of_face, viewer: Viewer { camera: metered, ..viewer } };
+    let meter = FrameRequest { request: face_request, viewer: Viewer { camera: metered, ..viewer } };
     Ok(Frames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, used }) })
 }
 
-/// Right, up and forward of the picture. A fisheye has the line of sight or the zenith in its middle. An equirectangular picture is level: its poles are the view's up and
-/// down, and the target is in its middle column.
+/// Right, up and forward axes of the picture. A fisheye has the line of sight or the zenith in its middle. An equirectangular picture is level: its poles
+/// are the view's up and down directions, and the target is in its middle column.
 fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
@@ -163,7 +164,8 @@ fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
 mod tests {
     use super::*;
 
-    /// Each face is a camera's frame, and each direction is in the face that is said to show it, nearer to its axis than half a right angle on both sides.
+    /// The axes of each face are those of a camera, and each direction is inside the face that [`face_of`] returns: within 45 degrees of the face's axis
+    /// horizontally and vertically.
     #[test]
     fn the_faces_cover_the_sphere() {
         for [right, up, forward] in AXES {
@@ -179,7 +181,7 @@ mod tests {
         }
     }
 
-    /// Every direction of a cap is in the part of its face that is used, and a narrow cap needs the front alone.
+    /// Every direction inside a cap is in the used part of its face, and a narrow cap needs the front face only.
     #[test]
     fn what_a_fisheye_shows_is_used() {
         for (half_deg, faces) in [(10.0, 1), (40.0, 1), (90.0, 5), (110.0, 5), (140.0, 6), (180.0, 6)] {

@@ -1,8 +1,8 @@
-//! Composed pictures: the frames of a composition, and the parts of their scenes that belong to the whole picture.
+//! Composed pictures: the frames of a composition, and the parts of their scenes that belong to the entire picture.
 //!
-//! In: a request whose [`Composition`](crate::scene::request::Composition) is not a plain one. Out: [`Frames`], a request and a viewer for each frame and for the light
-//! meter; then, of the frames' scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points of a dome or sphere are
-//! placed in the finished picture, so that no resampling blurs or moves them.
+//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`Frames`], a request and a
+//! viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points
+//! of a dome or sphere are placed in the finished picture, so that no resampling blurs or moves them.
 
 mod arrangement;
 mod eyes;
@@ -31,7 +31,7 @@ impl Frames {
     /// The frames of a request.
     ///
     /// # Errors
-    /// Invalid camera parameters; a stereo pair inside a body, or one whose parallax at infinity would be too large.
+    /// Invalid camera parameters; a stereo pair without a target, or whose parallax at infinity would be too large.
     pub fn of(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
         request.check()?;
         let plain = ViewRequest { composition: Composition::default(), ..request.clone() };
@@ -46,7 +46,7 @@ impl Frames {
         }
     }
 
-    /// Sets the metered exposure for all frames.
+    /// Gives all frames the metered exposure.
     pub(crate) fn exposed(&mut self, exposure: &Exposure) {
         self.frames.iter_mut().for_each(|f| f.request.exposure = ExposureRequest::Stops(exposure.stops));
     }
@@ -57,7 +57,7 @@ impl Frames {
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene that is drawn over the whole picture: for faces the stars, points and names; otherwise that of the first frame.
+    /// The scene that is drawn over the entire picture: for faces it has the stars, points and labels; otherwise it is that of the first frame.
     pub whole: Scene,
 }
 
@@ -79,7 +79,7 @@ impl Composite {
             (whole.draws, whole.lines, whole.limbs) = Default::default();
             (whole.corona, whole.glow, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
-            // The faces draw these themselves; labels of lines are placed for one face and left out.
+            // The faces draw these themselves. Texts of lines are left out, because they are placed for a single face.
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
             (whole.minor_planets, whole.comets, whole.texts) = (None, Comets::default(), None);
             whole.background = None;
@@ -89,7 +89,7 @@ impl Composite {
                 whole.stars.extend(sprites::stars(picture, face, &scene.camera, &std::mem::take(&mut scene.stars), white));
                 whole.points.extend(sprites::points(picture, face, &scene.camera, &std::mem::take(&mut scene.points), white));
             }
-            // Each body is reported by the face that contains its centre.
+            // Each body's report comes from the face that contains the body's centre.
             for (k, body) in whole.bodies.iter_mut().enumerate() {
                 let face = faces::face_of(picture.in_axes(body.placement.centre_km));
                 if let Some(seen) = frame_of[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {
@@ -102,7 +102,7 @@ impl Composite {
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let side_by_side = *layout == StereoLayout::SideBySide;
             whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.width, side_by_side });
-            // The margin has the same position in both pictures: zero parallax.
+            // Texts in the margin have the same position in both pictures, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
                 let margin = Margin::of(meter, request, catalog, &scene.bodies, &metrics);

@@ -1,9 +1,9 @@
 //! The features of a draw: the structure of its shader. The shader key is derived from [`DrawFeatures`] alone.
 //!
-//! Plain values, no uniforms: two draws with equal features run the same module. Not here: valid combinations (shader::key) and the choice of features for
-//! a draw (effects, features).
+//! Plain values, no uniforms: two draws with equal features run the same shader module. Not here: which combinations are valid (`shader::key`), and the
+//! choice of features for a draw (`scene::features`).
 
-/// The photometric model or the kind of surface.
+/// The photometric model of a body's ground, or the kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Surface {
     Emissive,
@@ -13,7 +13,7 @@ pub enum Surface {
     OrenNayar,
     /// The atmosphere where a view ray does not end on the ground.
     Sky,
-    /// A shell of cloud.
+    /// The cloud shell.
     Cloud,
     /// A flat ring of particles.
     Ring,
@@ -24,7 +24,7 @@ impl Surface {
         [Self::Emissive, Self::Lambert, Self::LommelSeeliger, Self::LunarLambert, Self::OrenNayar, Self::Sky, Self::Cloud, Self::Ring];
 }
 
-/// Which textures modulate the surface.
+/// The textures that modulate the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct MapSet {
     pub albedo: bool,
@@ -52,9 +52,9 @@ pub enum EclipseModel {
     Linear,
     /// Exact overlap of uniform discs.
     UniformDisc,
-    /// The Sun's disc darkened to its limb by a quadratic law, per colour channel.
+    /// Overlap of discs, with quadratic limb darkening of the Sun per colour channel.
     LimbDarkened,
-    /// Like `LimbDarkened`, and the first occluder's atmosphere refracts reddened light into its umbra.
+    /// Like `LimbDarkened`; in addition, the first occluder's atmosphere refracts reddened light into its umbra.
     Refracted,
 }
 
@@ -74,7 +74,7 @@ impl EclipseModel {
     }
 }
 
-/// Number of occluders, and the model of their shadows. Either both are set or neither.
+/// Number of occluders, and the model of their shadows. Either both are set or neither is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Eclipse {
     /// 0..=4.
@@ -115,14 +115,14 @@ impl BodyShadow {
     pub const ALL: [Self; 3] = [Self::None, Self::Sphere, Self::EllipsoidPenumbra];
 }
 
-/// How light scattered in the air is summed.
+/// How the in-scattered light of the atmosphere is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AtmosphereModel {
     #[default]
     None,
-    /// Five samples along the view ray at each vertex, interpolated.
+    /// Five samples along the view ray at each vertex; the sums are interpolated.
     Vertex,
-    /// Samples along each pixel's view ray; the path to the Sun is analytic.
+    /// 8, 16 or 32 samples along each pixel's view ray; the optical depth towards the Sun is analytic.
     Pixel8,
     Pixel16,
     Pixel32,
@@ -147,11 +147,11 @@ impl AtmosphereModel {
     }
 }
 
-/// The atmosphere: Rayleigh scattering first, the rest by flag.
+/// The atmosphere: Rayleigh scattering is always included, the other species by flag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Air {
     pub tier: AtmosphereModel,
-    /// A haze or dust with a forward phase function.
+    /// Haze or dust, which scatters mainly forward.
     pub mie: bool,
     /// A layer that only absorbs.
     pub absorption: bool,
@@ -164,7 +164,7 @@ pub struct Flags {
     pub vertex_colour: bool,
 }
 
-/// Instructions as which [`PixelView::Cost`] counts a texture read, so that 16 reads are white.
+/// Number of instructions that [`PixelView::Cost`] counts for each texture read; 16 reads are shown as white.
 pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
 
 /// The quantity that a pixel shows.
@@ -177,13 +177,13 @@ pub enum PixelView {
     Albedo,
     Uv,
     Sunlight,
-    /// Fraction of sunlight past occluders.
+    /// Fraction of sunlight that passes the occluders.
     Eclipse,
-    /// Transmittance of the ring to sunlight; on a ring its optical depth.
+    /// Transmittance of the ring for sunlight; on the ring itself, its optical depth.
     Ring,
     /// Optical depth of the air, or of the ring, along the view ray, per channel.
     OpticalDepth,
-    /// Cost of the pixel: the module is that of the final image, and the renderer counts operations.
+    /// Cost of the pixel: the shader module is that of the final image, and the renderer counts its operations.
     Cost,
 }
 
@@ -204,7 +204,7 @@ impl PixelView {
 
 impl PixelView {
     pub fn by_name(name: &str) -> Option<Self> {
-        // `shaded` is the name of earlier versions.
+        // Earlier versions called the final image `shaded`.
         let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Final)]);
         known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v)
     }
@@ -225,7 +225,7 @@ impl PixelView {
     }
 }
 
-/// Procedural relief and albedo finer than a body's maps: what shaders/lib/detail.wesl draws.
+/// Procedural relief and albedo finer than a body's maps, computed by shaders/lib/detail.wesl.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Detail {
     #[default]
@@ -256,7 +256,7 @@ pub struct DrawFeatures {
     pub custom_surface: u8,
     /// Image layers laid over the albedo by their alpha: 0..=2.
     pub overlays: u8,
-    /// The Sun first, then reflected light of other bodies: 0..=3.
+    /// Number of lights, 0..=3: the Sun first, then bodies that reflect light.
     pub lights: u8,
     pub eclipse: Eclipse,
     pub ring_shadow: RingShadow,
@@ -265,7 +265,7 @@ pub struct DrawFeatures {
     pub body_shadow: BodyShadow,
     pub air: Air,
     pub shape: Shape,
-    /// Lunar limb profile, for the Moon in front of the Sun and for the Sun behind it.
+    /// Whether the draw uses the lunar limb profile: for the Moon in front of the Sun, or for the Sun behind it.
     pub limb_heights: bool,
     pub flags: Flags,
     pub view: PixelView,

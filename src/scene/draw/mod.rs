@@ -1,6 +1,6 @@
-//! Draws: their features ([`features::DrawFeatures`]), uniforms ([`uniforms::DrawUniforms`]) and maps; and points and stars.
+//! Draws: their features ([`features::DrawFeatures`]), uniforms ([`uniforms::DrawUniforms`]) and maps; also points and stars.
 //!
-//! Plain values: `features` makes them, `shader` derives keys from the structure, `render::plan` fills uniform blocks from the rest.
+//! Plain values: `scene::features` creates them, `shader` derives keys from the features, `render::plan` fills uniform blocks from the uniforms.
 
 pub mod features;
 pub mod tables;
@@ -19,12 +19,12 @@ pub use uniforms::{
     MeshInstance, OverlayUniforms, RingUniforms,
 };
 
-/// Which part of a body a draw shows, in the order in which parts of one body are drawn.
+/// The part of a body that a draw shows. The variants are in the order in which parts of one body are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
     /// The half of the ring behind the globe's centre.
     RingBehind,
-    /// The atmosphere beyond the limb, drawn before the ground, whose soft edge covers it.
+    /// The atmosphere beyond the limb. It is drawn before the ground, so that the ground's antialiased edge blends over it.
     Sky,
     Globe,
     Clouds,
@@ -53,12 +53,12 @@ pub struct Draw {
     pub name: String,
     pub features: DrawFeatures,
     pub uniforms: DrawUniforms,
-    /// The map files that `features.maps` asks for.
+    /// The map files that `features.maps` requires.
     pub map_files: MapFiles,
 }
 
 impl Draw {
-    /// The same shape in black without maps and effects: the pixels that it covers.
+    /// The same shape in black, without maps and effects, to find the pixels that it covers.
     pub fn shape_alone(&self) -> Self {
         let two_sided = self.features.flags.two_sided;
         let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
@@ -83,7 +83,7 @@ pub enum MapRole {
     Night,
     /// Opacity of the clouds.
     Clouds,
-    /// An image over the ground, by its place among them, the lowest 0.
+    /// An image over the ground; the number is its position in the stack of overlays, 0 for the lowest.
     Overlay(u8),
 }
 
@@ -95,12 +95,12 @@ pub struct MapFiles {
     pub specular: Option<String>,
     pub night: Option<String>,
     pub cloud: Option<String>,
-    /// In the order of the overlays' uniforms.
+    /// Overlay images, in the order of the overlays' uniforms.
     pub overlays: Vec<String>,
 }
 
 impl MapFiles {
-    /// Each file with what it is to the draw.
+    /// Each file with its role in the draw.
     pub fn by_role(&self) -> impl Iterator<Item = (MapRole, &str)> {
         let maps = [
             (MapRole::Albedo, &self.albedo),
@@ -117,13 +117,13 @@ impl MapFiles {
 /// A star: a sprite behind all bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StarSprite {
-    /// Clip x and y, reversed depth: 0, infinitely far.
+    /// Clip x and y, and reversed depth, which is 0: infinitely far.
     pub centre: Vec3,
-    /// Reach of the sprite in pixels.
+    /// Radius of the sprite in pixels.
     pub radius_px: f32,
-    /// Linear RGB sum of its radiance over the pixels it falls on.
+    /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
-    /// Its index in the catalogue; `None` for the head of a comet.
+    /// The star's index in the catalogue; `None` for the head of a comet.
     pub star: Option<usize>,
 }
 
@@ -133,8 +133,8 @@ pub struct Point {
     pub body: NaifId,
     /// Clip x and y, reversed depth.
     pub centre: Vec3,
-    /// Reach of the sprite in pixels.
+    /// Radius of the sprite in pixels.
     pub radius_px: f32,
-    /// Linear RGB sum of its radiance over the pixels it falls on.
+    /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
 }

@@ -1,7 +1,7 @@
 //! The uniforms of one draw, all f32.
 //!
-//! Plain values: `features` and the modules of each effect fill them, render::plan writes them by name. A field followed by a quoted name fills the uniform
-//! of that name in shaders/lib/draw.wesl; a new uniform is a line there and a line here.
+//! Plain values: `features` and the modules of each effect fill them, `render::plan` writes them by name. A field followed by a quoted name fills the uniform
+//! of that name in shaders/lib/draw.wesl. To add a uniform, add one line in that file and one here.
 
 use crate::mesh::Model;
 use crate::scene::camera::{self, ViewRays};
@@ -52,7 +52,7 @@ impl<'a> From<&'a Arc<Vec<Vec4>>> for UniformValue<'a> {
     }
 }
 
-/// Declares a struct, some of whose fields fill uniforms: `pub top: f32 = "air_top"`.
+/// Declares a struct. A field with a quoted name fills the uniform of that name: `pub top: f32 = "air_top"`.
 macro_rules! uniforms {
     (
         $(#[$meta:meta])*
@@ -78,7 +78,7 @@ macro_rules! uniforms {
     };
 }
 
-/// One light: its direction in body-fixed axes, and its irradiance.
+/// One light on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Unit vector towards the light, body-fixed axes.
@@ -91,14 +91,14 @@ uniforms! {
     /// The uniforms of one draw, all f32, all in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
     /// (so the ellipsoid is the unit sphere).
     ///
-    /// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in 0 to 1 each (v down the screen), the view ray is
-    /// `anchor(u,v) + s * ray(u,v)`, both affine in u and v: value = origin + u * du + v * dv.
+    /// The draw covers the screen rectangle that bounds the silhouette. At rectangle coordinates (u, v), each from 0 to 1 (v down the screen), the view ray is
+    /// `anchor(u,v) + s * ray(u,v)`. Both terms are affine in u and v: value = origin + u * du + v * dv.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct DrawUniforms {
         /// Bounding rectangle in clip space: x of the left edge, y of the top edge, x of the right, y of the bottom (y up, -1..1).
         pub rect_in_clip: Vec4 = "rect_in_clip",
-        /// A point on each view ray. Far camera: the crossing with the plane through the body's centre facing it, so magnitudes
-        /// stay near one; near camera: the camera itself.
+        /// A point on each view ray. Far camera: the intersection with the plane through the body's centre parallel to the image, so that
+        /// values are of order one; near camera: the camera itself.
         pub anchor_origin: Vec3 = "anchor_origin",
         pub anchor_du: Vec3 = "anchor_du",
         pub anchor_dv: Vec3 = "anchor_dv",
@@ -110,23 +110,23 @@ uniforms! {
         pub anchor_radius_sq_minus_1: f32 = "anchor_radius_sq_minus_1",
         /// 1: the anchor is the camera (near form); 0: the anchor plane (far form).
         pub anchor_is_camera: f32 = "anchor_is_camera",
-        /// 1 - q², q the view ray's distance from the centre, times the ray's length squared: factors of 1, u, v, then of u², uv, v².
+        /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial: coefficients of 1, u, v, then of u², uv, v².
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
         /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
         pub depth_row: Vec4 = "depth_row",
         /// Semi-axes over the equatorial radius: (1, b/a, c/a).
         pub axis_ratios: Vec3 = "axis_ratios",
-        /// Linear RGB reflectance (radiance for emissive surfaces): a factor on the map, or the value itself without a map.
+        /// Linear RGB reflectance, or radiance for emissive surfaces: a factor on the albedo map if there is one, else the value itself.
         pub albedo: Vec3 = "albedo",
         pub lights: Vec<Light>,
         /// Lunar weight L of lunar-lambert, or Oren-Nayar's sigma² (rad²).
         pub photometric_parameter: f32 = "photometric_parameter",
-        /// Limb darkening per channel (emissive).
+        /// Limb darkening per channel (emissive surfaces only).
         pub limb_u1: Vec3 = "limb_u1",
         pub limb_u2: Vec3 = "limb_u2",
-        /// Factor on z that turns a unit-sphere point into the direction of the map's latitude.
+        /// Factor on the z of a unit-sphere point that gives the direction whose latitude is that of the map.
         pub map_latitude_stretch: f32 = "map_latitude_stretch",
-        /// Night lights radiance scale, ocean glint strength and mean square slope of the waves.
+        /// Scale of the night lights' radiance, strength of the ocean glint and mean square slope of the waves.
         pub night_radiance: Vec3 = "night_radiance",
         pub specular_strength: f32 = "specular_strength",
         pub wave_slope_sq: f32 = "wave_slope_sq",
@@ -138,12 +138,12 @@ uniforms! {
         pub eclipse: EclipseUniforms,
         pub ring: RingUniforms,
         pub air: AtmosphereUniforms,
-        /// Unit camera position for distant views or camera in unit-sphere frame, f32.
+        /// The camera in the unit-sphere frame, f32.
         pub camera_in_unit_sphere: Vec3 = "camera_in_unit_sphere",
         pub pixel_size: Vec2 = "pixel_size",
-        /// Clip position of a mesh's points relative to the anchor, with reversed depth.
+        /// Matrix from a mesh's points relative to `mesh_anchor` to clip positions with reversed depth.
         pub clip_from_unit_sphere: Mat4 = "clip_from_unit_sphere",
-        /// Subtracted from vertices: the camera if it is near, else 0; unit-sphere frame.
+        /// Subtracted from vertices, unit-sphere frame: the camera if it is near the body, else 0.
         pub mesh_anchor: Vec3 = "mesh_anchor",
         pub mesh: Option<MeshInstance>,
         pub detail: DetailUniforms,
@@ -157,7 +157,7 @@ uniforms! {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshInstance {
     pub model: Arc<Model>,
-    /// Height of the Sun over the shape's own horizon at each vertex, in its radii.
+    /// Height of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun's disc.
     pub sun_heights: Arc<Vec<f32>>,
 }
 
@@ -181,53 +181,55 @@ uniforms! {
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the top.
         pub top: f32 = "air_top",
-        /// Heights of the camera's end and the far end of a ray that only rises or only falls; outside the air, that of its top.
+        /// Heights of the near end, at the camera, and the far end of a ray that only rises or only falls; the height of the air's top for an end outside the
+        /// air.
         pub ends: Vec2,
         pub rayleigh_scale_height: f32 = "air_rayleigh_scale_height",
         /// Coefficients per equatorial radius at the ground, linear RGB.
         pub rayleigh_scattering: Vec3 = "air_rayleigh_scattering",
         pub rayleigh_extinction: Vec3 = "air_rayleigh_extinction",
-        /// Fraction of the extinguished sunlight that reaches the ground as skylight.
+        /// Fraction of the sunlight removed by extinction that reaches the ground as skylight.
         pub skylight: Vec3 = "air_skylight",
         pub mie_scale_height: f32 = "air_mie_scale_height",
         pub mie_asymmetry: f32 = "air_mie_asymmetry",
         pub mie_scattering: Vec3 = "air_mie_scattering",
         pub mie_extinction: Vec3 = "air_mie_extinction",
-        /// `radius_sq_minus_1` at the foot, the middle and the top of an absorbing layer.
+        /// `radius_sq_minus_1` at the bottom, the middle and the top of the absorption layer.
         pub layer: Vec3 = "air_absorption_layer",
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
-        /// 0: composited over the ground. 1: the ground's colours include the atmosphere, so the brighter of both is shown. 2: they include an
-        /// atmosphere that is transparent straight down, so the disc is shown, and beyond the limb the atmosphere continues with the disc's light.
+        /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of both is shown. 2: the map includes
+        /// an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's brightness.
         pub blend_mode: f32 = "air_blend_mode",
         /// Radiance of the night sky; 0 for an atmosphere seen from outside.
         pub night: f32 = "air_night_radiance",
-        /// 1 where the rim is under a pixel high: rings shade each of its rays as one.
+        /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub thin_rim: f32 = "air_rim_is_thin",
-        /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
+        /// Height above the ground of the floor from which the draw counts heights, and the reciprocal of the height of the air's top above the ground; both
+        /// in the floor's radii.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
-        /// [`crate::scene::air_table`]; empty where the draw does not read it.
+        /// The table of `scene::atmosphere::air_table`; empty if the draw does not read it.
         pub multi_scatter: Arc<Vec<Vec4>> = "air_multi_scatter",
     }
 }
 
 uniforms! {
-    /// Uniforms of shaders/lib/eclipse, all f32, the receiver subtracted before; lengths in its equatorial radii.
+    /// Uniforms of shaders/lib/eclipse, all f32. Positions are relative to the receiver's centre, subtracted in f64; lengths are in its equatorial radii.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct EclipseUniforms {
-        /// Unit vector to the Sun, body axes; 1 / distance.
+        /// Unit vector to the Sun in body axes (xyz), and 1 / distance (w).
         pub axis: Vec4 = "eclipse_axis",
-        /// Two unit vectors across it; cotangent of the Sun's angular radius, and that over the distance.
+        /// Two unit vectors perpendicular to the axis (xyz). Their w: the cotangent of the Sun's angular radius, and this cotangent divided by the distance.
         pub across: [Vec4; 2] = "eclipse_across",
         /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
         pub limb: [Vec4; 3] = "eclipse_limb",
-        /// Centre across the axis (xy) and along it (z).
+        /// Per occluder: its centre across the axis (xy) and along it (z).
         pub places: Vec<Vec4> = "occluder_position",
-        /// Unit vector of the outline's long axis (xy), semi-axes (zw).
+        /// Per occluder: the unit vector of its outline's long axis (xy), and the semi-axes (zw).
         pub shapes: Vec<Vec4> = "occluder_outline",
-        /// The first occluder's atmosphere: radius and bending angle at the lower and the upper edge of each layer, and its transmittance.
+        /// The first occluder's atmosphere: radius and bending angle at the lower and the upper edge of each refracting layer, and the layer's transmittance.
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
-        /// [`crate::scene::air_spread`]; empty where the draw does not read it.
+        /// The table of `scene::atmosphere::air_spread`; empty if the draw does not read it.
         pub spread: Vec<Vec4> = "occluder_multi_scatter",
     }
 }
@@ -236,15 +238,17 @@ uniforms! {
     /// Uniforms of shaders/lib/detail.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct DetailUniforms {
-        /// Place in its cell of the point from which places count (xyz), and the side of a cell in radii (w).
+        /// Per lattice: the position of the reference point within its cell (xyz), and the side of a cell in radii (w). The shader's positions are relative
+        /// to the reference point.
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
-        /// That cell (xyz), modulo the lattices' period.
+        /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
         pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
-        /// Size of cells, in radii, at which lattices fade out because there are too many.
+        /// Size of cells, in radii, at which lattices fade out because there would be too many.
         pub largest: f32 = "detail_largest",
-        /// The camera from where places count (xyz), and the tangent of the angle that a pixel spans (w).
+        /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
-        /// In narrow fields the point of the ground from which places count and its view depth (0: none), the ray to it with its place u in the rectangle, and v.
+        /// In narrow fields, where the reference point is on the ground: that point (xyz) and its view depth (w; 0: not used), the ray to it (xyz) with its
+        /// coordinate u in the rectangle (w), and its coordinate v (x).
         pub reference: [Vec4; 3] = "detail_reference",
     }
 }
@@ -263,19 +267,18 @@ uniforms! {
     /// Uniforms of shaders/lib/foreground_limb.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct ForegroundLimbUniforms {
-        /// Three rows for each of two bodies; the last of each has x, then y of the pixel from which places count.
+        /// Three rows for each of two bodies. The third row of the first body also has x, that of the second y, of the reference pixel of all positions.
         pub rows: [Vec4; 6] = "foreground_limb",
     }
 }
 
-/// Rows of one overlay in the uniform block.
 pub use crate::scene::constants::OVERLAY_ROWS;
 
 /// The uniforms of one overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlayUniforms {
     pub rows: [Vec4; OVERLAY_ROWS],
-    /// Whether it spans all longitudes, so that its left edge joins its right one.
+    /// Whether the image spans all longitudes, so that its left edge joins its right edge.
     pub around: bool,
 }
 
@@ -288,11 +291,11 @@ uniforms! {
         pub reach: Vec2 = "ring_radius_range",
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
         pub extent: f32 = "ring_extent",
-        /// Half a pixel at the body, equatorial radii.
+        /// Size of half a pixel at the body's distance, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
         /// Factor and exponent of the large particles' phase function.
         pub phase: Vec2 = "ring_phase",
-        /// Asymmetry of the lobes of the dust's phase function, and the part of its light in each.
+        /// Asymmetry of each lobe of the dust's phase function, and the fraction of the light in each lobe.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
         pub dust_weight: Vec3 = "ring_dust_weight",
         pub opposition: Vec2 = "ring_opposition",
@@ -306,7 +309,7 @@ uniforms! {
         pub sun_limb_u2: Vec3 = "sun_limb_u2",
         /// Ring-shine on the globe.
         pub shine: Option<Arc<RingShine>>,
-        /// Unit vector of the Sun in the ring's plane (xy), one over the height that sees no ring (z), factor on the light (w).
+        /// Unit vector towards the Sun, projected on the ring's plane (xy), reciprocal of the height from which no ring is visible (z), factor on the light (w).
         pub shine_axes: Vec4 = "ring_shine",
     }
 }
@@ -318,7 +321,7 @@ impl RingUniforms {
 
     fn slopes(&self) -> Vec2 {
         let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slopes).map(f64::from);
-        // The last row is read as the one after that before it.
+        // The upper limit stays just below the last row, so that interpolation reads the last row as the successor of the row before it.
         Vec2::new(camera::narrow_scalar(first), camera::narrow_scalar(last - first - 1e-3))
     }
 
@@ -344,7 +347,7 @@ impl DrawUniforms {
 
     /// The value of a uniform by its name in the fragments.
     pub fn uniform(&self, name: &str) -> Option<UniformValue<'_>> {
-        let of_lights = |what: fn(&Light) -> Vec3| UniformValue::Rows(self.lights.iter().map(|l| what(l).extend(0.0)).collect());
+        let of_lights = |field: fn(&Light) -> Vec3| UniformValue::Rows(self.lights.iter().map(|l| field(l).extend(0.0)).collect());
         match name {
             "light_direction" => Some(of_lights(|l| l.direction_in_body)),
             "light_irradiance" => Some(of_lights(|l| l.irradiance)),
@@ -364,7 +367,7 @@ impl DrawUniforms {
         }
     }
 
-    /// The uniforms of the view rays over a rectangle; the rest is default.
+    /// The uniforms of the view rays over a rectangle; all other uniforms have their defaults.
     pub(crate) fn of_rays(rays: &ViewRays) -> Self {
         Self::default().with_rays(rays)
     }

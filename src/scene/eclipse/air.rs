@@ -1,9 +1,9 @@
 //! An occluder's atmosphere as layers, each with a refraction angle and a transmittance.
 //!
-//! The bending of a ray that grazes an exponential atmosphere is the refractivity there times sqrt(2 pi r / H) (Baum and Code 1953, Astron. J. 58, 108);
-//! the atmosphere is isothermal with the scale height of its gas. Transmittance of a layer: extinction by the catalog's species along the straight grazing
-//! ray, and for bodies with clouds also haze and gaps between clouds. Left out: weather, and the curvature of the ray in the extinction (under 2 % of its
-//! length for the Earth).
+//! In: a body with an atmosphere. Out: [`RefractingLayers`]. The bending angle of a ray that grazes an exponential atmosphere is the refractivity at the
+//! grazing point times sqrt(2 pi r / H) (Baum and Code 1953, Astron. J. 58, 108); the atmosphere is isothermal with the scale height of its gas. The
+//! transmittance of a layer includes extinction by the catalog's species along the straight grazing ray, and for bodies with clouds also haze and gaps
+//! between clouds. Not modelled: weather, and the curvature of the ray in the extinction (under 2 % of its length for the Earth).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::optical_depth;
@@ -17,33 +17,33 @@ const HEIGHTS: usize = 4;
 /// Height of the tops of the Earth's low, middle and high clouds, km, and the fraction of the sky that they cover (Rossow and Schiffer 1999, Bull. Amer.
 /// Meteor. Soc. 80, 2261).
 const CLOUD_TOPS: [(f64, f64); 3] = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)];
-/// Extinction per km at the ground of the haze of the free troposphere and the lower stratosphere, which the catalog's aerosol of the mixed layer lacks:
-/// about 1e-3 per km at 6 km and 1e-4 at 18 km in green (quiet years of SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967), with the wavelength to
-/// the power -1.3.
+/// Extinction per km at the ground of the haze in the free troposphere and the lower stratosphere. The catalog's aerosol covers only the mixed layer. The
+/// haze's extinction is about 1e-3 per km at 6 km and 1e-4 at 18 km in green (quiet years of SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967),
+/// with the wavelength to the power -1.3.
 const HAZE_PER_KM: [f64; 3] = [3.5e-3, 4.0e-3, 5.0e-3];
 const HAZE_HEIGHT_KM: f64 = 5.0;
-/// Correlation length of clouds: that of a weather front.
+/// Correlation length of clouds, about that of a weather front.
 const CLOUD_FIELD_KM: f64 = 300.0;
 
 /// Layers of an atmosphere from the ground up.
 pub(crate) struct RefractingLayers {
-    /// Height of the top.
+    /// Height of the top of the highest layer.
     pub top: f64,
-    /// Radius and bending angle (radians) at the lower edge, then at the upper, of each layer.
+    /// For each layer: radius and bending angle (radians) at the lower edge, then at the upper edge.
     pub edges: Vec<DVec4>,
     pub transmittances: Vec<DVec3>,
 }
 
 impl RefractingLayers {
-    /// Approximate fraction of sunlight, as luminance, that they refract to a point: `distance` from the axis in solar radii of `scale` a unit, `depth`
-    /// units behind.
+    /// Approximate fraction of sunlight (luminance) that the layers refract to a point. `distance`: from the axis, in solar radii; `depth`: units of length
+    /// behind the occluder; `scale`: solar radii per unit of length.
     pub(crate) fn light(&self, distance: f64, depth: f64, scale: f64) -> f64 {
         let layer = |(edge, transmittances): (&DVec4, &DVec3)| {
             let ring = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * scale;
             // The fraction of the ring's circumference that lies on the Sun's disc.
             let cosine = (ring * ring + distance * distance - 1.0) / (2.0 * ring * distance).max(1e-9);
-            let shows = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-            (edge.z * edge.z - edge.x * edge.x) * scale * scale * shows * crate::units::luminance(transmittances.to_array())
+            let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
+            (edge.z * edge.z - edge.x * edge.x) * scale * scale * visible_fraction * crate::units::luminance(transmittances.to_array())
         };
         self.edges.iter().zip(&self.transmittances).map(layer).sum()
     }
@@ -54,50 +54,53 @@ pub(crate) fn refracts(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && gas(air).is_some())
 }
 
-/// Ratio of the shift of the Sun's image on the sky of a point to the bending angle: 1 for a Sun at infinity. `depth`: distance of the body from the point,
-/// `sun`: of the Sun.
+/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. `depth` and `sun`: distances of the body and
+/// of the Sun from the point.
 pub(crate) fn bending_fraction(depth: f64, sun: f64) -> f64 {
     (1.0 - depth / sun).clamp(0.0, 1.0)
 }
 
-/// The largest bending in [`layers`], radians: of the ray that grazes the ground. `None` if it is unknown.
+/// The largest bending angle in [`layers`], radians: that of the ray that grazes the ground. `None` if it is unknown.
 pub(crate) fn max_bending(body: &Body, bending_fraction: f64) -> Option<f64> {
     let air = body.atmosphere.as_ref()?;
     Some(bending(air.refractivity?, body.radii_km.x, gas(air)?.scale_height_km) * bending_fraction)
 }
 
-/// Bending angle of a ray at the height where the air has this refractivity, radians.
+/// Bending angle in radians of a ray that grazes the height where the air has this refractivity.
 fn bending(refractivity: f64, radius_km: f64, scale_height_km: f64) -> f64 {
     refractivity * (std::f64::consts::TAU * radius_km / scale_height_km).sqrt()
 }
 
-/// Layers of a body's air in units of `unit_km`. `radius`: of its outline; `bending_fraction`: see [`bending_fraction`].
+/// Layers of a body's air in units of `unit_km`. `radius`: radius of the body's outline; `bending_fraction`: see [`bending_fraction`].
 pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, gas) = (air.refractivity?, gas(air)?);
     let radius_km = radius * unit_km;
-    // Layers are thin near the ground, where bending and extinction vary fast, and thicken with height. Of the spacings tried (powers, exponentials,
-    // other factors) this one is nearest to the integral: tests/atmosphere/refracted_limb.rs.
+    // Layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the spacings tried (powers, exponentials,
+    // other factors) this one approximates the integral best: tests/atmosphere/refracted_limb.rs.
     let thin_km = 0.75 * gas.scale_height_km;
     let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
     let at = |edge: usize| {
         let h = height_km(edge as f64);
-        let local = refractivity * (-h / gas.scale_height_km).exp();
+        let local_refractivity = refractivity * (-h / gas.scale_height_km).exp();
         // Refraction makes a ray's impact parameter larger than its grazing radius.
-        ((radius_km + h) * (1.0 + local) / unit_km, bending(local, radius_km + h, gas.scale_height_km) * bending_fraction)
+        (
+            (radius_km + h) * (1.0 + local_refractivity) / unit_km,
+            bending(local_refractivity, radius_km + h, gas.scale_height_km) * bending_fraction,
+        )
     };
     let edges = (0..LAYERS).map(|k| {
         let ((r0, b0), (r1, b1)) = (at(k), at(k + 1));
         DVec4::new(r0, b0, r1, b1)
     });
     let transmittances = (0..LAYERS).map(|k| {
-        let part = |j: usize| {
+        let sample = |j: usize| {
             let h_km = height_km(k as f64 + (j as f64 + 0.5) / HEIGHTS as f64);
             let weather =
                 if body.clouds.is_some() { haze_transmittance(radius_km, h_km) * cloud_transmittance(radius_km, h_km) } else { DVec3::ONE };
             clear_transmittance(air, radius_km, h_km) * weather
         };
-        (0..HEIGHTS).map(part).sum::<DVec3>() / HEIGHTS as f64
+        (0..HEIGHTS).map(sample).sum::<DVec3>() / HEIGHTS as f64
     });
     Some(RefractingLayers { top: at(LAYERS).0 - radius, edges: edges.collect(), transmittances: transmittances.collect() })
 }
@@ -119,7 +122,7 @@ fn haze_transmittance(radius_km: f64, height_km: f64) -> DVec3 {
     (DVec3::from_array(HAZE_PER_KM) * (-path_km * (-height_km / HAZE_HEIGHT_KM).exp())).exp()
 }
 
-/// Fraction of rays grazing at a height that meet no cloud: each kind of cloud is crossed once per correlation length of the path below its tops.
+/// Fraction of rays grazing at a height that meet no cloud: a ray crosses each kind of cloud once per correlation length of its path below the cloud tops.
 fn cloud_transmittance(radius_km: f64, height_km: f64) -> f64 {
     let clear = |(top_km, cover): (f64, f64)| {
         let path_km = 2.0 * ((radius_km + top_km).powi(2) - (radius_km + height_km).powi(2)).max(0.0).sqrt();

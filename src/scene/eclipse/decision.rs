@@ -1,4 +1,6 @@
 //! Whether eclipses darken a body and its rings, and by which model.
+//!
+//! In: the case of one body and its decisions so far. Out: the decisions with the eclipse model and its uniforms.
 
 use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
@@ -25,7 +27,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     so_far
 }
 
-/// Decides which moons' shadows fall on the rings; the effect that switches them is the eclipse of the globe.
+/// Decides which moons' shadows fall on the rings. The globe's `eclipse` effect switches these shadows too.
 pub(crate) fn decide_for_rings(case: &Case<'_, '_>, so_far: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
     let (p, context) = (case.placed, case.frame.context);
     let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * case.frame.camera.pixel_tangent());

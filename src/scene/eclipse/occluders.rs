@@ -2,8 +2,8 @@
 //!
 //! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
 //! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
-//! Both directions carry the aberration of the receiver's motion: it leaves their separation at the centre, but tilts the axis along which the shadow meets
-//! the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). Not here: how much light is left (shaders/lib/eclipse).
+//! The directions to both include the aberration by the receiver's motion. It does not change their separation at the receiver's centre, but tilts the axis
+//! along which the shadow meets the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). The remaining light is computed in shaders/lib/eclipse.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -42,7 +42,7 @@ impl<'a> Receiver<'a> {
         self.body.radii_km.x
     }
 
-    /// A vector from its centre, corrected for the aberration of its motion: body axes, equatorial radii.
+    /// Corrects a vector from the receiver's centre for the aberration by its motion; the result is in body axes and equatorial radii.
     fn apparent_offset(&self, offset_km: DVec3) -> DVec3 {
         let distance_km = offset_km.length();
         if distance_km > 0.0 {
@@ -53,9 +53,10 @@ impl<'a> Receiver<'a> {
     }
 }
 
-/// The axis from the receiver's centre to the Sun's, body axes; lengths in the receiver's equatorial radii.
+/// The axis from the receiver's centre to the Sun's centre, in body axes; lengths in the receiver's equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
+    /// Unit vector to the Sun, then two unit vectors perpendicular to it.
     pub(crate) along: DVec3,
     pub(crate) across: [DVec3; 2],
     pub(crate) sun_distance: f64,
@@ -82,14 +83,15 @@ impl Axis {
     }
 }
 
-/// Light time below which an occluder's path is taken as straight. Most bodies of one system are closer; in so long a time a moon's path is straight to 0.4
-/// km (Metis, which curves most), Io's to 40 m (tests/ephemeris/positions.rs).
+/// Light time below which an occluder's path is treated as straight. Most bodies of one system are closer than that. In this time a moon's path deviates
+/// from a straight line by up to 0.4 km (Metis, which curves most), Io's by 40 m (tests/ephemeris/positions.rs).
 const STRAIGHT_PATH_S: f64 = 10.0;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
 pub struct Occluder<'a> {
     pub body: &'a Body,
+    /// Position of its centre: coordinates across the axis, and distance along the axis.
     pub(crate) across: DVec2,
     pub(crate) along: f64,
     /// Unit vector along the outline's major axis.
@@ -127,13 +129,13 @@ pub struct ReceiverExtent {
     pub pixel: f64,
 }
 
-/// The significant occluders of a receiver, those that block most light first, and the reason for the choice.
+/// The occluders of a receiver, those with a visible effect first, and among these sorted by the light that they block, largest first; and the reason for the choice.
 pub struct OccluderSearch<'a> {
     pub occluders: Vec<Occluder<'a>>,
     pub reason: String,
 }
 
-/// Finds the occluders of `receiver` among `bodies`. `include_all`: also those too faint to see, if their penumbra touches the receiver.
+/// Finds the occluders of `receiver` among `bodies`. `include_all`: also occluders with an invisible effect, if their penumbra touches the receiver.
 pub fn find<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -145,7 +147,8 @@ pub fn find<'a>(
     select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, include_all)
 }
 
-/// The bodies between the receiver and the Sun that are large enough to matter, wherever they pass. This part of the search evaluates the ephemeris.
+/// The bodies between the receiver and the Sun that are large enough to matter, wherever their shadows fall. This part of the search evaluates the
+/// ephemeris.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -182,13 +185,17 @@ pub fn select_occluders<'a>(
             continue;
         }
         // A shadow smaller than a pixel darkens it in proportion to its area.
-        let of_pixel = if extent.pixel > 0.0 { occluder.shadow_area() / (extent.pixel * extent.pixel) } else { 1.0 };
-        let counts = occluder.max_obscuration * of_pixel.min(1.0) > VISIBLE_CHANGE && occluder.shadow_is_visible(&axis, extent);
-        if counts || include_all {
-            occluders.push(occluder);
+        let pixel_fraction = if extent.pixel > 0.0 { occluder.shadow_area() / (extent.pixel * extent.pixel) } else { 1.0 };
+        let is_significant =
+            occluder.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE && occluder.shadow_is_visible(&axis, extent);
+        if is_significant || include_all {
+            occluders.push((is_significant, occluder));
         }
     }
-    occluders.sort_by(|a, b| (b.max_obscuration * b.shadow_area()).total_cmp(&(a.max_obscuration * a.shadow_area())));
+    // A large moon whose shadow falls outside the picture must not take the place of a small one whose shadow is in it.
+    let blocked_light = |o: &Occluder<'_>| o.max_obscuration * o.shadow_area();
+    occluders.sort_by(|(a_matters, a), (b_matters, b)| b_matters.cmp(a_matters).then(blocked_light(b).total_cmp(&blocked_light(a))));
+    let mut occluders: Vec<Occluder<'a>> = occluders.into_iter().map(|(_, occluder)| occluder).collect();
     let left_out = occluders.len().saturating_sub(usize::from(MAX_OCCLUDERS));
     occluders.truncate(usize::from(MAX_OCCLUDERS));
     let reason = match (occluders.first(), nearest) {
@@ -208,14 +215,14 @@ pub fn select_occluders<'a>(
     OccluderSearch { occluders, reason }
 }
 
-/// The planet whose system a body belongs to; a planet itself.
-fn system(body: &Body) -> NaifId {
+/// The planet to whose system a body belongs; for a planet, the planet itself.
+fn system_planet(body: &Body) -> NaifId {
     body.parent.filter(|p| *p != NaifId::SUN).unwrap_or(body.id)
 }
 
-/// Of other systems only planets are large enough to darken visibly (Jupiter takes a twentieth of Saturn's sunlight; Ganymede 7e-5).
+/// In other systems only planets are large enough to darken a receiver visibly (Jupiter blocks a twentieth of Saturn's sunlight, Ganymede 7e-5).
 fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
-    system(occluder) == system(receiver) || occluder.kind == BodyKind::Planet
+    system_planet(occluder) == system_planet(receiver) || occluder.kind == BodyKind::Planet
 }
 
 /// Largest fraction of sunlight that a body of this radius can block at a distance `depth` from the receiver.
@@ -228,7 +235,7 @@ impl<'a> Occluder<'a> {
     fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
         let unit_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / unit_km;
-        // Its geometric place is enough to reject bodies that are far too small or on the wrong side, with a margin of a factor of two.
+        // The geometric position is enough to reject bodies that are far too small, with a margin of a factor of two.
         let now = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
         let distance_km = (now.pos_km - receiver.position_km).length();
         if max_obscuration(radius, axis, sun, 0.5 * distance_km / unit_km) < 0.1 * VISIBLE_CHANGE {
@@ -252,7 +259,7 @@ impl<'a> Occluder<'a> {
         Some(Self { body, across, along, long_axis, semi, max_obscuration: 0.0, has_umbra: false })
     }
 
-    /// With the largest obscuration and umbra for points of the receiver within `reach` of its centre.
+    /// A copy with `max_obscuration` and `has_umbra` set for points within `reach` of the receiver's centre.
     fn for_reach(&self, axis: &Axis, sun: &Body, reach: f64, unit_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / unit_km;
         let max_obscuration = max_obscuration(radius, axis, sun, (self.along - reach).max(radius));
@@ -265,7 +272,7 @@ impl<'a> Occluder<'a> {
         self.semi.x + (self.along + reach) / axis.cot_sun_radius
     }
 
-    /// Area of its cross section. Umbra and penumbra together take at most the light of so much ground.
+    /// Area of the occluder's cross section. Umbra and penumbra together block at most the sunlight on an area of this size.
     fn shadow_area(&self) -> f64 {
         std::f64::consts::PI * self.semi.x * self.semi.y
     }
@@ -275,8 +282,8 @@ impl<'a> Occluder<'a> {
         self.across.length() - reach - self.penumbra_radius(axis, reach)
     }
 
-    /// Whether the viewer may see a point that it darkens. Tests points in and around the penumbra, and the point of the lit side that faces the camera
-    /// most; a margin of 0.03 radii covers what lies between them.
+    /// Whether the viewer may see a point that the occluder darkens. Tests points in and around the penumbra, and the point of the lit side that faces the
+    /// camera most; a margin of 0.03 radii covers the gaps between these points.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
         let Some(camera) = extent.camera.filter(|_| extent.reach < 1.2) else { return true };
         let distance = camera.length();
@@ -322,7 +329,7 @@ pub enum EclipseModelChoice {
     Best,
 }
 
-/// Chooses the model, and moves an occluder whose air refracts light to the front if that air matters.
+/// Chooses the model. If it includes refraction, the occluder whose air refracts light is moved to the front.
 pub fn model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> Eclipse {
     let count = u8::try_from(occluders.len()).unwrap_or(MAX_OCCLUDERS);
     let requested_refracted = requested == EclipseModelChoice::Requested(EclipseModel::Refracted);
@@ -343,10 +350,10 @@ pub fn model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> E
     Eclipse { occluders: count, model }
 }
 
-/// Largest number of occluders that a body of the catalog can have, and whether one of them has air that refracts light: the others of its system, and one
-/// more planet for bodies outside Jupiter's orbit (seen from inside, every planet is too small).
+/// Largest number of occluders that a body of the catalog can have, and whether one of them has air that refracts light. Counted are the other bodies of
+/// its system, and one more planet for bodies outside Jupiter's orbit (seen from inside that orbit, every planet is too small).
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
-    let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system(b) == system(receiver));
+    let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     let one_more = usize::from(!(100..600).contains(&receiver.id.0));
     let count = (others.clone().count() + one_more).min(usize::from(MAX_OCCLUDERS)) as u8;
     (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::refracts))

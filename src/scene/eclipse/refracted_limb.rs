@@ -1,10 +1,10 @@
-//! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of it.
+//! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of the Sun.
 //!
-//! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, with the reason. The
-//! layers are those of the `refracted` eclipse (eclipse/air.rs): the light of the ring around the body, summed over the sky of a point, equals the light
-//! that the eclipse model gives the point. So that no light is drawn twice, all of the Sun below the top of the atmosphere belongs to the ring: what the
-//! Sun's disc drew there along straight rays is removed before the ring is drawn. Lengths are in the body's equatorial radii. Not here: the sum over a
-//! pixel (shaders/entry/refracted_limb.wesl). Left out: bodies in front of the Sun as seen from the limb, and the Sun's map.
+//! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, and the decisions. The
+//! layers are those of the `refracted` eclipse (eclipse/air.rs): the light of the bright ring around the body, integrated over the sky of a point, equals
+//! the light that the eclipse model gives to the point. Below the top of the atmosphere only the ring shows the Sun: the Sun's disc drawn there along
+//! straight rays is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum over a pixel is
+//! in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's map.
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::atmosphere;
@@ -24,7 +24,7 @@ use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use glam::{DVec3, DVec4, Vec3, Vec4};
 
-/// Uniforms of shaders/entry/refracted_limb.wesl, and where it is drawn.
+/// Uniforms of shaders/entry/refracted_limb.wesl, and the rectangles in which the limb is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefractedLimb {
     pub body: NaifId,
@@ -34,18 +34,18 @@ pub struct RefractedLimb {
     pub unbent: Option<ViewRays>,
     pub axis_ratios: Vec3,
     pub depth: f32,
-    /// Unit vector, body axes; cotangent of the Sun's angular radius.
+    /// Unit vector to the Sun in body axes, then the cotangent of the Sun's angular radius.
     pub sun_direction: Vec4,
     pub sun_across: [Vec4; 2],
     /// Radiance of the Sun's disc: coefficients of 1, mu, mu².
     pub sun_limb: [Vec4; 3],
-    /// Height over the limb; shift of the Sun's image in solar radii.
+    /// For each edge of a layer: height over the limb, then shift of the Sun's image in solar radii.
     pub air_edges: Vec<Vec4>,
-    /// Transmittance of each layer: its mean, then its change from the lower edge to the upper.
+    /// For each layer two values: the mean transmittance, then its change from the lower edge to the upper.
     pub air_transmittance: Vec<Vec4>,
 }
 
-/// Change of the transmittance across each layer: a limited slope between its neighbours, so that the interpolation is monotone and never exceeds either.
+/// Change of the transmittance across each layer: a limited slope, so that the interpolation is monotone and stays between the values of both neighbours.
 fn slopes(transmittances: &[DVec3]) -> Vec<DVec3> {
     let at = |k: usize| transmittances[k.min(transmittances.len() - 1)];
     let slope = |k: usize| {
@@ -72,8 +72,8 @@ struct LimbGeometry {
     /// Separation of the two centres.
     separation: f64,
     /// Angular radius of the body.
-    limb: f64,
-    /// Largest error of `limb` for a body that is not a sphere.
+    limb_radius: f64,
+    /// Largest error of `limb_radius` for a body that is not a sphere.
     limb_error: f64,
     /// Distance to the limb.
     distance: f64,
@@ -82,12 +82,12 @@ struct LimbGeometry {
 impl LimbGeometry {
     fn of(p: &PlacedBody<'_>, sun: &PlacedBody<'_>) -> Self {
         let camera = p.placement.camera_in_unit_sphere().length();
-        let limb = (1.0 / camera).min(1.0).asin();
+        let limb_radius = (1.0 / camera).min(1.0).asin();
         Self {
             sun_radius: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
             separation: crate::ephemeris::angle_rad(p.placement.centre_km, sun.placement.centre_km),
-            limb,
-            limb_error: limb * crate::scene::features::choice::flattening(p.body),
+            limb_radius,
+            limb_error: limb_radius * crate::scene::features::choice::flattening(p.body),
             distance: (camera * camera - 1.0).max(1e-12).sqrt(),
         }
     }
@@ -95,20 +95,20 @@ impl LimbGeometry {
     /// Whether any layer can show the Sun; does not need the layers, which take milliseconds to compute.
     fn may_show_sun(&self, p: &PlacedBody<'_>, max_bending: f64) -> bool {
         let top_km = p.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
-        let outermost = self.limb + top_km / p.body.radii_km.x / self.distance;
-        let innermost = self.limb - max_bending;
+        let outermost = self.limb_radius + top_km / p.body.radii_km.x / self.distance;
+        let innermost = self.limb_radius - max_bending;
         let margin = self.sun_radius + self.limb_error;
         self.separation - margin <= outermost.max(-innermost) && self.separation + margin >= innermost
     }
 
     /// Directions behind the lower and the upper edge of a layer, as angles from the body's centre.
     fn directions_behind(&self, edge: &DVec4) -> (f64, f64) {
-        let at = |radius: f64, bending: f64| self.limb + (radius - 1.0) / self.distance - bending;
+        let at = |radius: f64, bending: f64| self.limb_radius + (radius - 1.0) / self.distance - bending;
         (at(edge.x, edge.y), at(edge.z, edge.w))
     }
 
-    /// Upper limit of the layers' radiance, per channel, in pixels that span `pixel` radii at the limb: all layers that show any of the Sun, at the
-    /// radiance of its centre.
+    /// Upper limit, per channel, of the layers' radiance in pixels that span `pixel` radii at the limb: each layer that shows any part of the Sun counts
+    /// with the radiance of the Sun's centre.
     fn max_radiance(&self, layers: &RefractingLayers, centre: DVec3, pixel: f64) -> DVec3 {
         let shows = |edge: &DVec4| {
             let (low, high) = self.directions_behind(edge);
@@ -128,7 +128,7 @@ impl LimbGeometry {
 pub(crate) struct LimbSegment {
     /// Unit vector from the camera to its middle, ICRF.
     pub direction: DVec3,
-    /// Solid angle, sr: of the layers that show the Sun, or of a pixel's width of the limb where that is more.
+    /// Solid angle, sr: of the layers that show the Sun, or of a strip of the limb one pixel wide if that is larger.
     pub solid_angle: f64,
     /// Mean radiance over that solid angle, brightest channel.
     pub radiance: f64,
@@ -137,26 +137,26 @@ pub(crate) struct LimbSegment {
 /// Segments on each side of the limb.
 const SEGMENTS: u32 = 24;
 
-/// The refracted limb as segments, for the light meter: where the layers of a body's atmosphere show the Sun, whose disc is taken as uniform. The limb is
-/// that of a sphere: for an oblate body the arcs are slightly displaced. Empty for an atmosphere of unknown refractivity, from inside of it, if the Sun is
-/// nearer, and for discs too small to draw.
+/// The refracted limb as segments, for the light meter: the arcs where the layers of a body's atmosphere show the Sun, treated as a uniform disc. The limb
+/// is that of a sphere: for an oblate body the arcs are slightly displaced. Empty if the refractivity is unknown, the camera is inside the atmosphere, the
+/// Sun is nearer than the body, or the disc is too small to draw.
 pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbSegment> {
     if p.distance_km <= 0.0 || sun.distance_km <= p.distance_km || camera_is_inside(p) {
         return Vec::new();
     }
     let (sky, bending_fraction) = (LimbGeometry::of(p, sun), air::bending_fraction(p.distance_km, sun.distance_km));
-    let is_possible =
-        2.0 * sky.limb >= BLEND_TO_PX * pixel_rad && air::max_bending(p.body, bending_fraction).is_some_and(|b| sky.may_show_sun(p, b));
+    let is_possible = 2.0 * sky.limb_radius >= BLEND_TO_PX * pixel_rad
+        && air::max_bending(p.body, bending_fraction).is_some_and(|b| sky.may_show_sun(p, b));
     let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
         return Vec::new();
     };
-    let towards = p.placement.centre_km / p.distance_km;
-    let aside = sun.placement.centre_km / sun.distance_km;
-    let x = (aside - towards * towards.dot(aside)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
-    let y = towards.cross(x);
-    // Position angles at which the radius crosses the Sun's disc, on its side and on the opposite one.
+    let to_body = p.placement.centre_km / p.distance_km;
+    let to_sun = sun.placement.centre_km / sun.distance_km;
+    let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
+    let y = to_body.cross(x);
+    // Position angles at which a line from the body's centre crosses the Sun's disc, on the Sun's side and on the opposite side.
     let reach = (sky.sun_radius / sky.separation.max(1e-300)).min(1.0).asin();
-    let places = (0..2 * SEGMENTS).map(|k| {
+    let position_angles = (0..2 * SEGMENTS).map(|k| {
         let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
         side + reach * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
@@ -174,39 +174,46 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
                 (thickness + shown, light + shown * transmittances.max_element())
             });
         let width = thickness.max(pixel);
-        let (out, along) = sky.limb.sin_cos();
+        let (out, along) = sky.limb_radius.sin_cos();
         LimbSegment {
-            direction: towards * along + (x * cos + y * sin) * out,
+            direction: to_body * along + (x * cos + y * sin) * out,
             solid_angle: step * out * width / sky.distance,
             radiance: photometry::sun_disc_radiance() * light / width,
         }
     };
-    places.map(segment).filter(|segment| segment.radiance > 0.0).collect()
+    position_angles.map(segment).filter(|segment| segment.radiance > 0.0).collect()
 }
 
-fn limb(camera: &Camera, p: &PlacedBody<'_>, sun: &PlacedBody<'_>, layers: &RefractingLayers, tint: DVec3) -> Option<RefractedLimb> {
+fn refracted_limb(
+    camera: &Camera,
+    p: &PlacedBody<'_>,
+    sun: &PlacedBody<'_>,
+    layers: &RefractingLayers,
+    tint: DVec3,
+) -> Option<RefractedLimb> {
     let place = &p.placement;
     let top = layers.edges.last()?.z;
     let shell = Placement { radii_km: place.radii_km * top, ..*place };
     let rect = Outline::of(camera, &shell).rect(camera)?;
-    let over = |rect| camera.view_rays(place, rect, AnchorForm::Auto);
-    let towards = (place.body_from_icrf * sun.placement.centre_km).normalize();
-    let (x, y) = towards.any_orthonormal_pair();
+    let rays_over = |rect| camera.view_rays(place, rect, AnchorForm::Auto);
+    let sun_direction = (place.body_from_icrf * sun.placement.centre_km).normalize();
+    let (x, y) = sun_direction.any_orthonormal_pair();
     let cot = ((sun.distance_km - sun.body.radii_km.x) * (sun.distance_km + sun.body.radii_km.x)).sqrt() / sun.body.radii_km.x;
     let edge = |radius: f64, bending: f64| Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(bending * cot), 0.0, 0.0);
     let first = layers.edges.first()?;
     let air_edges = std::iter::once(edge(first.x, first.y)).chain(layers.edges.iter().map(|e| edge(e.z, e.w))).collect();
     let transmittances = layers.transmittances.iter().zip(slopes(&layers.transmittances)).flat_map(|(mean, slope)| [*mean, slope]);
-    let near_km = place.centre_km.dot(camera.forward) - place.radii_km.max_element();
+    let nearest_depth_km = place.centre_km.dot(camera.forward) - place.radii_km.max_element();
     // Nothing can be between the camera and a body whose near side is this close.
-    let depth = if near_km > NEAR_DEPTH_KM { NEAR_DEPTH_KM / near_km * (1.0 + 4.0 * f64::from(f32::EPSILON)) } else { 1.0 };
+    let depth =
+        if nearest_depth_km > NEAR_DEPTH_KM { NEAR_DEPTH_KM / nearest_depth_km * (1.0 + 4.0 * f64::from(f32::EPSILON)) } else { 1.0 };
     Some(RefractedLimb {
         body: p.body.id,
-        rays: over(rect),
-        unbent: sun.outline.rect(camera).and_then(|of_sun| of_sun.common(&rect)).map(over),
+        rays: rays_over(rect),
+        unbent: sun.outline.rect(camera).and_then(|of_sun| of_sun.common(&rect)).map(rays_over),
         axis_ratios: narrow(place.radii_km / place.radii_km.x),
         depth: narrow_scalar(depth.min(1.0)),
-        sun_direction: narrow(towards).extend(narrow_scalar(cot)),
+        sun_direction: narrow(sun_direction).extend(narrow_scalar(cot)),
         sun_across: [x, y].map(|v| narrow(v).extend(0.0)),
         sun_limb: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
         air_edges,
@@ -254,7 +261,8 @@ pub(crate) fn limbs(
             note(false, why_not);
             continue;
         }
-        // Beside the air the Sun is seen unbent, so nothing is to be drawn even if it is asked for: what takes the unbent Sun away would take it in a whole pixel that the limb crosses.
+        // If no layer can show the Sun, nothing is drawn even on request: the step that removes the unrefracted Sun would remove it from every pixel that
+        // the limb crosses.
         let layers = bending
             .filter(|bending| sky.may_show_sun(p, *bending))
             .and_then(|_| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction));
@@ -273,7 +281,7 @@ pub(crate) fn limbs(
             None => note(threshold.is_exceeded_by(most), format!("at most {}", threshold.description(most))),
         };
         if on {
-            all.extend(limb(camera, p, sun, &layers, tint));
+            all.extend(refracted_limb(camera, p, sun, &layers, tint));
         }
     }
     all
@@ -284,7 +292,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn transmissions_go_over_from_layer_to_layer_and_never_below_nothing() {
+    fn transmittance_is_monotone_between_layers_and_never_negative() {
         let rising: Vec<_> = [0.0, 1e-9, 1e-4, 0.02, 0.3, 0.8, 0.97, 1.0].map(DVec3::splat).to_vec();
         let slopes = slopes(&rising);
         for (k, (mean, slope)) in rising.iter().zip(&slopes).enumerate() {
@@ -293,6 +301,6 @@ mod tests {
             assert!(k == 0 || low >= rising[k - 1].x - 1e-15, "{k}");
             assert!(k + 1 == rising.len() || high <= rising[k + 1].x + 1e-15, "{k}");
         }
-        assert!(slopes[4].x > 0.2, "a smooth middle is not flat: {}", slopes[4].x);
+        assert!(slopes[4].x > 0.2, "the slope in the middle of a smooth rise must not vanish: {}", slopes[4].x);
     }
 }

@@ -1,4 +1,7 @@
 //! Approximate sunlight under occluders: for the exposure, for magnitudes and for bodies drawn as points.
+//!
+//! In: the occluders of a receiver, the eclipse model and the Sun. Out: the fraction of sunlight at a point, or its mean over the visible lit
+//! ground, 0 to 1. Does not shade drawn surfaces (shaders/lib/eclipse does) and ignores limb darkening.
 
 use crate::catalog::Body;
 use crate::scene::draw::features::EclipseModel;
@@ -6,7 +9,7 @@ use crate::scene::eclipse::air;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver};
 use glam::DVec3;
 
-/// Approximate fraction of sunlight that occluders leave at points of a receiver, for discs without limb darkening. Pictures are not shaded by it.
+/// Approximate fraction of sunlight that occluders leave at points of a receiver, for discs without limb darkening.
 pub(crate) struct Shade<'a> {
     occluders: &'a [Occluder<'a>],
     axis: Axis,
@@ -23,7 +26,7 @@ impl<'a> Shade<'a> {
         Some(Self { occluders, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, fraction(c))) })
     }
 
-    /// Fraction of sunlight at a point: body axes, equatorial radii.
+    /// Fraction of sunlight at a point in body axes and equatorial radii.
     pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
         let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
         let mut fraction = 1.0_f64;
@@ -34,8 +37,8 @@ impl<'a> Shade<'a> {
             }
             let scale = self.axis.cot_sun_radius / depth;
             let (distance, size) = ((c.across - across).length() * scale, c.semi.x * scale);
-            let hidden = ((1.0 + size - distance) / (1.0 + size - (1.0 - size).abs())).clamp(0.0, 1.0) * (size * size).min(1.0);
-            fraction = fraction.min(1.0 - hidden);
+            let obscuration = ((1.0 + size - distance) / (1.0 + size - (1.0 - size).abs())).clamp(0.0, 1.0) * (size * size).min(1.0);
+            fraction = fraction.min(1.0 - obscuration);
             if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
                 fraction += layers.light(distance, depth, scale);
             }

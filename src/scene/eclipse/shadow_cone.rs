@@ -2,8 +2,9 @@
 //!
 //! In: the axis from the lit body to the Sun and the occluder's outline relative to it, as in the shader (shaders/lib/eclipse/occluders.wesl). Out:
 //! generating lines of the cones, and the outlines of umbra and penumbra on the ground, as points of the unit sphere. Always: lengths are the lit body's
-//! equatorial radii in its axes; the cones touch the Sun's sphere and the occluder's outline, so that the shader's light is 1 outside of the penumbra and 0
-//! in the umbra of an opaque occluder. Left out: light refracted by the occluder's air, and self-intersections of the umbra of an elongated body.
+//! equatorial radii in its axes; the cones touch the Sun's sphere and the occluder's outline, so that the shader's fraction of sunlight is 1 outside the
+//! penumbra and 0 in the umbra of an opaque occluder. Not modelled: light refracted by the occluder's air, and self-intersections of the umbra of an
+//! elongated body.
 
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, outline};
 use glam::{DMat3, DVec2, DVec3};
@@ -34,7 +35,7 @@ pub(crate) struct ShadowCone {
     along: f64,
     long_axis: DVec2,
     semi: DVec2,
-    /// Semi-axes of the lit body over its equatorial radius.
+    /// Semi-axes of the lit body divided by its equatorial radius.
     ground: DVec3,
 }
 
@@ -47,7 +48,7 @@ pub(crate) struct ConeLine {
     pub along: DVec3,
 }
 
-/// Generating lines of a cone among which the ends of its outline are searched.
+/// Number of generating lines in the search for the ends of a cone's outline.
 const LINES: u32 = 720;
 /// Number of points of an outline.
 const POINTS: u32 = 360;
@@ -152,14 +153,14 @@ impl ShadowCone {
             inside
         };
         let mut lines = Vec::new();
-        let mut begins = None;
+        let mut begin_angle = None;
         for k in first_miss..first_miss + LINES {
             let (now, next) = (step * f64::from(k), step * f64::from(k + 1));
-            match (begins, meets(k % LINES), meets((k + 1) % LINES)) {
-                (None, false, true) => begins = Some(graze(next, now)),
+            match (begin_angle, meets(k % LINES), meets((k + 1) % LINES)) {
+                (None, false, true) => begin_angle = Some(graze(next, now)),
                 (Some(from), true, false) => {
                     lines.extend(self.arc(kind, from, graze(now, next)));
-                    begins = None;
+                    begin_angle = None;
                 }
                 _ => {}
             }
@@ -167,7 +168,7 @@ impl ShadowCone {
         lines
     }
 
-    /// A piece of an outline. Near grazing lines the outline runs fast along the ground, so points are denser at the ends.
+    /// A piece of an outline. Points are denser at the ends, because the outline moves fast along the ground where the generating lines graze it.
     fn arc(&self, kind: ConeKind, from: f64, to: f64) -> Option<GroundLine> {
         let at = |k: u32| {
             let part = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(POINTS)).cos());
@@ -198,7 +199,7 @@ mod tests {
         check(&ShadowCone::of(axis, occluder, &receiver), sun.radii_km.x / receiver.radius_km());
     }
 
-    /// The sides touch the Sun's sphere and the occluder's, found by distances of lines from points and not by the formula of the sides.
+    /// The generating lines touch the spheres of the Sun and of the occluder; the test measures distances of lines from the two centres.
     #[test]
     fn sides_touch_both_bodies() {
         for (receiver, occluder, time) in
@@ -213,7 +214,7 @@ mod tests {
                         assert!((distance(line, sun) / sun_radius - 1.0).abs() < 1e-4, "{receiver} {kind:?} {k}");
                         let off = distance(line, cone.in_body_axes(cone.across, cone.along));
                         assert!((cone.semi.y * 0.9999..=cone.semi.x * 1.0001).contains(&off), "{receiver} {kind:?} {k}: {off}");
-                        // The other limb of the Sun: a line through the same point that touches it too would have the other sign.
+                        // The sign tells which limb of the Sun the line touches.
                         let outwards = line.from - cone.in_body_axes(cone.across, cone.along);
                         assert_eq!(line.along.dot(outwards) > 0.0, kind == ConeKind::Penumbra, "{receiver} {kind:?} {k}");
                     }
@@ -222,13 +223,13 @@ mod tests {
         }
     }
 
-    /// An umbra within the disc is one closed line, the penumbra beside the limb an open one whose ends graze.
+    /// An umbra within the disc has one closed outline; a penumbra that crosses the limb has an open outline whose ends graze the ground.
     #[test]
     fn outlines_close_or_end_at_the_limb() {
         with_cone(399, 301, "2024-04-08T18:17:16Z", |cone, _| {
             let umbra = cone.outline(ConeKind::Umbra);
             assert!(umbra.len() == 1 && umbra[0].is_closed, "{umbra:?}");
-            // Gamma 0.343 and the penumbra's 0.536 of the Earth's radius are less than 1: all of it is on the disc.
+            // Gamma 0.343 and the penumbra's 0.536 of the Earth's radius add up to less than 1: all of the penumbra is on the disc.
             let penumbra = cone.outline(ConeKind::Penumbra);
             assert!(penumbra.len() == 1 && penumbra[0].is_closed, "{}", penumbra.len());
         });
@@ -236,7 +237,7 @@ mod tests {
             let penumbra = cone.outline(ConeKind::Penumbra);
             assert!(!penumbra.is_empty() && penumbra.iter().all(|line| !line.is_closed), "{}", penumbra.len());
             for end in penumbra.iter().flat_map(|line| [line.points[0], line.points[line.points.len() - 1]]) {
-                // The Sun is in the horizon there, to its radius of a quarter of a degree.
+                // There the Sun is on the horizon, to within its angular radius of a quarter of a degree.
                 let normal = (end / cone.ground).normalize();
                 assert!(normal.dot(cone.axis.along).abs() < 0.006, "{}", normal.dot(cone.axis.along));
             }

@@ -2,8 +2,8 @@
 //!
 //! In: a receiver and its occluder at one time. Out: lines on the ground for the passage whose middle is nearest in time. A limit is the envelope of the
 //! umbra's outlines: the points where the outline is parallel to its own motion over the rotating ground. Always: the geometry is that of [`ShadowCone`] at
-//! each instant, light time to the receiver's centre included. `events::path` finds the limits of the Moon's shadow on the Earth by the deepest moment of
-//! each place; a test compares both.
+//! each instant, light time to the receiver's centre included. `events::path` computes the limits of the Moon's shadow on the Earth by another method, from
+//! the moment of deepest eclipse at each place.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;
@@ -15,15 +15,15 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// A passage is found from this long before its middle until this long after, seconds.
+/// A passage is found if its middle is at most this far from the receiver's time, seconds.
 const MAX_OFFSET_S: f64 = 6.0 * 3600.0;
-/// Longest half duration of a passage, seconds: Callisto's takes 2.5 hours at most.
+/// Longest half duration of a passage, seconds: Callisto's passage takes 2.5 hours at most.
 const MAX_HALF_S: f64 = 6.0 * 3600.0;
 /// Number of instants per line.
 const INSTANT_COUNT: u32 = 200;
-/// Generating lines of the umbra among which the limits are searched.
+/// Number of generating lines of the umbra in the search for the limits.
 const LINES: u32 = 64;
-/// Half of the interval over which motion is differenced, seconds.
+/// Half the interval of the central difference that gives the motion, seconds.
 const STEP_S: f64 = 1.0;
 
 /// Lines on the ground of one passage.
@@ -44,7 +44,7 @@ struct Passage {
     middle_s: f64,
 }
 
-/// The most recent paths.
+/// A cache of the most recent paths.
 #[derive(Debug)]
 pub(crate) struct ShadowPaths(Memo<Passage, Arc<ShadowPath>>);
 
@@ -55,7 +55,7 @@ impl Default for ShadowPaths {
 }
 
 impl ShadowPaths {
-    /// The path of an occluder's passage across the Sun of a body; `None` if its middle is far in time, or if the penumbra misses.
+    /// The path of an occluder's passage across the Sun of a body; `None` if its middle is more than `MAX_OFFSET_S` away, or if the penumbra misses.
     pub(crate) fn of(
         &self,
         ephemeris: &Ephemeris,
@@ -77,7 +77,7 @@ impl ShadowPaths {
     }
 }
 
-/// The bodies of a passage as functions of time; times are seconds from the receiver's.
+/// The bodies of a passage as functions of time; times are seconds relative to the receiver's time.
 struct PassageGeometry<'a, 'b> {
     ephemeris: &'a Ephemeris,
     sun: &'a Body,
@@ -149,7 +149,7 @@ impl PassageGeometry<'_, '_> {
     fn limits(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - STEP_S)?, self.cone(s)?, self.cone(s + STEP_S)?);
         let place = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.line_at(ConeKind::Umbra, angle));
-        // Point, motion, and the component of the motion out of the outline.
+        // The point, its motion, and the component of the motion perpendicular to the outline.
         let at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
             const TURN: f64 = 1e-4;
             let (point, motion) = (place(&now, angle)?, place(&after, angle)? - place(&before, angle)?);
@@ -213,7 +213,7 @@ mod tests {
         check(&catalog, found.iter().filter_map(of).collect());
     }
 
-    /// Kilometres on the ground from a place, geodetic degrees, to the nearest point between the points of a line.
+    /// Distance in kilometres from a place on the ground, given in geodetic degrees, to the nearest point of a polyline.
     fn off_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
         let at = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
         let to_piece = |ends: &[DVec3]| {
@@ -224,10 +224,9 @@ mod tests {
         line.windows(2).map(to_piece).fold(f64::INFINITY, f64::min)
     }
 
-    /// Centre line and limits of 2024-04-08 against those of another method and other code (`events::path`, held to printed canons by tests/events): within a kilometre
-    /// along the whole way but its last degrees, where chords between the points leave the ground.
+    /// The centre line and the limits of 2024-04-08 agree with NASA's published path at greatest eclipse.
     #[test]
-    fn the_path_of_2024_is_that_of_the_events() {
+    fn the_path_of_2024_agrees_with_nasa() {
         paths(399, "2024-04-08T18:17:16Z", |catalog, found| {
             let [(301, path)] = &found[..] else { panic!("{} paths", found.len()) };
             assert!(
@@ -244,17 +243,17 @@ mod tests {
             assert_eq!(path.limits.len(), 2);
             let [left, right] = [0, 1].map(|k| off_km(radii_km, &path.limits[k].points, 25.29, -104.138));
             assert!((left + right - 197.5).abs() < 6.0 && (left - right).abs() < 6.0, "{left} {right}");
-            // The comparison must be able to fail.
+            // Another latitude is far from the line: the comparison can fail.
             assert!(off_km(radii_km, &centre.points, 25.5, -104.138) > 10.0);
         });
-        // Twelve hours before nothing is near; the same passage from five hours before.
+        // Twelve hours before the eclipse no passage is found; five hours before it, this passage is found.
         paths(399, "2024-04-08T06:00:00Z", |_, found| assert!(found.is_empty()));
         paths(399, "2024-04-08T13:20:00Z", |_, found| assert_eq!(found.len(), 1));
     }
 
     /// Io's shadow crosses Jupiter's disc in some two hours from one limb to the other, along a belt, with its limits Io's width apart.
     #[test]
-    fn a_moon_of_jupiter_draws_a_belt() {
+    fn the_shadow_of_a_moon_crosses_jupiter_along_a_belt() {
         let mut seen = 0;
         for time in ["2024-12-07T20:00:00Z", "2024-12-08T12:00:00Z", "2024-12-09T06:00:00Z", "2024-12-10T00:00:00Z"] {
             paths(599, time, |catalog, found| {
@@ -274,7 +273,7 @@ mod tests {
                     if diameter_km < 2000.0 {
                         continue;
                     }
-                    // The umbra is narrower than the moon by the Sun's width, and longer where it falls slantwise.
+                    // The umbra is narrower than the moon because of the Sun's angular size, and longer where it meets the ground at a slant.
                     assert!(path.limits.len() < 2 || (0.2..2.5).contains(&(width_km / diameter_km)), "{moon}: {width_km} of {diameter_km}");
                     seen += 1;
                 }

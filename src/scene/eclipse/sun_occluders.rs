@@ -1,4 +1,7 @@
 //! The occluders between the Sun and a placed body, and the fraction of sunlight that they leave.
+//!
+//! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders with a reason, or a value computed from their
+//! shadows. The candidates are computed once per placed body.
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::atmosphere::clouds;
@@ -25,7 +28,7 @@ pub(crate) fn requested_model(request: &ViewRequest) -> EclipseModelChoice {
 pub(crate) struct SunOccluders<'a> {
     pub receiver: Receiver<'a>,
     pub sun: &'a Body,
-    /// Position from the receiver's centre, body axes, equatorial radii.
+    /// Camera position relative to the receiver's centre, body axes, equatorial radii.
     pub camera: DVec3,
     pub occluders: Vec<Occluder<'a>>,
     pub reason: String,
@@ -87,15 +90,15 @@ pub(crate) fn evaluate_shade<T>(
     if context.request.effects.override_of(Effect::Eclipse) == Some(false) {
         return None;
     }
-    evaluate_shade_by(context, p, diameter_px, requested_model(context.request), evaluate)
+    evaluate_shade_with_model(context, p, diameter_px, requested_model(context.request), evaluate)
 }
 
 /// Like [`visible_sunlight_fraction`], but always by the best model, so that a magnitude does not depend on the picture's quality.
 pub(crate) fn best_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shade_by(context, p, diameter_px, EclipseModelChoice::Best, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
+    evaluate_shade_with_model(context, p, diameter_px, EclipseModelChoice::Best, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
 }
 
-fn evaluate_shade_by<T>(
+fn evaluate_shade_with_model<T>(
     context: Context<'_>,
     p: &PlacedBody<'_>,
     diameter_px: f64,

@@ -1,4 +1,7 @@
 //! Uniforms of shaders/lib/eclipse: the occluders relative to the axis from receiver to Sun.
+//!
+//! In: the occluders, the eclipse model, the receiver and the Sun. Out: [`EclipseUniforms`] in the receiver's axes and equatorial radii,
+//! f32.
 
 use crate::catalog::Body;
 use crate::scene::camera;

@@ -1,6 +1,7 @@
 //! The inputs and the results of the decisions about one body.
 //!
-//! In: a frame and a placed body. Out: [`Case`], which every feature reads; [`Decisions`], which each feature extends and hands on to the next.
+//! In: a frame and a placed body. Out: [`Case`], the input of every feature's decision; [`Decisions`], which each feature extends and passes on to
+//! the next.
 
 use crate::catalog::{Body, NaifId, Overlay, Photometry};
 use crate::mesh::Model;
@@ -28,26 +29,26 @@ use std::sync::Arc;
 pub(crate) struct Frame<'a> {
     pub context: Context<'a>,
     pub camera: &'a Camera,
-    /// The threshold below which a feature is left out.
+    /// The threshold below which features are left out.
     pub threshold: Threshold,
     pub reflectors: &'a [Reflector<'a>],
     /// The atmosphere around the camera, if it is in one.
     pub air: Option<&'a SurroundingAir<'a>>,
 }
 
-/// One body of a frame, with what its decisions read.
+/// One body of a frame, with the inputs of the decisions about it.
 pub(crate) struct Case<'c, 'a> {
     pub frame: &'c Frame<'c>,
     pub placed: &'c PlacedBody<'a>,
-    /// Diameter of the disc of the same area.
+    /// Diameter of a circle with the area of the body's outline.
     pub diameter_px: f64,
-    /// The pixels that its globe or mesh may touch.
+    /// The rectangle that the globe or mesh may touch; `None` if it is outside the picture.
     pub rect: Option<ClipRect>,
-    /// Its shape model, if it is drawn as triangles.
+    /// The body's shape model, if it is drawn as triangles.
     pub model: Option<&'c Arc<Model>>,
-    /// Its rings, if it has any that may be in the picture.
+    /// The geometry of the body's rings, if they may be in the picture.
     pub ring_view: Option<View<'c>>,
-    /// Part of the body's light that the disc carries; the point carries the rest.
+    /// Fraction of the body's light that is drawn as a disc; the point has the rest.
     pub share: f64,
 }
 
@@ -101,7 +102,7 @@ impl<'c, 'a> Case<'c, 'a> {
     }
 }
 
-/// The geometry of a body's rings, from which decisions about them are made.
+/// The geometry of a body's rings, the input of the decisions about them; `None` without rings.
 fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c PlacedBody<'_>) -> Option<View<'c>> {
     let lit = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
     lit.then(|| View {
@@ -117,17 +118,17 @@ fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c PlacedBody<'_>) -> Option<Vie
     })
 }
 
-/// What features have decided about one body so far: structure, uniforms, draws of their own, and reasons.
+/// The decisions about one body so far: selected features, uniforms, draws of single features, and reasons.
 pub(crate) struct Decisions<'c> {
     pub log: DecisionLog<'c>,
     pub chosen: FeatureSelection,
-    /// Lights besides the Sun, strongest first.
+    /// Lights in addition to the Sun, strongest first.
     pub shine: Vec<LightOn>,
     pub eclipse: EclipseUniforms,
     /// Ring uniforms of the globe's draw: shadow and ring-shine.
     pub ring: RingUniforms,
     pub overlays: Vec<&'c Overlay>,
-    /// [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
+    /// The value of [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
     pub blend_mode: f32,
     /// Direction of the Sun in body axes and its angular radius, if a mesh casts shadows on itself.
     pub self_shadow: Option<(DVec3, f64)>,
@@ -158,7 +159,7 @@ impl<'c> Decisions<'c> {
 /// Decides on one feature, given the decisions before it, and returns them all.
 pub(crate) type Feature = for<'c> fn(&Case<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
-/// Lets a list of features decide in order, each knowing the decisions before it.
+/// Runs the decisions of a list of features in order; each reads the decisions before it.
 pub(crate) fn decide_in_order<'c>(features: &[Feature], case: &Case<'c, '_>, so_far: Decisions<'c>) -> Decisions<'c> {
     features.iter().fold(so_far, |so_far, feature| feature(case, so_far))
 }

@@ -1,6 +1,7 @@
 //! The features selected for one draw, and the only place that turns the selection into [`DrawFeatures`].
 //!
-//! Always: features that the catalog does not give a body are left out, so that no selection can ask for them.
+//! In: a [`FeatureSelection`], a body and a pixel view. Out: the [`DrawFeatures`] of each of the body's draws. Always: they contain no feature that
+//! the body's catalog entry does not allow, whatever the selection says.
 
 use crate::catalog::{Body, InventedRelief, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
@@ -16,11 +17,11 @@ pub struct Capabilities {
     pub maps: MapSet,
     pub emissive: bool,
     pub rings: bool,
-    /// The procedural relief of its ground.
+    /// The kind of procedural relief of the ground.
     pub detail: Detail,
-    /// Which custom surface colours its ground, 0 for none.
+    /// Which custom surface colours the ground, 0 for none.
     pub custom_surface: u8,
-    /// Whether the lunar limb profile applies: the Moon, and the Sun behind it.
+    /// Whether the lunar limb profile can apply: only to the Moon and to the Sun, which the Moon can cover.
     pub limb_heights: bool,
 }
 
@@ -53,7 +54,7 @@ impl Capabilities {
     }
 }
 
-/// Largest relative difference of two semi-axes: the most by which the ellipsoid's normal leans from the sphere's, radians.
+/// Largest relative difference of two semi-axes, which is also the largest angle between the normals of ellipsoid and sphere, radians.
 pub fn flattening(body: &Body) -> f64 {
     1.0 - body.radii_km.min_element() / body.radii_km.max_element()
 }
@@ -62,50 +63,50 @@ pub fn flattening(body: &Body) -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSelection {
     pub ellipsoid: bool,
-    /// Triangles in place of the ellipsoid, and how they are drawn.
+    /// Flags of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
     pub mesh: Option<Flags>,
     pub maps: MapSet,
     /// Relief and albedo finer than the maps.
     pub detail: bool,
-    /// Billows finer than the map of the cloud deck.
+    /// Billows finer than the cloud map.
     pub cloud_detail: bool,
-    /// The custom surface that the body has.
+    /// Whether the body's custom surface is drawn.
     pub custom_surface: bool,
-    /// Images over the ground.
+    /// Number of images over the ground.
     pub overlays: u8,
-    /// Lights besides the Sun, strongest first.
+    /// Number of lights in addition to the Sun.
     pub shine: u8,
     pub eclipse: Eclipse,
-    /// The eclipse of the sunlight on its rings.
+    /// The eclipse of the sunlight on the body's rings.
     pub ring_eclipse: Eclipse,
     pub ring_shadow: RingShadow,
     /// Whether ring-shine lights the globe.
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
-    /// The tier of the atmosphere; `None` without it.
+    /// The tier of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air: AtmosphereModel,
-    /// Whether the limb follows the Moon's own heights.
+    /// Whether the limb follows the lunar limb profile.
     pub limb_heights: bool,
 }
 
 impl FeatureSelection {
-    /// Whether ring-shine lights the globe. It excludes planet-shine, which would double the keys of ringed bodies: moons give a thousandth of its
-    /// light (still less than ring-shine where the Sun hardly lights the rings).
+    /// Whether ring-shine lights the globe. Ring-shine excludes planet-shine, because supporting both would double the keys of ringed bodies. Moons
+    /// give a thousandth of the light of the rings, and less than the rings even where the Sun hardly lights them.
     fn lit_by_rings(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         self.ring_shine && available.rings && !available.emissive
     }
 
-    /// Whether a draw shows procedural relief at all.
+    /// Whether a draw can show procedural relief: not in an eclipse, and not in pixel views of single quantities.
     fn shows_detail(self, view: PixelView) -> bool {
         self.eclipse.occluders == 0 && matches!(view, PixelView::Final | PixelView::Cost)
     }
 
-    /// The features of the globe's draw, without those that the body does not have.
+    /// The features of the globe's draw, without features that the body does not have.
     pub(crate) fn features(self, body: &Body, view: PixelView) -> DrawFeatures {
         let available = Capabilities::of(body);
         let air = species::features(body, self.air);
-        // Under an atmosphere the shape is always the ellipsoid, even where a sphere would do: that halves the keys.
+        // Under an atmosphere the shape is always the ellipsoid, even if a sphere would be accurate enough: this halves the number of keys.
         let ellipsoid = self.ellipsoid || air.tier != AtmosphereModel::None;
         let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.tier == AtmosphereModel::None).map(|(flags, model)| Flags {
             two_sided: flags.two_sided && model.two_sided,
@@ -128,19 +129,19 @@ impl FeatureSelection {
                 night: self.maps.night && available.maps.night,
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
-            // Detail is left out in an eclipse, which halves those keys.
+            // Detail is left out in an eclipse, which halves the number of keys with eclipses.
             detail: if self.detail && mesh.is_none() && self.shows_detail(view) { available.detail } else { Detail::None },
             custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
             lights: match (available.emissive, self.lit_by_rings(body), self.shine) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
-                // The number of lights is rounded up to the maximum, which halves those keys; the last one may be black.
+                // The number of lights is rounded up to the maximum, which halves the number of these keys; the last light may be black.
                 (false, false, _) if air.tier != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
                 (false, false, shine) => (1 + shine).min(MAX_LIGHTS),
             },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
-            // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_pairs` records it.
+            // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_pairs` records this.
             ring_shadow: if available.rings && !available.emissive && (air.tier == AtmosphereModel::None || self.eclipse.occluders == 0) {
                 self.ring_shadow
             } else {
@@ -162,7 +163,7 @@ impl FeatureSelection {
 }
 
 impl FeatureSelection {
-    /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows what lies under them.
+    /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows a quantity of the ground below them.
     pub(crate) fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Final | PixelView::Cost);
         let ground = Self { mesh: None, ..self }.features(body, view);
@@ -192,7 +193,7 @@ impl FeatureSelection {
         (available.rings && !available.emissive).then_some(features)
     }
 
-    /// The features of the draw of the air beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
+    /// The features of the draw of the atmosphere beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
     pub(crate) fn sky_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = matches!(view, PixelView::Final | PixelView::Cost | PixelView::OpticalDepth);
         let ground = self.features(body, view);

@@ -28,7 +28,7 @@ pub(crate) fn uniforms(
     uniforms_of_share(case, placement, rect, maps, shine, case.share)
 }
 
-/// Like [`uniforms`] for a given part of the body's light.
+/// Like [`uniforms`], with `share` as the fraction of the body's light that this draw shows.
 pub(crate) fn uniforms_of_share(
     case: &Case<'_, '_>,
     placement: &camera::Placement,
@@ -53,7 +53,7 @@ pub(crate) fn uniforms_of_share(
         Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
         _ => 0.0,
     };
-    // The albedo includes the phase correction for the Sun. Light from another body has a phase angle of its own.
+    // The albedo includes the phase correction for sunlight. Light from another body has a different phase angle, so its irradiance is corrected.
     let phase_ratio = |l: &LightOn| {
         let alpha = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
         photometry::phase_correction(body, alpha, p.distance_km / body.radii_km.x) / brightness.max(1e-6)

@@ -1,7 +1,7 @@
-//! Decides which features the draws of one body have, each by a value compared with a threshold.
+//! Decides which features the draws of one body have. Each decision compares a value with a threshold.
 //!
-//! In: a frame and a placed body. Out: its draws, its point, and every decision with its reason. The module of each effect decides on its features;
-//! [`FEATURES`] lists them in order. Always: a feature reads only what features before it decided.
+//! In: a frame and a placed body. Out: the body's draws, its point, and every decision with its reason. The module of each effect decides on its
+//! features; [`FEATURES`] lists the decisions in order. Always: a decision reads only the results of decisions before it.
 
 pub(crate) mod case;
 pub mod choice;
@@ -60,7 +60,7 @@ const MAP_FEATURES: [Feature; 3] = [ground::decide, overlays::decide, atmosphere
 fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut so_far.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
-        // Combining ring shadow, atmosphere tier, number of occluders and eclipse model would triple these keys.
+        // All combinations of ring shadow, atmosphere tier, number of occluders and eclipse model would triple the number of these keys.
         so_far.log.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
         chosen.ring_shadow = RingShadow::None;
     }
@@ -69,7 +69,7 @@ fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> D
         chosen.detail = false;
     }
     if chosen.ring_shine && !so_far.shine.is_empty() {
-        // The weaker of the two, as irradiance of the ground.
+        // Leaves out the light that causes the smaller irradiance of the ground.
         let of_rings =
             so_far.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(case.placed.sun_from_body_km).irradiance.x;
         let of_bodies = so_far.shine.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
@@ -85,7 +85,7 @@ fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> D
     so_far
 }
 
-/// Decides on all features of one body. `camera_at_centre`: the camera is at its centre.
+/// Decides on all features of one body. `camera_at_centre`: the camera is at the body's centre.
 pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
     let case = Case::of(frame, placed);
     let mut log = case.log();
@@ -95,8 +95,8 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centr
     if case.rect.is_none() && case.ring_view.is_none() {
         return decide_air_only(&case, Decisions::new(log));
     }
-    let what = if case.rect.is_some() { "its outline meets" } else { "its rings meet" };
-    log.note("visible", true, format!("{what} the frame"));
+    let visible_part = if case.rect.is_some() { "its outline meets" } else { "its rings meet" };
+    log.note("visible", true, format!("{visible_part} the frame"));
     let point = point_of(&case, &mut log);
     let diameter_px = case.diameter_px;
     if case.share <= 0.0 {
@@ -110,7 +110,8 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centr
     DecidedBody { appearance, diameter_px, decisions, draws, point }
 }
 
-/// The map files that the body's draws read, if all of them are readable.
+/// The map files that the body's draws would read if all files were readable, and the shape of the globe's draw; `None` if the body is not drawn as a
+/// disc.
 pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
     let case = Case::of(frame, placed);
     let has_mesh = meshes::is_wanted(frame.context, frame.camera, placed);
@@ -120,8 +121,8 @@ pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<
     let decided = decide_in_order(&MAP_FEATURES, &case, Decisions::new(case.log()));
     let features = decided.chosen.features(case.body(), case.pixel_view());
     let mut files = map_files(&case, &features, &decided);
-    let over_ground = decided.clouds.and_then(|c| c.map_files.cloud);
-    files.cloud = files.cloud.or(over_ground);
+    let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.cloud);
+    files.cloud = files.cloud.or(cloud_draw_map);
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
@@ -143,7 +144,7 @@ fn decide_air_only<'c>(case: &Case<'c, '_>, so_far: Decisions<'c>) -> DecidedBod
     DecidedBody { appearance: Appearance::Disc, diameter_px: case.diameter_px, decisions, draws, point: None }
 }
 
-/// Decides on the point that replaces a small disc, or that carries part of its light.
+/// Decides on the point that replaces a small disc, or that has part of its light.
 fn point_of(case: &Case<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let (frame, p, share) = (case.frame, case.placed, case.share);
     // Points are drawn after the air, so its transmittance is applied here.
@@ -157,9 +158,9 @@ fn point_of(case: &Case<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     if !log.effect(Effect::Points, share < 1.0, reason) || share >= 1.0 {
         return None;
     }
-    let most = flux.max_element();
-    if !frame.threshold.is_exceeded_by(most) {
-        log.note("point-visible", false, frame.threshold.description(most));
+    let brightest = flux.max_element();
+    if !frame.threshold.is_exceeded_by(brightest) {
+        log.note("point-visible", false, frame.threshold.description(brightest));
         return None;
     }
     frame.camera.clip(p.placement.centre_km).map(|clip| point::sprite(p.body.id, clip, flux))
@@ -182,7 +183,7 @@ fn map_files(case: &Case<'_, '_>, features: &DrawFeatures, decided: &Decisions<'
 /// The draw of the globe or of its mesh.
 fn globe(case: &Case<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
     let (frame, p, body) = (case.frame, case.placed, case.body());
-    // The camera's own air reddens light from beyond it.
+    // The atmosphere around the camera reddens light from outside it.
     let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
     let features = decided.chosen.features(body, case.pixel_view());
     let uniforms = globe::uniforms(case, &p.placement, rect, decided.chosen.maps, &decided.shine);
@@ -195,14 +196,14 @@ fn globe(case: &Case<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
     Draw { body: body.id, part: Part::Globe, name: body.name.clone(), features, uniforms, map_files: map_files(case, &features, decided) }
 }
 
-/// All draws of a body, the globe first, and its decisions.
+/// Completes the draws of a body and returns them, the globe first, with the decisions about it.
 fn assemble(case: &Case<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
     if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.places.is_empty() {
         decided.eclipse.spread = air_spread::tables(case.body(), &decided.eclipse);
     }
     for draw in &mut draws {
-        // The features may have more lights than are lit; the rest are black.
+        // The features may have more lights than actually shine on the body; the rest are black.
         let dark =
             Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {

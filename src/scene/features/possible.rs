@@ -1,7 +1,7 @@
-//! Every set of draw features that a frame can ask for.
+//! Every set of draw features that can occur in a frame.
 //!
-//! [`possible_features`] lists what [`FeatureSelection::features`] can return for any choice that the catalog's bodies allow, so the keys that are
-//! validated ahead of time and the keys that frames use come from the same two functions.
+//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::features`] and its siblings for clouds, rings and sky
+//! can return for any selection. Always: the keys that are validated ahead of time and the keys that frames use come from the same functions.
 
 use crate::catalog::{Body, Catalog, MAX_OVERLAYS, ShapeModel};
 use crate::scene::atmosphere::air;
@@ -15,9 +15,9 @@ use std::collections::BTreeSet;
 
 /// No occluder, and each number of occluders under each model that the body's system allows.
 fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
-    let (most, refracted) = occluders::max_occluders(catalog.bodies(), body);
+    let (max_occluders, refracted) = occluders::max_occluders(catalog.bodies(), body);
     let mut all = vec![Eclipse::default()];
-    for occluders in 1..=most {
+    for occluders in 1..=max_occluders {
         let models = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
         all.extend(models.map(|model| Eclipse { occluders, model }));
         all.extend(refracted.then_some(Eclipse { occluders, model: EclipseModel::Refracted }));
@@ -27,39 +27,40 @@ fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
 
 /// Every subset of the maps that a body has.
 fn possible_maps(body: &Body) -> Vec<MapSet> {
-    let of = Capabilities::of(body).maps;
+    let available = Capabilities::of(body).maps;
     let has = |bits: u8, bit: u8| bits & (1 << bit) != 0;
     let set = |bits| MapSet {
-        albedo: of.albedo && has(bits, 0),
-        normal: of.normal && has(bits, 1),
-        specular: of.specular && has(bits, 2),
-        night: of.night && has(bits, 3),
-        cloud_shadow: of.cloud_shadow && has(bits, 4),
+        albedo: available.albedo && has(bits, 0),
+        normal: available.normal && has(bits, 1),
+        specular: available.specular && has(bits, 2),
+        night: available.night && has(bits, 3),
+        cloud_shadow: available.cloud_shadow && has(bits, 4),
     };
     (0..32).map(set).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// No mesh, and the body's mesh with and without vertex colours, which its file may have.
+/// No mesh, and the body's mesh without and with vertex colours, because its file may lack them.
 fn possible_meshes(body: &Body) -> Vec<Option<Flags>> {
-    let of = |m: &ShapeModel, vertex_colour| Some(Flags { two_sided: m.two_sided, alpha_texture: m.alpha, vertex_colour });
-    let meshes = body.mesh.iter().flat_map(|m| [false, m.vertex_colours].map(|coloured| of(m, coloured)));
+    let flags = |m: &ShapeModel, vertex_colour| Some(Flags { two_sided: m.two_sided, alpha_texture: m.alpha, vertex_colour });
+    let meshes = body.mesh.iter().flat_map(|m| [false, m.vertex_colours].map(|coloured| flags(m, coloured)));
     std::iter::once(None).chain(meshes).collect()
 }
 
-/// The features of the globe for one selection: with and without ring-shine, for each number of overlays and each shape.
+/// The features of the globe for one selection, in every variation of mesh, overlays, custom surface, ring-shine, detail and lunar limb profile.
 fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
-        let of = move |overlays| {
-            let lit = [(false, false, false), (true, false, false), (false, true, false), (false, false, true)];
+        let with_overlays = move |overlays| {
+            // Ring-shine, detail and limb profile: at most one of them.
+            let at_most_one = [(false, false, false), (true, false, false), (false, true, false), (false, false, true)];
             let custom = [false, true].into_iter().filter(|custom| !custom || body.custom_surface > 0);
             custom.flat_map(move |custom_surface| {
-                lit.map(|(ring_shine, detail, limb_heights)| {
+                at_most_one.map(|(ring_shine, detail, limb_heights)| {
                     FeatureSelection { overlays, ring_shine, detail, limb_heights, custom_surface, mesh, ..chosen }.features(body, view)
                 })
             })
         };
-        overlays.clone().flat_map(of)
+        overlays.clone().flat_map(with_overlays)
     })
 }
 
@@ -68,7 +69,7 @@ fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     [false, true].into_iter().filter_map(move |cloud_detail| FeatureSelection { cloud_detail, ..chosen }.cloud_features(body, view))
 }
 
-/// Every set of draw features that a frame can ask for, for any body of the catalog under any effects and pixel view: sorted, without duplicates.
+/// Every set of draw features that can occur in a frame, for any body of the catalog under any effects and pixel view: sorted, without duplicates.
 pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
     let both = [false, true];
     let mut all = BTreeSet::new();
@@ -129,9 +130,9 @@ mod tests {
     use super::*;
     use crate::scene::draw::features::{Shape, Surface};
 
-    /// What an eclipse changes in the structure of a draw: itself, and under air the ring's shadow and the number of lights, upward.
+    /// An eclipse changes only the eclipse features of a draw and, under an atmosphere, the number of lights, which it can only increase.
     #[test]
-    fn an_eclipse_takes_no_light_but_the_suns() {
+    fn an_eclipse_removes_no_light() {
         let catalog = Catalog::embedded();
         let eclipse = Eclipse { occluders: 1, model: EclipseModel::LimbDarkened };
         let (mut under_air, mut by_rings) = (0, 0);
@@ -140,11 +141,12 @@ mod tests {
                 for (shine, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
                     let chosen = FeatureSelection { shine, ring_shine, air, ..FeatureSelection::default() };
                     let plain = chosen.features(body, PixelView::Final);
-                    let dim = FeatureSelection { eclipse, ..chosen }.features(body, PixelView::Final);
-                    assert_eq!(DrawFeatures { eclipse: plain.eclipse, lights: plain.lights, ..dim }, plain, "{}", body.name);
-                    assert!(dim.lights == plain.lights || air != AtmosphereModel::None && plain.lights > 1 && dim.lights > plain.lights);
-                    under_air += usize::from(air != AtmosphereModel::None && shine > 0 && dim.lights > 1 && dim.eclipse == eclipse);
-                    by_rings += usize::from(air != AtmosphereModel::None && dim.ring_shine && dim.eclipse == eclipse);
+                    let eclipsed = FeatureSelection { eclipse, ..chosen }.features(body, PixelView::Final);
+                    assert_eq!(DrawFeatures { eclipse: plain.eclipse, lights: plain.lights, ..eclipsed }, plain, "{}", body.name);
+                    let has_air = air != AtmosphereModel::None;
+                    assert!(eclipsed.lights == plain.lights || has_air && plain.lights > 1 && eclipsed.lights > plain.lights);
+                    under_air += usize::from(has_air && shine > 0 && eclipsed.lights > 1 && eclipsed.eclipse == eclipse);
+                    by_rings += usize::from(has_air && eclipsed.ring_shine && eclipsed.eclipse == eclipse);
                 }
             }
         }
@@ -152,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_possible_that_the_body_does_not_have() {
+    fn features_that_the_body_lacks_are_impossible() {
         let catalog = Catalog::embedded();
         let all = possible_features(&catalog);
         let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
@@ -168,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_is_possible_where_the_catalog_names_one_with_what_it_allows() {
+    fn a_mesh_and_its_flags_are_possible_if_the_catalog_has_them() {
         let file = |rest: &str| {
             let text = format!("[[body]]\nid = 401\n[body.mesh]\nfile = \"phobos.obj\"\n{rest}");
             Catalog::with_files(&[("mine.toml".into(), text)]).expect("reads")
@@ -179,7 +181,7 @@ mod tests {
         let plain = Flags::default();
         assert_eq!(flags(&file("")), [plain, Flags { vertex_colour: true, ..plain }].into());
         let cut = Flags { two_sided: true, alpha_texture: true, vertex_colour: false };
-        // Without its map nothing is cut out.
+        // The alpha texture is part of the albedo map; without that map nothing is cut out.
         let both = [cut, Flags { alpha_texture: false, ..cut }].into();
         assert_eq!(flags(&file("two_sided = true\nalpha = true\nvertex_colours = false\n")), both);
     }

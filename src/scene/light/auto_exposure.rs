@@ -1,9 +1,9 @@
-//! The exposure of a picture: set by the user, or chosen for what fills the frame.
+//! The exposure of a picture: set by the user, or chosen for the subjects in the frame.
 //!
-//! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) weighs what is in the frame; the
-//! heaviest subject dominates, so that no picture is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare whitens at most
-//! about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes continuously with place, time, field of
-//! view and phase. Pixel views of quantities have a fixed exposure, given by their legend.
+//! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a
+//! weight; the subject with the greatest weight dominates, so that no picture is a compromise between two subjects that differ by twenty stops. Always: the
+//! Sun's glare whitens at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes
+//! continuously with position, time, field of view and phase. Pixel views of quantities have a fixed exposure, given by their legend.
 
 use crate::catalog::NaifId;
 use crate::scene::atmosphere::air;
@@ -18,13 +18,13 @@ use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ExposureRequest;
 use crate::scene::resources::Context;
 
-/// Exponent on the weights of subjects: weights of 1 to 3 contribute as 1 to 9.
+/// Exponent on the weights of subjects: weights in the ratio 1:3 contribute in the ratio 1:9.
 const WEIGHT_EXPONENT: i32 = 2;
-/// Exponent of the smooth maximum of several white levels: of two equal ones it is a quarter of a stop above either.
+/// Exponent of the smooth maximum of several white levels: the smooth maximum of two equal levels is a quarter of a stop above them.
 const SMOOTH_MAX_EXPONENT: i32 = 4;
-/// Upper limit of the median glare in the frame, as a part of white: in front of subjects brighter than the glare, and in front of a dark sky.
+/// Upper limits of the median glare in the frame, as a fraction of white: in front of subjects brighter than the glare, and in front of a dark sky.
 const MAX_MEDIAN_GLARE: [f64; 2] = [0.2, 0.02];
-/// Stops by which the brightest city lights must exceed white for their full weight.
+/// Number of stops by which the brightest city lights must exceed white to have their full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 
 /// The exposure of a picture: metered, or as requested.
@@ -68,14 +68,14 @@ fn metered(
     let exposure_with =
         |night_lights: f64| from_reading(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
     let without = exposure_with(0.0);
-    // City lights are weighted by how much the exposure would overexpose them.
+    // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
     let brightest = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(|p| night_lights::brightest(p.body))
         .fold(0.0, f64::max);
-    let beyond = (brightest / without.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
-    if beyond > 0.0 { exposure_with(beyond.min(1.0)) } else { without }
+    let city_light_weight = (brightest / without.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without }
 }
 
 /// The exposure for a reading of the light meter.
@@ -85,7 +85,7 @@ fn from_reading(reading: Reading) -> Exposure {
     let total_power: f64 = metered.iter().map(power).sum();
     let log_white: f64 = metered.iter().map(|m| power(m) / total_power * (m.radiance / m.target_level).ln()).sum();
     let key = log_white.exp();
-    // Glare matters little in front of brighter subjects; in front of a dark sky it would make the picture grey.
+    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the picture grey.
     let dark_weight = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
     let [lit, dark] = MAX_MEDIAN_GLARE.map(f64::recip);
     let limits = [key, reading.glare * (lit + (dark - lit) * dark_weight), darkest_white()];
@@ -107,15 +107,15 @@ pub(crate) fn night_lights_wanted(context: Context<'_>, camera: &Camera, placed:
 }
 
 /// One sentence: the main subject, its luminance, and what limited the exposure.
-fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> String {
+fn reason(metered: &[Metered], share: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> String {
     let candelas = |radiance: f64| {
         let l = radiance * CANDELAS_PER_RADIANCE;
         if (0.01..1e4).contains(&l) { format!("{} cd/m2", Rounded(l)) } else { format!("{l:.1e} cd/m2") }
     };
     let Some(first) = metered.first() else { return "nothing in the frame".into() };
     let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), Rounded(first.target_level));
-    if let Some(second) = metered.get(1).filter(|m| part(m) > 0.1) {
-        text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * part(second), second.name, candelas(second.radiance)));
+    if let Some(second) = metered.get(1).filter(|m| share(m) > 0.1) {
+        text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * share(second), second.name, candelas(second.radiance)));
     }
     if glare > key.max(darkest) {
         text.push_str(&format!("; limited by the Sun's glare, shown as white at {}", candelas(glare)));

@@ -1,6 +1,7 @@
-//! The irradiance that a whole body, globe and rings, causes at the viewer in full sunlight.
+//! The irradiance that an entire body, globe and rings, causes at the viewer in full sunlight.
 //!
-//! Left out: light that other bodies reflect onto it. Errors: 0.2 magnitudes for globes, 0.15 for Saturn with rings (tests/scene/magnitudes.rs).
+//! Left out: light that other bodies reflect onto the body. Errors: 0.2 magnitudes for globes, 0.15 for Saturn with rings
+//! (tests/scene/magnitudes.rs).
 
 use crate::catalog::Body;
 use crate::scene::light::photometry;

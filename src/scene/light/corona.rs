@@ -1,7 +1,7 @@
-//! The Sun's corona: its radiance by distance from the Sun's centre, its flattening, and when it is drawn.
+//! The Sun's corona: its radiance as a function of distance from the Sun's centre, its flattening, and when it is drawn.
 //!
-//! In: the apparent place of the Sun, the white level, the date. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the reason; for exposure
-//! and tests the radiance law alone. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the air in front dims it. K and F
+//! In: the apparent position of the Sun, the threshold, the date. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the reason; for exposure
+//! and tests only the radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the air in front dims it. K and F
 //! corona are combined: averaged over position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the
 //! sunspot cycle. Left out: streamers, the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere,
 //! and the view of a camera inside the corona: the law is that of an observer far outside. From 15 to 25 degrees from the Sun the corona fades into the
@@ -21,20 +21,20 @@ use crate::time::Instant;
 use crate::units::KM_PER_AU;
 use glam::{DVec3, Vec3, Vec4};
 
-/// Ratio of the radiance of the disc's centre to the disc's mean in the visual band: 1 / (1 - u1/3 - u2/6) with the catalog's limb darkening is 1.1 to 1.3.
-/// Baumbach's figures are in units of the disc's centre.
+/// Ratio of the radiance at the disc's centre to the disc's mean radiance in the visual band: 1 / (1 - u1/3 - u2/6) with the catalog's limb darkening is
+/// 1.1 to 1.3. Baumbach's figures are in units of the radiance at the disc's centre.
 const CENTRE_OVER_MEAN: f64 = 1.2;
 
 /// Baumbach 1937, Astron. Nachr. 263, 121: coefficients, in millionths of the radiance of the disc's centre, and exponents of 1 / distance.
 const BAUMBACH_TERMS: [(f64, f64); 3] = [(0.0532, 2.5), (1.425, 7.0), (2.565, 17.0)];
 
-/// Smallest diameter of the Sun, in pixels, at which its corona can be told from it.
+/// Smallest diameter of the Sun, in pixels, at which its corona can be distinguished from the disc.
 const MIN_SUN_PX: f64 = 1.0;
 
-/// Dates of sunspot minima, years (SILSO's beginnings of the cycles 11 to 25, to a month).
+/// Dates of sunspot minima, years (SILSO's starts of cycles 11 to 25, to a month).
 const SUNSPOT_MINIMA: [f64; 15] =
     [1867.2, 1879.0, 1890.2, 1902.1, 1913.6, 1923.6, 1933.7, 1944.1, 1954.3, 1964.8, 1976.2, 1986.7, 1996.6, 2008.9, 2019.9];
-/// Mean length of a cycle, used before and after the table. Within 50 years of its ends the phase may be off by half a cycle.
+/// Mean length of a cycle, used before and after the table. Within 50 years of the table's ends the phase may be off by half a cycle.
 const MEAN_CYCLE_YEARS: f64 = 11.0;
 /// Fraction of a cycle from minimum to maximum: 4.2 of 11 years on average. An estimate; single cycles lie between 0.25 and 0.5.
 const RISE_FRACTION: f64 = 0.38;
@@ -47,7 +47,7 @@ const LUDENDORFF_INDEX: (f64, f64) = (0.35, 0.05);
 pub struct Corona {
     /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`](crate::scene::thresholds::VISIBLE_LIGHT) of white.
     pub rect_in_clip: Vec4,
-    /// How many of the scene's draws lie behind it.
+    /// Number of the scene's draws that lie behind the corona and are drawn before it.
     pub draws_behind: usize,
     pub middle: Vec3,
     pub across: Vec3,
@@ -63,7 +63,7 @@ pub struct Corona {
     pub least: f32,
 }
 
-/// Baumbach's terms at the limb, in units of the radiance of a white plane that faces the Sun at 1 au.
+/// Baumbach's factors and exponents; the factors in units of the radiance of a white plane that faces the Sun at 1 au.
 fn terms() -> [(f64, f64); 3] {
     BAUMBACH_TERMS.map(|(factor, power)| (1e-6 * factor * CENTRE_OVER_MEAN * sun_disc_radiance(), power))
 }
@@ -81,13 +81,13 @@ pub(crate) fn activity(time: Instant) -> f64 {
         let k = SUNSPOT_MINIMA.partition_point(|m| *m <= year).clamp(1, SUNSPOT_MINIMA.len() - 1);
         (year - SUNSPOT_MINIMA[k - 1]) / (SUNSPOT_MINIMA[k] - SUNSPOT_MINIMA[k - 1])
     } else {
-        let past = if year < first { first } else { last };
-        ((year - past) / MEAN_CYCLE_YEARS).rem_euclid(1.0)
+        let nearest_minimum = if year < first { first } else { last };
+        ((year - nearest_minimum) / MEAN_CYCLE_YEARS).rem_euclid(1.0)
     };
     if phase < RISE_FRACTION { phase / RISE_FRACTION } else { (1.0 - phase) / (1.0 - RISE_FRACTION) }
 }
 
-/// Ludendorff's index a + b: the flattening of the isophote of two solar radii.
+/// Ludendorff's index a + b: the flattening of the isophote at two solar radii.
 pub fn flattening(time: Instant) -> f64 {
     LUDENDORFF_INDEX.0 + (LUDENDORFF_INDEX.1 - LUDENDORFF_INDEX.0) * activity(time)
 }
@@ -102,7 +102,7 @@ fn reach(least: f64) -> f64 {
     far
 }
 
-/// The rectangle in the picture that contains all directions within an angle of the Sun's, given by its sine.
+/// The rectangle in the picture that contains all directions within an angle of the direction `towards`; the angle is given by its sine.
 fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     if sine >= 1.0 {
         return ClipRect::VIEWPORT;
@@ -111,7 +111,8 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glow::reach(camera, in_camera, 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// The corona of a frame with its reason; `None` without a Sun in the picture. `tint`: colour that the air gives to light from beyond.
+/// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the picture. `tint`: colour that the air gives to light from
+/// outside it.
 pub(crate) fn corona(
     request: &ViewRequest,
     camera: &Camera,
@@ -122,25 +123,25 @@ pub(crate) fn corona(
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
     let towards = sun.placement.centre_km / sun.distance_km;
     let sine = sun.body.radii_km.x / sun.distance_km;
-    // The pole is the third row of the rotation. From above a pole any direction will do, because the corona looks round there.
+    // The pole is the third row of the rotation. Seen from above a pole the corona is round, so any direction can be up.
     let pole = sun.placement.body_from_icrf.row(2);
     let up = (pole - towards * pole.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let tilt = pole.dot(towards).abs();
     let axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
-    // Flattening changes the radiance by a factor of 0.5 to 2 from the mean.
+    // Flattening changes the radiance by a factor of 0.5 to 2 from the mean over position angle.
     let least = threshold.cutoff_radiance(VISIBLE_LIGHT);
-    let mut reach = reach(0.5 * least) * sine;
-    // So near to the Sun no zodiacal light is drawn, and the corona has no outer end.
+    let mut reach_sine = reach(0.5 * least) * sine;
+    // A camera as close to the Sun as this has no zodiacal light, so the corona need not fade into it.
     let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
         [-2.0, -3.0]
     } else {
         let (inner, outer) = zodiacal::HANDOVER_DEG;
-        reach = reach.min(outer.to_radians().sin());
+        reach_sine = reach_sine.min(outer.to_radians().sin());
         [inner, outer].map(|deg| deg.to_radians().cos())
     };
-    let rect = rect(camera, towards, reach);
+    let rect = rect(camera, towards, reach_sine);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
@@ -152,14 +153,14 @@ pub(crate) fn corona(
     } else {
         0.0
     };
-    // Against glare the corona must stand out by the same relative change as against white.
+    // The corona must change the glare by the same relative amount by which a feature must change white.
     let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
         format!("the Sun is {sun_px:.2} px across against {MIN_SUN_PX}")
     } else {
         let index = flattening(request.time);
-        let drowned = if glare > 0.0 { format!(", under glare {:.1e} times as bright", glare / limb) } else { String::new() };
-        format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", threshold.description(limb))
+        let glare_note = if glare > 0.0 { format!(", under glare {:.1e} times as bright", glare / limb) } else { String::new() };
+        format!("beside the limb it is {}{glare_note}; flattened by {index:.2} at 2 radii", threshold.description(limb))
     };
     let in_sun_axes = |v: DVec3| narrow(axes(v));
     let corona = Corona {
@@ -170,7 +171,7 @@ pub(crate) fn corona(
         up: in_sun_axes(camera.up * camera.tan_half_fov.y),
         radii_per_sine: narrow_scalar(1.0 / sine),
         half_px: narrow_scalar(0.5 * camera.pixel_tangent() * ahead * ahead / sine),
-        // An equatorial belt seen from above a pole is a ring.
+        // The corona is concentrated around the Sun's equator, so it looks round from above a pole.
         flattening: narrow_scalar(flattening(request.time) * (1.0 - tilt * tilt)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),
         outer_cosine: narrow_scalar(outer_cosine),
@@ -186,9 +187,10 @@ mod tests {
     use super::*;
     use std::f64::consts::{PI, TAU};
 
-    /// The whole corona beyond 1.03 radii is about half a full Moon: 0.5e-6 to 1.5e-6 of the Sun's light (Allen's Astrophysical Quantities, 4th ed., 14.8).
+    /// The light of the corona beyond 1.03 radii is about half that of the full Moon: 0.5e-6 to 1.5e-6 of the Sun's light (Allen's Astrophysical
+    /// Quantities, 4th ed., 14.8).
     #[test]
-    fn all_of_it_is_about_a_millionth_of_the_sun() {
+    fn the_total_light_is_about_a_millionth_of_the_sun() {
         let rings = 20_000;
         let step = 9.0 / f64::from(rings);
         let total: f64 = (0..rings).map(|k| 1.03 + (f64::from(k) + 0.5) * step).map(|rho| radiance(rho) * TAU * rho * step).sum();
@@ -197,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn it_fades_outward_and_is_nothing_on_the_disc() {
+    fn radiance_falls_outward_and_is_zero_on_the_disc() {
         assert_eq!(radiance(0.99), 0.0);
         let falls = (0..100).map(|k| 1.0 + f64::from(k) * 0.1).collect::<Vec<_>>();
         assert!(falls.windows(2).all(|w| radiance(w[0]) > radiance(w[1])));
@@ -207,18 +209,18 @@ mod tests {
         }
     }
 
-    /// Over every date that the program takes: within the index's range, without a jump, flat at minima and round at maxima.
+    /// For all dates that the program accepts: within the index's range, without a jump, flattened at minima and round at maxima.
     #[test]
     fn the_cycle_runs_without_a_jump() {
         let at = |year: f64| Instant::from_jd_tt(2_451_545.0 + (year - 2000.0) * 365.25);
         let months = (1000 * 12..2900 * 12).map(|m| f64::from(m) / 12.0);
         let all: Vec<f64> = months.map(|y| flattening(at(y))).collect();
         assert!(all.iter().all(|f| (0.05..=0.35).contains(f)));
-        assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 0.012), "a month changes it by no more than a steep rise does");
+        assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 0.012), "the index changes too fast within a month");
         for m in SUNSPOT_MINIMA {
             assert!(flattening(at(m)) > 0.345, "{m}");
         }
-        // Eclipses at maxima were round (1980, 2001, 2024), at minima long (1954, 1994 to 1998 before and after, 2019).
+        // The corona was round in eclipses at maxima (1980, 2001, 2024), elongated at minima (1954, 1994 to 1998 before and after, 2019).
         for (year, round) in [(1980.1, true), (2001.5, true), (2024.27, true), (1954.5, false), (1995.8, false), (2019.5, false)] {
             assert_eq!(flattening(at(year)) < 0.15, round, "{year}");
         }

@@ -1,4 +1,4 @@
-//! The exposure of a picture: the factor from radiance to display values, and the levels that automatic exposure aims at.
+//! The exposure of a picture: the factor from radiance to display values, and the target levels of automatic exposure.
 
 use crate::scene::camera::narrow_scalar;
 
@@ -7,9 +7,9 @@ use crate::scene::camera::narrow_scalar;
 pub struct Exposure {
     /// Base-2 logarithm of the factor on radiance.
     pub stops: f64,
-    /// The light meter's result, if it was read; else equal to `stops`.
+    /// The light meter's result, if the light was metered; otherwise equal to `stops`.
     pub metered_stops: f64,
-    /// Why the exposure is this, for the user.
+    /// The reason for this exposure, for the user.
     pub reason: String,
 }
 
@@ -22,7 +22,7 @@ impl Exposure {
     pub fn factor(&self) -> f64 {
         self.stops.exp2()
     }
-    /// The factor on radiance, as the tone map takes it.
+    /// The factor on radiance in the precision of the tone map.
     pub(crate) fn factor_f32(&self) -> f32 {
         narrow_scalar(self.factor())
     }
@@ -34,10 +34,10 @@ impl Exposure {
 
 /// Exposure of the pixel view of costs: 16384 instructions are white.
 pub(crate) const COST_STOPS: f64 = -14.0;
-/// Level at which automatic exposure shows a fully lit disc (brightest channel), as a part of white: features twice as bright as the mean are not clipped,
-/// and a coloured body keeps its colour.
+/// Level at which automatic exposure shows a fully lit disc (brightest channel), as a fraction of white: features twice as bright as the mean are not
+/// clipped, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
-/// The same for the Sun: its centre reaches white, and the darkened limb stays below.
+/// The same level for the Sun: its centre reaches white, and the darkened limb stays below white.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
 /// Luminance of radiance 1, that of a white plane facing the Sun at 1 au, in cd/m2: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0, 128 klx, over
 /// pi. An estimate to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and 134 klx.
@@ -45,8 +45,8 @@ pub const CANDELAS_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
 /// of transmittance 0.65: 78 / (100 x 0.65)). Sunlit ground, EV 15, is then exposed by 0 stops.
 const WHITE_AT_EV_0: f64 = 1.2;
-/// Lower limit of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2; a star of 6 mag, the
-/// faintest that the eye sees, is a fifteenth of it in a picture of 45 degrees and 1024 pixels.
+/// Lower limit of the EV of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2; a star of 6 mag,
+/// the faintest that the eye sees, is a fifteenth of white in a picture of 45 degrees and 1024 pixels.
 pub const DARKEST_EV: f64 = -4.0;
 
 /// The radiance that the longest exposure shows as white.

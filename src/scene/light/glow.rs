@@ -1,11 +1,11 @@
-//! The Sun's glow: the glare that the eye's or a camera's optics spread around its disc while it is in the frame.
+//! The Sun's glow: the glare that the optics of the eye or a camera spread around the Sun's disc while the Sun is in the frame.
 //!
-//! In: the Sun's apparent place, the bodies in front of it, the white level. Out: [`Glow`], the uniforms of shaders/entry/glow.wesl, and the reason. The
+//! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glow`], the uniforms of shaders/entry/glow.wesl, and the reason. The
 //! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees): about a tenth of the light is
-//! scattered. It represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or
-//! a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level: beyond that it adds less than [`VISIBLE_LIGHT`]
-//! of white. The disc keeps its full radiance, which is a hundred times that of the glare. Left out: streaks and ghosts, which are specific to a lens, and
-//! glare of bodies other than the Sun.
+//! scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's
+//! limb (or within a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level: farther out it adds less than
+//! [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. Left out: streaks and ghosts, which are
+//! specific to a lens, and the glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
@@ -37,14 +37,14 @@ pub struct Glow {
 
 /// The fraction of the Sun's light that no body hides from the camera.
 pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> f64 {
-    let left = crate::scene::visibility::hidden::visible_fraction(placed, sun);
-    // Exactly 1 for an uncovered Sun: the luminance weights' sum is rounded.
-    if left == DVec3::ONE { 1.0 } else { luminance(left.to_array()) }
+    let visible = crate::scene::visibility::hidden::visible_fraction(placed, sun);
+    // An uncovered Sun must give exactly 1, which the rounded sum of the luminance weights does not.
+    if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// How far a disc has entered the frame, from 0 where its edge touches to 1 where it is inside by its radius or by half of the frame; raised to a power, so
-/// that the glare of the Sun, nineteen stops over the dark sky, does not appear at once. The outline's bounding rectangle is no substitute: it is wide for
-/// a body at a right angle to the view.
+/// How far a disc has entered the frame: 0 when its edge touches the frame, 1 when it is inside by its radius or by half the frame. The result is raised to
+/// a power, so that the glare of the Sun, nineteen stops above the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead,
+/// because it is too wide for a body at a right angle to the view.
 fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     if camera.one_of_several {
         return 1.0;
@@ -60,14 +60,14 @@ fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
 }
 
-/// The glare around the Sun: its radiance at an angle theta is `strength` / theta squared, constant where theta squared is below `least_sq`.
+/// The glare around the Sun. Its radiance at an angle theta is `strength` / theta²; it is constant where theta² is below `least_sq`.
 pub(crate) struct VeilingGlare {
-    /// Unit vector, ICRF.
+    /// Unit vector towards the Sun, ICRF.
     pub towards: DVec3,
     pub strength: f64,
     pub least_sq: f64,
     /// Fraction of the Sun's light that no body hides, reduced while the Sun enters the frame.
-    pub seen: f64,
+    pub visible_fraction: f64,
 }
 
 impl VeilingGlare {
@@ -76,14 +76,14 @@ impl VeilingGlare {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let towards = sun.placement.centre_km / sun.distance_km;
         let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
-        let entering = entry_fraction(camera, towards, radius);
-        if entering <= 0.0 {
+        let entered = entry_fraction(camera, towards, radius);
+        if entered <= 0.0 {
             return None;
         }
-        let seen = entering * visible_fraction(placed, sun);
+        let visible_fraction = entered * visible_fraction(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
         let least = radius.max(camera.pixel_tangent());
-        Some(Self { towards, strength: VEILING_GLARE * irradiance * seen, least_sq: least * least, seen })
+        Some(Self { towards, strength: VEILING_GLARE * irradiance * visible_fraction, least_sq: least * least, visible_fraction })
     }
 
     /// Radiance in a direction (a unit vector).
@@ -92,10 +92,10 @@ impl VeilingGlare {
     }
 }
 
-/// The rectangle around all directions whose chord to `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
+/// The rectangle around all unit vectors whose distance from `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
 pub(crate) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
-    // Tangents of the least and the greatest angle from the view axis, seen along the picture's other axis.
+    // Tangents of the smallest and the largest angle from the view axis, after projection along the picture's other axis.
     let span = |across: f64| {
         let flat = across.hypot(towards.z);
         let half = if angle < FRAC_PI_2 && angle.sin() < flat { (angle.sin() / flat).asin() } else { PI };
@@ -109,18 +109,22 @@ pub(crate) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     ClipRect { left, top, right, bottom }
 }
 
-/// The glow of a frame with its reason; `None` without a Sun in the frame. `transmittance`: of the air, towards a direction.
+/// The glow of a frame, whether it is visible, and the reason; `None` without a Sun in the frame. `transmittance`: that of the air in a direction.
 pub(crate) fn glow(
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     transmittance: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Glow, bool, String)> {
-    let VeilingGlare { towards, strength, least_sq, seen } = VeilingGlare::of(camera, placed)?;
+    let VeilingGlare { towards, strength, least_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(towards) * strength;
     let at_limb = strength.max_element() / least_sq;
     let on = threshold.is_exceeded_by(at_limb);
-    let reason = if seen > 0.0 { format!("glare at the limb: {}", threshold.description(at_limb)) } else { "other bodies hide it".into() };
+    let reason = if visible_fraction > 0.0 {
+        format!("glare at the limb: {}", threshold.description(at_limb))
+    } else {
+        "other bodies hide it".into()
+    };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
     let least = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = reach(camera, in_camera, (strength.max_element() / least.max(f64::MIN_POSITIVE)).sqrt());
@@ -140,15 +144,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tenth_of_the_light_goes_astray() {
-        // Radiance over pi (no factor pi in the unit) over the solid angle from the limb to 30 degrees.
+    fn a_tenth_of_the_light_is_scattered() {
+        // The radiance divided by pi (the unit contains no factor pi), integrated over the solid angle from the limb to 30 degrees.
         let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
         let part = VEILING_GLARE / PI * 2.0 * PI * (to / from).ln();
         assert!((0.05..0.15).contains(&part), "{part}");
     }
 
     #[test]
-    fn a_sun_beside_the_view_is_not_in_the_frame() {
+    fn a_sun_outside_the_view_is_not_in_the_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
         let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
         for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
@@ -157,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn all_light_over_the_bound_is_in_the_rectangle() {
+    fn all_light_above_the_bound_is_in_the_rectangle() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, 100, 80);
         for (direction, chord) in [([0.0, 0.0, 1.0], 0.2), ([0.3, -0.2, 0.9], 0.1), ([0.5, 0.5, 0.8], 0.7), ([0.1, 0.0, 1.0], 1.9)] {
             let towards = DVec3::from(direction).normalize();

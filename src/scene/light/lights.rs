@@ -1,7 +1,7 @@
-//! The lights on a body: the Sun, and other bodies that reflect enough of its light.
+//! The lights on a body: the Sun, and other bodies that reflect enough sunlight.
 //!
-//! A reflecting body is treated as a point at its centre, with the phase function of its photometric model or published law. Its disc seen from the lit
-//! body is not resolved: for Io under Jupiter, 19 degrees across, that moves the edge of Jupiter-shine by up to 10 degrees.
+//! A reflecting body is treated as a point at its centre, with the phase function of its photometric model or published law. Its angular size as seen
+//! from the lit body is ignored: on Io, where Jupiter is 19 degrees across, this moves the edge of Jupiter-shine by up to 10 degrees.
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::light::photometry;
@@ -9,7 +9,7 @@ use crate::scene::thresholds::MAX_LIGHTS;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// A body as a source of reflected light: its position and the Sun's relative to it, ICRF.
+/// A body as a source of reflected light: its position, and the Sun's position relative to it, ICRF.
 pub(crate) struct Reflector<'a> {
     pub body: &'a Body,
     pub position_km: DVec3,
@@ -32,7 +32,7 @@ pub(crate) fn sunlight(sun_from_body_km: DVec3) -> LightOn {
     LightOn { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
 }
 
-/// The light that `source` reflects onto a body at `receiver_km`; `None` inside of `source`.
+/// The light that `source` reflects onto a body at `receiver_km`; `None` inside `source`.
 fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn> {
     let to_source = source.position_km - receiver_km;
     let distance_km = to_source.length();
@@ -46,7 +46,8 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn
     Some(LightOn { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
 }
 
-/// The significant reflected lights on a receiver, strongest first, at most two; and the strongest of all with the radiance that it causes.
+/// Returns the significant reflected lights on a receiver, strongest first, at most two. In addition, the body with the strongest reflected light,
+/// significant or not, and the radiance that this light causes.
 ///
 /// `is_significant` tests the radiance of a surface of the receiver's albedo that faces the light.
 pub(crate) fn planet_shine(

@@ -1,6 +1,6 @@
-//! Visual magnitude of a whole body, with the sunlight that eclipses leave.
+//! Visual magnitude of an entire body, lit by the sunlight that eclipses leave.
 //!
-//! Always: a body wholly in an umbra without refracted light has no magnitude. In a partial eclipse the error is 0.1 magnitudes, from the linear ramp in
+//! Always: a body entirely in an umbra without refracted light has no magnitude. In a partial eclipse the error is 0.1 magnitudes, from the linear ramp in
 //! [`crate::scene::eclipse::shade`].
 
 use crate::catalog::NaifId;
@@ -9,10 +9,10 @@ use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
 
-/// A diameter in pixels so large that no occluder is left out for its size.
+/// A diameter in pixels so large that no occluder is left out because of a small disc.
 const LARGE_DISC_PX: f64 = 1e4;
-/// Distance by which bodies move between the instants at which they are placed: light crosses a system in seconds, and bodies move at tens of kilometres a
-/// second.
+/// Distance that bodies can move between the different instants at which they are placed: light crosses a system in seconds, and bodies move at tens of
+/// kilometres a second.
 const PLACEMENT_SHIFT_KM: f64 = 2e3;
 
 /// Visual magnitude; `None` for a body that no sunlight reaches.
@@ -22,7 +22,7 @@ pub(crate) fn magnitude(context: Context<'_>, p: &PlacedBody<'_>, placed: &[Plac
     (irradiance > 0.0).then(|| photometry::magnitude(irradiance))
 }
 
-/// Whether another body may be in front of the Sun, judged by positions alone, to avoid the costlier search for occluders.
+/// Whether another body may be in front of the Sun: a quick test of positions only, which avoids the costlier search for occluders.
 fn may_be_eclipsed(p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> bool {
     let sun_distance_km = p.sun_from_body_km.length();
     if p.body.id == NaifId::SUN || sun_distance_km == 0.0 {

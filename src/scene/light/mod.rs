@@ -1,4 +1,4 @@
-//! Light: where it comes from, how bodies reflect it, how bright they look, and the exposure that shows them.
+//! Light: its sources, its reflection by bodies, their apparent brightness, and the exposure of the picture.
 
 pub(crate) mod auto_exposure;
 pub(crate) mod brightness;

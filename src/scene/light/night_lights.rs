@@ -1,7 +1,7 @@
-//! City lights as the light meter sees them: the radiance of the ground where the Sun is down.
+//! City lights for the light meter: the radiance of the ground on the night side.
 //!
-//! In: a night map's linear texels and its gain. Out: [`NightLights`], radiance by place. Always: not negative, and continuous. Pictures are not drawn from
-//! it; shaders read the map itself.
+//! In: a night map's linear texels and its gain. Out: [`NightLights`], the radiance at each point of the ground. Always: the radiance is continuous and not
+//! negative. Only the light meter reads these values; shaders read the map itself.
 
 use crate::catalog::Body;
 use crate::scene::camera::narrow_scalar;
@@ -15,24 +15,24 @@ pub struct NightLights {
     width: usize,
     height: usize,
     radiance: Vec<f32>,
-    /// Factor on z that turns a unit-sphere direction into the map's latitude.
+    /// Factor on the z of a unit-sphere point that gives the direction whose latitude is that of the map.
     stretch: f64,
 }
 
-/// Radiance of a white texel of the body's night map; 0 without one.
+/// Radiance of a white texel of the body's night map; 0 without a night map.
 pub(crate) fn brightest(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
-/// Fraction of city lights that are on: 0 by day, 1 once the Sun is 6 degrees down; as in shaders/lib/night_lights.wesl.
+/// Fraction of city lights that are on: 0 by day, 1 if the Sun is at least 6 degrees below the horizon; as in shaders/lib/night_lights.wesl.
 pub(crate) fn lit(cos_incidence: f64) -> f64 {
     let x = (cos_incidence / CIVIL_TWILIGHT_SINE + 1.0).clamp(0.0, 1.0);
     1.0 - x * x * (3.0 - 2.0 * x)
 }
 
 impl NightLights {
-    /// From the texels of an equirectangular map: rows from north, each texel's brightest channel, linear, 0 to 1. `None` if the number of texels is
-    /// wrong.
+    /// Creates the values from the texels of an equirectangular map: rows from north to south, each texel's brightest channel, linear, 0 to 1. `None` if
+    /// the number of texels is wrong.
     pub(crate) fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
         let white = brightest(body);
         let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
@@ -61,7 +61,8 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// A map that is bright in the east alone: read there, not in the west, half at the meridian between; rows that are not whole are refused.
+    /// A map that is bright only in the east gives light there, none in the west, and half at the meridian in between. A wrong number of texels is
+    /// rejected.
     #[test]
     fn city_lights_are_where_the_map_has_them() {
         let catalog = Catalog::embedded();

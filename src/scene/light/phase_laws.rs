@@ -1,4 +1,4 @@
-//! Published brightness against phase angle of the planets' globes and the Moon.
+//! Published brightness of the planets' globes and the Moon as a function of phase angle.
 //!
 //! Planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and
 //! Computing 25, 10-24, the V-band polynomials without rotation and without Saturn's rings. The Moon: Allen 1976, Astrophysical
@@ -7,15 +7,15 @@
 
 use crate::catalog::NaifId;
 
-/// Magnitudes against phase angle in degrees: pieces of polynomials (constant term first), each up to an angle.
+/// Magnitude as a function of phase angle in degrees: a list of polynomials (constant term first), each valid up to its angle.
 pub(crate) struct PhaseLaw {
     pieces: &'static [(f64, &'static [f64])],
-    /// Largest phase angle that the law was fitted to, degrees.
+    /// Largest phase angle to which the law was fitted, degrees.
     pub range_deg: f64,
 }
 
 impl PhaseLaw {
-    /// Brightness over that at zero phase, for an angle of 0..=`range_deg` degrees.
+    /// Brightness relative to zero phase, for an angle of 0..=`range_deg` degrees.
     pub(crate) fn brightness(&self, alpha_deg: f64) -> f64 {
         10f64.powf(-0.4 * (self.magnitude(alpha_deg) - self.magnitude(0.0)))
     }
@@ -36,14 +36,15 @@ const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, &[-3.99, -1.060e-3, 2.054e-
 const MOON: PhaseLaw = PhaseLaw { pieces: &[(150.0, &[0.0, 0.026, 0.0, 0.0, 4.0e-9])], range_deg: 150.0 };
 const MARS: PhaseLaw =
     PhaseLaw { pieces: &[(50.0, &[-1.601, 2.267e-2, -1.302e-4]), (120.0, &[-0.367, -2.573e-2, 3.445e-4])], range_deg: 120.0 };
-/// The paper's law up to 12 degrees; beyond, its sum under the logarithm is nearly Lambert's, which the model carries on.
+/// The paper's law up to 12 degrees. Beyond, the paper takes the logarithm of a sum that is nearly Lambert's phase function; the photometric model
+/// continues the law instead.
 const JUPITER: PhaseLaw = PhaseLaw { pieces: &[(12.0, &[-9.395, -3.7e-4, 6.16e-4])], range_deg: 12.0 };
 const SATURN: PhaseLaw =
     PhaseLaw { pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9])], range_deg: 150.0 };
 const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e-4])], range_deg: 154.0 };
 const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], range_deg: 133.0 };
 
-/// The law of a body, where one is published.
+/// The published law of a body; `None` if there is none.
 pub(crate) fn law(body: NaifId) -> Option<&'static PhaseLaw> {
     match body.0 {
         199 => Some(&MERCURY),

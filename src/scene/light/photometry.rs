@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// Visual magnitude of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47, table 3: Johnson V).
 pub(crate) const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
-/// Geometric albedo of the model with unit multiplier; for an emissive body the mean of its limb darkening over the disc.
+/// Geometric albedo of a photometric model with unit multiplier; for an emissive body the mean of its limb darkening over the disc.
 ///
 /// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu: Lambert 2/3; Lommel-Seeliger, normalised as 2 mu0/(mu + mu0), 1; McEwen's
 /// lunar-Lambert their weighted mean; Oren-Nayar 2a/3 + b/2 with its coefficients a and b.
@@ -37,7 +37,7 @@ fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
 }
 
 /// Radiance of a facet with unit multiplier under unit irradiance, as in shaders/lib/photometry, from the cosines of incidence, emission and phase angle; 0
-/// where the Sun or the viewer is below the facet's horizon.
+/// if the Sun or the viewer is below the facet's horizon.
 pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
     let (mu0, mu) = (cos_incidence, cos_emission);
     if mu0 <= 0.0 || mu <= 0.0 {
@@ -115,7 +115,8 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     value.max(0.0)
 }
 
-/// Phase function of the body: the published law if there is one, else the model's. Beyond the law's range the model's relative slope continues it.
+/// Phase function of the body: the published law if there is one, else that of the model. Beyond its range the published law is continued in proportion to
+/// the model.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit = law.range_deg.to_radians();
@@ -128,8 +129,8 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
 
 /// Factor on the drawn radiance that makes the disc's total brightness follow the published phase law.
 ///
-/// The factor describes the disc as a whole, so it applies in full only beyond 20 radii, and not at all within 4, where a viewer sees a landscape whose
-/// phase angle varies from place to place; in between it blends smoothly in the logarithm of the distance.
+/// The factor describes the entire disc, so it applies in full only beyond 20 radii. It does not apply within 4 radii, where a viewer sees a landscape
+/// whose phase angle varies from point to point. In between it blends smoothly in the logarithm of the distance.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let model = model_phase(&body.photometry, alpha);
     if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
@@ -144,7 +145,7 @@ pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }
 
-/// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
+/// Mean radiance of the Sun's disc; it causes irradiance 1 at 1 au.
 pub(crate) fn sun_disc_radiance() -> f64 {
     (KM_PER_AU / SUN_RADIUS_KM).powi(2)
 }
@@ -157,7 +158,8 @@ pub(crate) fn projected_radius_squared_km2(radii_km: DVec3, n: DVec3) -> f64 {
 
 /// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au.
 ///
-/// `sun_km`: distance of the body from the Sun; `viewer_km`: from the viewer; `radius_squared_km2`: of the disc with the area of its outline.
+/// `sun_km`, `viewer_km`: distances of the body from the Sun and from the viewer; `radius_squared_km2`: squared radius of a circle with the area of the
+/// body's outline.
 pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_km: f64, viewer_km: f64, radius_squared_km2: f64) -> f64 {
     let solid_angle = radius_squared_km2 / (viewer_km * viewer_km);
     if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn phase_functions_fall_from_one_to_nothing() {
+    fn phase_functions_fall_from_one_to_zero() {
         for model in &MODELS {
             assert!((model_phase(model, 0.0) - 1.0).abs() < 2e-3);
             assert!(model_phase(model, PI) < 1e-6);

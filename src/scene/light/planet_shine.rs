@@ -1,4 +1,4 @@
-//! Light on a body's ground: sunlight, and light that other bodies reflect.
+//! The decision on planet-shine: the reflected light of other bodies on a body's ground, in addition to sunlight.
 
 use crate::catalog::NaifId;
 use crate::scene::features::case::{Case, Decisions};
@@ -6,19 +6,20 @@ use crate::scene::features::choice::Capabilities;
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 
-/// Decides which bodies' reflected light is drawn.
+/// Selects the bodies whose reflected light lights the ground.
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let (body, p, least, reflectors) = (case.body(), case.placed, case.threshold(), case.frame.reflectors);
+    let (body, p, threshold, reflectors) = (case.body(), case.placed, case.threshold(), case.frame.reflectors);
     if Capabilities::of(body).emissive {
         return so_far;
     }
     let log = &mut so_far.log;
     log.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
     let is_forced = case.effects().override_of(Effect::PlanetShine) == Some(true);
-    let (shine, strongest) = lights::planet_shine(body, p.position_km, reflectors, |radiance| is_forced || least.is_exceeded_by(radiance));
+    let (shine, strongest) =
+        lights::planet_shine(body, p.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
     let reason = match strongest {
-        Some((from, radiance)) => format!("the strongest, from {}, gives {}", name_of(from), least.description(radiance)),
+        Some((from, radiance)) => format!("the strongest, from {}, gives {}", name_of(from), threshold.description(radiance)),
         None => "no other body reflects light on it".into(),
     };
     if log.effect(Effect::PlanetShine, !shine.is_empty(), reason) {

@@ -1,6 +1,7 @@
 //! The camera file: position, look, up and field of view as JSON.
 //!
-//! In: the text of a file. Out: [`CameraFile`], whose names are resolved against the catalog. Unknown fields are rejected by name.
+//! In: the text of a file. Out: [`CameraFile`]; [`CameraFile::resolve`] looks up its names in the catalog. Always: an unknown field is an error that
+//! names it.
 
 use crate::catalog::Catalog;
 use crate::scene::error::SceneError;
@@ -9,7 +10,7 @@ use crate::wording::{echo, json_error_text, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
 
-/// A JSON object. (serde would also accept a list of its values in order.)
+/// A value that must be a JSON object; without this wrapper serde would also accept an array of the values in order.
 #[derive(Clone, Debug)]
 struct Object<T>(T);
 
@@ -110,7 +111,7 @@ fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
     if v.is_finite() && v.length() > 0.0 { Ok(v) } else { Err(SceneError::Request(format!("{what}: the direction must not be zero"))) }
 }
 
-/// The up direction that a word names.
+/// The up direction of a name such as `zenith`.
 pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
     match name.to_ascii_lowercase().as_str() {
         "north" => Ok(Up::North),
@@ -127,14 +128,14 @@ pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
 impl CameraFile {
     /// Reads the JSON text; `file` names it in errors.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let whole: Object<Self> = serde_json::from_str(text).map_err(|e| {
+        let object: Object<Self> = serde_json::from_str(text).map_err(|e| {
             let (line, column) = (e.line().max(1), e.column().max(1));
             SceneError::Request(format!("{file}:{line}:{column}: {}", echo(&json_error_text(&e))))
         })?;
-        Ok(whole.0)
+        Ok(object.0)
     }
 
-    /// Copies position, look, up and field of view into a request. The body looked at becomes the target.
+    /// Copies position, look, up and field of view into a request. The body that the camera looks at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
         let place = |name: &str| catalog.place(name);
         let p = &self.position.0;

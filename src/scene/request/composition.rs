@@ -1,6 +1,6 @@
-//! Composition: pictures made of several perspective frames: a stereo pair, a dome, the whole sphere, and the warp onto a projector's screen.
+//! Composition: pictures made of several perspective frames (a stereo pair, a dome, the entire sphere), and the warp onto a projector's screen.
 //!
-//! In: names and numbers from the command line. Out: a [`Composition`], part of a view request. Always: a default one is a plain perspective picture.
+//! In: names and numbers from the command line. Out: a [`Composition`], part of a view request. Always: the default is a plain perspective picture.
 //! Not here: the frames themselves (`scene::composite`).
 
 use super::warp_mesh::WarpMesh;
@@ -8,11 +8,11 @@ use crate::scene::error::SceneError;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// Full angle of a fisheye that is not told otherwise: a hemisphere, degrees.
+/// Default full angle of a fisheye: a hemisphere, degrees.
 pub const FISHEYE_DEG: f64 = 180.0;
 /// Full angles that a fisheye can show, degrees.
 pub const FISHEYE_RANGE_DEG: RangeInclusive<f64> = 1.0..=360.0;
-/// Tilts of a dome, degrees.
+/// Range of the tilt of a dome, degrees.
 pub const DOME_TILT_RANGE_DEG: RangeInclusive<f64> = -180.0..=180.0;
 
 /// The projection: how directions map to positions in the picture.
@@ -23,7 +23,7 @@ pub enum Projection {
     Perspective,
     /// The distance from the picture's middle is proportional to the angle from its axis (azimuthal equidistant, "angular fisheye").
     Fisheye,
-    /// The whole sphere: longitude along the rows, latitude along the columns.
+    /// The entire sphere: longitude along the rows, latitude along the columns.
     Equirectangular,
 }
 
@@ -46,12 +46,12 @@ impl Projection {
     }
 }
 
-/// How the pictures of both eyes share one frame.
+/// How one picture shows the pictures of both eyes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StereoLayout {
     /// For red and cyan glasses, the left eye behind red.
     Anaglyph,
-    /// The left eye's picture on the left half, both undistorted.
+    /// The left eye's picture on the left half, the right eye's on the right half, both undistorted.
     SideBySide,
     /// Even rows, from 0, for the left eye.
     Interlaced,
@@ -79,9 +79,9 @@ impl StereoLayout {
 /// A stereo pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stereo {
-    /// How both pictures share the frame.
+    /// How one picture shows both eyes' pictures.
     pub layout: StereoLayout,
-    /// Distance between the eyes, kilometres. `None`: a thirtieth of the width that the picture shows at the target's distance; on the ground 65 mm.
+    /// Distance between the eyes, kilometres. `None`: a thirtieth of the width that the picture shows at the target's distance; on the ground 63 mm.
     pub eye_separation_km: Option<f64>,
 }
 
@@ -90,11 +90,11 @@ pub struct Stereo {
 pub struct Composition {
     /// How directions map to positions in the picture.
     pub projection: Projection,
-    /// For a fisheye: the zenith (the view's up) is in the middle, and the target towards the bottom, where the front of a dome is.
+    /// For a fisheye: the zenith (the view's up direction) is in the middle, and the target towards the bottom, where a dome has its front.
     pub zenith_centred: bool,
-    /// Degrees by which the picture's middle is lowered towards its bottom: the tilt of a dome.
+    /// Degrees by which the direction in the picture's middle is lowered towards the picture's bottom: the tilt of a dome.
     pub tilt_deg: f64,
-    /// Two eyes instead of one.
+    /// The stereo pair, if the picture is drawn for two eyes.
     pub stereo: Option<Stereo>,
     /// The finished picture is drawn onto this mesh.
     pub warp: Option<Arc<WarpMesh>>,
@@ -108,19 +108,19 @@ impl Composition {
 
     /// Rejects invalid combinations.
     pub(crate) fn check(&self) -> Result<(), SceneError> {
-        let bad = |what: &str| Err(SceneError::Request(what.into()));
+        let invalid = |what: &str| Err(SceneError::Request(what.into()));
         let perspective = self.projection == Projection::Perspective;
         if self.stereo.is_some() && !(perspective && self.warp.is_none()) {
-            return bad("stereo goes with the perspective projection alone, without a warp mesh");
+            return invalid("stereo goes with the perspective projection alone, without a warp mesh");
         }
         if perspective && (self.tilt_deg != 0.0 || self.zenith_centred) {
-            return bad("a dome's tilt and a middle at the zenith go with --projection fisheye or equirectangular");
+            return invalid("a dome's tilt and a middle at the zenith go with --projection fisheye or equirectangular");
         }
         if !DOME_TILT_RANGE_DEG.contains(&self.tilt_deg) {
-            return bad("the dome's tilt must be -180 to 180 degrees");
+            return invalid("the dome's tilt must be -180 to 180 degrees");
         }
         if self.stereo.and_then(|s| s.eye_separation_km).is_some_and(|km| !(km > 0.0 && km.is_finite())) {
-            return bad("the eye separation must be more than 0 km");
+            return invalid("the eye separation must be more than 0 km");
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
-//! The effects that a user can switch, and which were switched.
+//! The effects that a user can switch, and the user's settings.
 //!
-//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown name is an error here, so that later stages match on
-//! enums alone.
+//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown name is an error here, so that later stages need
+//! only match on enums.
 
 use crate::scene::draw::features::{AtmosphereModel, EclipseModel};
 use crate::scene::error::SceneError;
@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// An effect that can be switched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Effect {
-    /// The oblate or triaxial figure; without it a sphere.
+    /// The body's oblate or triaxial figure; without this effect it is drawn as a sphere.
     Ellipsoid,
     /// Triangles in place of the ellipsoid.
     Mesh,
@@ -148,13 +148,13 @@ pub struct EffectOverrides {
     off: BTreeSet<Effect>,
     eclipse_model: Option<EclipseModel>,
     air_tier: Option<AtmosphereModel>,
-    /// Overrides for single bodies, by their names in lower case; they take precedence over those for all bodies.
-    of: BTreeMap<String, EffectOverrides>,
+    /// Overrides for single bodies, by their names in lower case; they take precedence over overrides for all bodies.
+    per_body: BTreeMap<String, EffectOverrides>,
 }
 
 impl EffectOverrides {
-    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` is for one body only. An effect named twice keeps the last sign; a model stays until
-    /// another is named or the effect is switched off. A model does not switch an effect on that is below its threshold.
+    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` is for one body only. If an effect is named twice, the last sign counts. A model stays
+    /// set until another model is named or the effect is switched off. Choosing a model does not switch on an effect that is below its threshold.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut overrides = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
@@ -163,8 +163,8 @@ impl EffectOverrides {
                     return Err(SceneError::Request(format!("effect `{}`: one body before the colon, one effect after it", echo(part))));
                 }
                 let body = body.trim().to_lowercase();
-                let so_far = overrides.of.get(&body).map(Self::to_text).unwrap_or_default();
-                overrides.of.insert(body, Self::parse(&format!("{so_far},{rest}"))?);
+                let so_far = overrides.per_body.get(&body).map(Self::to_text).unwrap_or_default();
+                overrides.per_body.insert(body, Self::parse(&format!("{so_far},{rest}"))?);
                 continue;
             }
             let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
@@ -172,12 +172,12 @@ impl EffectOverrides {
                 (_, Some(name)) => (false, name),
                 _ => return Err(SceneError::Request(format!("effect `{}`: write + or - before its name", echo(part)))),
             };
-            let (name, way) = name.split_once('=').map_or((name, None), |(n, w)| (n.trim(), Some(w.trim())));
+            let (name, variant) = name.split_once('=').map_or((name, None), |(n, v)| (n.trim(), Some(v.trim())));
             let Some(effect) = Effect::ALL.into_iter().find(|e| e.name().eq_ignore_ascii_case(name)) else {
                 let known: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
                 return Err(SceneError::Request(format!("effect `{}` is not known; {}", echo(name), suggestion_or_list(name, &known))));
             };
-            match way {
+            match variant {
                 None => overrides.set(effect, on),
                 Some(_) if !on => {
                     return Err(SceneError::Request(format!(
@@ -186,7 +186,7 @@ impl EffectOverrides {
                         effect.name()
                     )));
                 }
-                Some(way) => overrides.choose(effect, way)?,
+                Some(variant) => overrides.choose(effect, variant)?,
             }
         }
         Ok(overrides)
@@ -202,10 +202,10 @@ impl EffectOverrides {
         }
     }
 
-    /// The overrides that apply to one body; `None` if it has none of its own.
+    /// All overrides that apply to one body; `None` if there are no overrides for this body only.
     pub fn for_body(&self, name: &str) -> Option<Self> {
-        let own = self.of.get(&name.to_lowercase())?;
-        let mut both = Self { of: BTreeMap::new(), ..self.clone() };
+        let own = self.per_body.get(&name.to_lowercase())?;
+        let mut both = Self { per_body: BTreeMap::new(), ..self.clone() };
         for effect in Effect::ALL {
             if let Some(on) = own.override_of(effect) {
                 both.set(effect, on);
@@ -219,22 +219,22 @@ impl EffectOverrides {
         Some(both)
     }
 
-    /// The overrides of one body only, to be changed.
+    /// Mutable access to the overrides of one body only.
     pub fn of_body(&mut self, name: &str) -> &mut Self {
-        self.of.entry(name.to_lowercase()).or_default()
+        self.per_body.entry(name.to_lowercase()).or_default()
     }
 
     /// Removes bodies without overrides of their own.
     pub fn prune(&mut self) {
-        self.of.retain(|_, own| *own != Self::default());
+        self.per_body.retain(|_, own| *own != Self::default());
     }
 
     /// Bodies with overrides of their own.
     pub fn bodies(&self) -> impl Iterator<Item = &str> {
-        self.of.keys().map(String::as_str)
+        self.per_body.keys().map(String::as_str)
     }
 
-    /// Removes the override, so that the scene decides.
+    /// Removes the override, so that the effect's threshold decides.
     pub fn clear_override(&mut self, effect: Effect) {
         self.on.remove(&effect);
         self.off.remove(&effect);
@@ -256,7 +256,7 @@ impl EffectOverrides {
             let on = self.override_of(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
             on.into_iter().chain(variant)
         };
-        let of_bodies = self.of.iter().flat_map(|(body, own)| {
+        let of_bodies = self.per_body.iter().flat_map(|(body, own)| {
             let text = own.to_text();
             text.split(',').filter(|p| !p.is_empty()).map(|p| format!("{body}:{p}")).collect::<Vec<_>>()
         });
@@ -267,20 +267,20 @@ impl EffectOverrides {
     ///
     /// # Errors
     /// The effect has no such variant.
-    pub fn choose(&mut self, effect: Effect, way: &str) -> Result<(), SceneError> {
+    pub fn choose(&mut self, effect: Effect, variant: &str) -> Result<(), SceneError> {
         let unknown = || {
             SceneError::Request(match effect.variants() {
                 [] => format!("effect `{}` has one way only: write +{0}", effect.name()),
-                variants => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(way), suggestion_or_list(way, variants)),
+                known => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(variant), suggestion_or_list(variant, known)),
             })
         };
         match effect {
             Effect::Eclipse => {
-                let model = EclipseModel::CHOICES.into_iter().find(|m| m.name().eq_ignore_ascii_case(way));
+                let model = EclipseModel::CHOICES.into_iter().find(|m| m.name().eq_ignore_ascii_case(variant));
                 self.eclipse_model = Some(model.ok_or_else(unknown)?);
             }
             Effect::Atmosphere => {
-                let tier = AtmosphereModel::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(way));
+                let tier = AtmosphereModel::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(variant));
                 self.air_tier = Some(tier.ok_or_else(unknown)?);
             }
             _ => return Err(unknown()),
@@ -325,7 +325,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn overrides_are_read_or_refused_by_name() {
+    fn overrides_are_read_and_unknown_names_rejected() {
         let o = EffectOverrides::parse("+night, -normal,+NORMAL,-points").expect("known effects");
         assert_eq!(o.override_of(Effect::Night), Some(true));
         assert_eq!(o.override_of(Effect::Normal), Some(true));

@@ -1,4 +1,4 @@
-//! Layers: everything drawn beyond and over the bodies, each switched by its name.
+//! Layers: everything drawn behind and over the bodies. Each layer is switched by its name.
 
 use crate::scene::error::SceneError;
 use crate::wording::{echo, suggestion_or_list};
@@ -6,7 +6,7 @@ use crate::wording::{echo, suggestion_or_list};
 /// Declares each layer: its field, its name, and whether it is on by default.
 macro_rules! layers {
     ($($(#[$about:meta])* $field:ident: $name:literal $usual:literal,)*) => {
-        /// Which layers are drawn beyond and over the bodies, and lens effects.
+        /// Which layers are drawn behind and over the bodies, including lens effects.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct Layers {
             $($(#[$about])* pub $field: bool,)*
@@ -26,7 +26,7 @@ macro_rules! layers {
             /// Every layer's name.
             pub const NAMES: [&str; [$($name),*].len()] = [$($name),*];
 
-            /// The switch of a layer's name.
+            /// The switch of the layer with a name.
             pub fn by_name(&mut self, name: &str) -> Option<&mut bool> {
                 match name {
                     $($name => Some(&mut self.$field),)*
@@ -56,11 +56,11 @@ layers! {
     compass: "compass" false,
     /// Outline of the selected body.
     outline: "outline" false,
-    /// Bloom: light beyond white spreads as in a lens.
+    /// Bloom: light brighter than white spreads as in a lens.
     bloom: "bloom" false,
     /// Stars that the exposure shows.
     stars: "stars" true,
-    /// The Milky Way or the panorama in its place, if the exposure shows it.
+    /// The Milky Way or the panorama that replaces it, if the exposure shows it.
     milky_way: "milky-way" true,
     /// Zodiacal light, if the exposure shows it.
     zodiacal_light: "zodiacal-light" true,

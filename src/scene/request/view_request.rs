@@ -1,4 +1,4 @@
-//! A view request: position and direction of the camera, field of view, exposure, and what is drawn.
+//! A view request: position and direction of the camera, field of view, exposure, effects and layers.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::draw::features::PixelView;
@@ -28,16 +28,16 @@ pub enum Position {
     /// Over the target on the side of `towards` (`None`: the Earth's side; for the Earth itself the Sun's side), at a distance
     /// from its centre in equatorial radii (`None`: so that the disc fills 3/4 of the frame's height).
     Over {
-        /// The body above whose sub-point the camera is; `None`: the Earth, for the Earth the Sun.
+        /// The body towards which the camera is displaced from the target's centre; `None`: the Earth or, if the target is the Earth, the Sun.
         towards: Option<NaifId>,
         /// Distance from the target's centre in its equatorial radii; `None`: fitted.
         distance_radii: Option<f64>,
     },
-    /// At a body's centre or a barycentre, moving with it: directions carry its stellar aberration. The body itself is not drawn.
+    /// At a body's centre or a barycentre, moving with it: directions include stellar aberration by its velocity. The body itself is not drawn.
     Centre(NaifId),
     /// Above a point of a body's reference ellipsoid: planetographic latitude, east longitude, height along the normal.
     Ground {
-        /// The body stood on.
+        /// The body on which the camera stands.
         body: NaifId,
         /// Planetographic, -90 to 90.
         latitude_deg: f64,
@@ -84,10 +84,10 @@ pub enum Look {
 /// The up direction of the picture. A direction along the line of sight is replaced by the next best axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Up {
-    /// The north pole of the target (of the body stood on, where there is no target).
+    /// The north pole of the target if the camera looks at it, else that of the body relative to which the camera is placed.
     #[default]
     North,
-    /// Away from the centre of the body stood on.
+    /// Away from the body relative to which the camera is placed; on the ground, along the normal of its ellipsoid.
     Zenith,
     /// The celestial pole, ICRF +z.
     Celestial,
@@ -102,22 +102,22 @@ pub enum Up {
     },
 }
 
-/// Difference of exposure that is invisible: half a level of 255 at mid grey is 0.02 stops.
+/// Largest invisible difference of exposure: half a level of 255 at mid grey is 0.02 stops.
 pub const SETTLED_STOPS: f64 = 0.02;
 
-/// How bright the picture is.
+/// How the exposure is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ExposureRequest {
-    /// Metered from the frame.
+    /// Chosen by the light meter.
     #[default]
     Auto,
-    /// Stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles.
+    /// Given in stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles the value.
     Stops(f64),
     /// Interpolated from given stops to those of `Auto`.
     Gliding {
         /// The stops at the start.
         from_stops: f64,
-        /// Fraction of the way, 0 to 1.
+        /// Fraction of the way to the metered stops, 0 to 1.
         part: f64,
     },
 }
@@ -128,17 +128,17 @@ impl ExposureRequest {
         match self {
             Self::Auto => metered_stops,
             Self::Stops(stops) => stops,
-            // An invisible difference ends the transition, so that a picture at rest has the metered exposure wherever it started.
+            // A transition ends when the difference is invisible, so that a picture at rest has exactly the metered exposure, whatever the start.
             Self::Gliding { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
             Self::Gliding { from_stops, part } => from_stops + (metered_stops - from_stops) * part.clamp(0.0, 1.0),
         }
     }
 }
 
-/// How light beyond white is shown.
+/// How light brighter than white is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneMap {
-    /// Linear up to 0.8 of white, then a shoulder as of film.
+    /// Linear up to 0.8 of white, then a shoulder like that of film.
     #[default]
     Filmic,
     /// Linear up to white, then clipped.
@@ -159,27 +159,27 @@ impl ToneMap {
 
     /// The tone map of a name, including former names.
     pub fn by_name(name: &str) -> Option<Self> {
-        // `film` and `plain` are the names of earlier versions.
+        // Earlier versions used the names `film` and `plain`.
         let former = [("film", Self::Filmic), ("plain", Self::Clipped)];
         let known = Self::ALL.map(|t| (t.name(), t)).into_iter().chain(former);
         known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, t)| t)
     }
 }
 
-/// Trade of speed for accuracy.
+/// The trade-off between speed and accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
-    /// One sample a pixel.
+    /// One sample per pixel.
     Draft,
-    /// Four samples a pixel.
+    /// Four samples per pixel.
     #[default]
     Standard,
-    /// Four samples a pixel, maps with twice the taps.
+    /// Four samples per pixel, and maps are read with twice the number of taps.
     Reference,
 }
 
 impl Quality {
-    /// From the quickest to the most accurate.
+    /// All values, from the fastest to the most accurate.
     pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
 
     /// The name in options and links.
@@ -197,10 +197,10 @@ impl Quality {
     }
 }
 
-/// One view. `target` may be missing only where the look gives a direction.
+/// One view. `target` may be missing only if `look` gives a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewRequest {
-    /// When the light arrives at the camera.
+    /// The time at which the light arrives at the camera.
     pub time: Instant,
     /// The body that the camera looks at.
     pub target: Option<NaifId>,
@@ -212,35 +212,36 @@ pub struct ViewRequest {
     pub up: Up,
     /// How the picture is put together.
     pub composition: Composition,
-    /// Vertical field of view, degrees; of a fisheye, that of its circle. `None`: [`FOV_DEFAULT_DEG`], or what fits the target where only that can.
+    /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position; from a body's
+    /// centre, the field of view that fits the target.
     pub fov_deg: Option<f64>,
-    /// Pixels, each 1..=16384.
+    /// Width in pixels, 1..=16384.
     pub width: u32,
-    /// Pixels, 1..=16384.
+    /// Height in pixels, 1..=16384.
     pub height: u32,
-    /// How bright the picture is.
+    /// How the exposure is chosen.
     pub exposure: ExposureRequest,
-    /// How light beyond white is shown.
+    /// How light brighter than white is shown.
     pub tone_map: ToneMap,
     /// Effects that the user switched on or off, regardless of their thresholds.
     pub effects: EffectOverrides,
-    /// Layers drawn beyond and over the bodies.
+    /// Layers drawn behind and over the bodies.
     pub layers: Layers,
     /// Stops by which stars, Milky Way and zodiacal light are brightened.
     pub stars_boost: f64,
     /// The selected body; `None`: the target.
     pub selected: Option<NaifId>,
-    /// Speed against accuracy.
+    /// The trade-off between speed and accuracy.
     pub quality: Quality,
     /// The quantity that the pixels show.
     pub pixel_view: PixelView,
-    /// What the picture is for, which sets the threshold below which features are left out.
+    /// The purpose of the picture, which sets the threshold below which features are left out.
     pub purpose: Purpose,
 }
 
-/// Default field of view without a distance: a long lens, so that nearly a hemisphere is visible.
+/// Default field of view if the distance is not given either. It is that of a long lens, so that nearly a hemisphere of the target is visible.
 pub const FOV_DEFAULT_DEG: f64 = 20.0;
-/// Default field of view with a given position: at 3 radii the disc then fills 85 % of the frame's height.
+/// Default field of view if the distance or the position is given: at 3 radii the disc then fills 85 % of the frame's height.
 pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC: f64 = 0.75;
@@ -280,48 +281,48 @@ impl ViewRequest {
 
     /// Rejects invalid values, naming them.
     pub fn check(&self) -> Result<(), SceneError> {
-        let bad = |what: String| Err(SceneError::Request(what));
+        let invalid = |what: String| Err(SceneError::Request(what));
         if !(1..=16384).contains(&self.width) || !(1..=16384).contains(&self.height) {
-            return bad(format!("size {}x{}: each side must be 1 to 16384 pixels", self.width, self.height));
+            return invalid(format!("size {}x{}: each side must be 1 to 16384 pixels", self.width, self.height));
         }
         if let Some(fov) = self.fov_deg
             && !(1e-7..=170.0).contains(&fov)
             && self.composition.projection == Projection::Perspective
         {
-            return bad(format!("field of view {fov:?}: must be 0.0000001 to 170 degrees"));
+            return invalid(format!("field of view {fov:?}: must be 0.0000001 to 170 degrees"));
         }
         if let Position::Over { distance_radii: Some(d), .. } = self.position
             && !(d > 0.0 && d.is_finite())
         {
-            return bad(format!("distance {d:?} radii: must be a number above 0"));
+            return invalid(format!("distance {d:?} radii: must be a number above 0"));
         }
         if let Position::Ground { latitude_deg, longitude_deg, height_km, .. } = self.position {
             if !(-90.0..=90.0).contains(&latitude_deg) {
-                return bad(format!("latitude {latitude_deg:?}: must be -90 to 90 degrees"));
+                return invalid(format!("latitude {latitude_deg:?}: must be -90 to 90 degrees"));
             }
             if !(-360.0..=360.0).contains(&longitude_deg) {
-                return bad(format!("longitude {longitude_deg:?}: must be -360 to 360 degrees east"));
+                return invalid(format!("longitude {longitude_deg:?}: must be -360 to 360 degrees east"));
             }
             if !(height_km > 0.0 && height_km.is_finite()) {
-                return bad(format!("height {height_km:?} km: must be above the ground"));
+                return invalid(format!("height {height_km:?} km: must be above the ground"));
             }
         }
         if let Position::Offset { offset_km, .. } = self.position
             && !offset_km.is_finite()
         {
-            return bad("the camera's offset must be finite".into());
+            return invalid("the camera's offset must be finite".into());
         }
         if let ExposureRequest::Stops(ev) | ExposureRequest::Gliding { from_stops: ev, .. } = self.exposure
             && !(-60.0..=60.0).contains(&ev)
         {
-            return bad(format!("exposure {ev:?}: must be -60 to 60 stops"));
+            return invalid(format!("exposure {ev:?}: must be -60 to 60 stops"));
         }
         self.composition.check()?;
         if !(-30.0..=30.0).contains(&self.stars_boost) {
-            return bad(format!("stars boost {:?}: must be -30 to 30 stops", self.stars_boost));
+            return invalid(format!("stars boost {:?}: must be -30 to 30 stops", self.stars_boost));
         }
         if !self.time.tdb_seconds_past_j2000().is_finite() {
-            return bad("the time is not a finite number".into());
+            return invalid("the time is not a finite number".into());
         }
         Ok(())
     }

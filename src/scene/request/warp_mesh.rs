@@ -1,24 +1,24 @@
 //! Warp meshes: the mapping from a picture to a projector's screen, in the text format of Paul Bourke.
 //!
-//! In: the text. Out: a [`WarpMesh`], or the first wrong line. The format (<http://paulbourke.net/dataformats/meshwarp/>, 2006): a line with the type, 2
-//! rectangular or 1 polar; a line with the numbers of columns and rows; then, row by row, one node per line: `x y u v i`. x runs from minus to plus the
-//! screen's aspect ratio and y from -1 (bottom) to 1 (top); u and v are 0 to 1 from the picture's lower left corner; i is the brightness, 0 to 1, and
-//! negative where nothing is drawn. Always: every cell that is drawn is convex and all have the same orientation, so that no part of the screen is lit
-//! twice by a fold; a polar mesh is closed from its last column to its first. Not supported: the binary form.
+//! In: the text. Out: a [`WarpMesh`], or an error with the first invalid line. The format (<http://paulbourke.net/dataformats/meshwarp/>, 2006): a line
+//! with the type, 2 rectangular or 1 polar; a line with the numbers of columns and rows; then, row by row, one node per line: `x y u v i`. x runs from
+//! minus to plus the screen's aspect ratio and y from -1 (bottom) to 1 (top); u and v are 0 to 1 from the picture's lower left corner; i is the
+//! brightness, 0 to 1, and negative where nothing is drawn. Always: all cells that are drawn are convex and have the same orientation, so that no fold
+//! lights a part of the screen twice; in a polar mesh the last column is joined to the first. Not supported: the binary form.
 
 use glam::DVec2;
 
 /// Maximum number of nodes of a mesh.
 const MAX_NODES: usize = 1 << 20;
 
-/// A node.
+/// A node of the mesh: a position on the screen, and the position in the picture that is shown there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpNode {
     /// Position on the screen: x in half heights from the middle (-aspect to aspect), y -1 to 1 upwards.
     pub screen: DVec2,
     /// Position in the picture, 0 to 1 from its lower left corner.
     pub picture: DVec2,
-    /// Factor on light.
+    /// Factor on the light; negative if the cells around the node are not drawn.
     pub brightness: f64,
 }
 
@@ -30,7 +30,7 @@ pub struct WarpMesh {
     triangles: Vec<u32>,
 }
 
-/// The first wrong line.
+/// An error in a mesh file, with the first invalid line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {what}")]
 pub struct WarpError {
@@ -51,7 +51,7 @@ impl WarpMesh {
     /// Reads a mesh; `file` is named in error messages.
     ///
     /// # Errors
-    /// The first line that is wrong.
+    /// The first invalid line.
     pub fn parse(file: &str, text: &str) -> Result<Self, WarpError> {
         let wrong = |line: usize, what: String| WarpError { file: file.to_owned(), line, what };
         let mut lines = text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| !l.is_empty());
@@ -83,7 +83,7 @@ impl WarpMesh {
             return Err(wrong(last, what));
         }
         let mut triangles = Vec::new();
-        let mut turns: Option<bool> = None;
+        let mut turns_left: Option<bool> = None;
         let across = if polar { columns } else { columns - 1 };
         for (row, column) in (0..rows - 1).flat_map(|r| (0..across).map(move |c| (r, c))) {
             let next = (column + 1) % columns;
@@ -95,7 +95,7 @@ impl WarpMesh {
             // All corners of a convex cell turn the same way. The middle of a polar mesh is one point, and its cells there are triangles.
             let areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
             let (left, right) = (areas.iter().any(|t| *t > 0.0), areas.iter().any(|t| *t < 0.0));
-            let folded = left == right || turns.is_some_and(|t| t != left);
+            let folded = left == right || turns_left.is_some_and(|t| t != left);
             if folded {
                 let (row, column) = (row + 1, column + 1);
                 let what = format!(
@@ -103,7 +103,7 @@ impl WarpMesh {
                 );
                 return Err(wrong(at_line[cell[0]], what));
             }
-            turns = Some(left);
+            turns_left = Some(left);
             let [a, b, c, d] = cell.map(|k| k as u32);
             triangles.extend(if left { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] });
         }
@@ -144,30 +144,33 @@ impl WarpMesh {
         sums.into_iter().map(|(s, n)| s.map(|v| if n > 0.0 { v / n } else { DVec2::ZERO })).collect()
     }
 
-    /// The place in the picture that a place of the screen shows; `None` beside the mesh.
+    /// The position in the picture that is shown at a position on the screen; `None` outside the mesh.
     pub fn picture_of_screen(&self, screen: DVec2) -> Option<DVec2> {
-        self.carried(screen, |n| n.screen, |n| n.picture)
+        self.map_point(screen, |n| n.screen, |n| n.picture)
     }
 
-    /// The place of the screen that shows a place in the picture; `None` if none does. Of several the first in the mesh.
+    /// The position on the screen that shows a position in the picture; `None` if there is none. If there are several, that in the first triangle of the
+    /// mesh.
     pub fn screen_of_picture(&self, picture: DVec2) -> Option<DVec2> {
-        self.carried(picture, |n| n.picture, |n| n.screen)
+        self.map_point(picture, |n| n.picture, |n| n.screen)
     }
 
-    /// A place in the first triangle that holds it, carried to the same place in that triangle's other form.
-    fn carried(&self, at: DVec2, from: fn(&WarpNode) -> DVec2, to: fn(&WarpNode) -> DVec2) -> Option<DVec2> {
+    /// Finds the first triangle that contains a point in the space `from`, and maps the point by its barycentric coordinates to the space `to`.
+    fn map_point(&self, at: DVec2, from: fn(&WarpNode) -> DVec2, to: fn(&WarpNode) -> DVec2) -> Option<DVec2> {
         self.triangles.chunks_exact(3).find_map(|corners| {
             let nodes = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
             let [a, b, c] = [0, 1, 2].map(|k| from(&nodes[k]));
             let area = twice_area(a, b, c);
             let weights = [twice_area(at, b, c), twice_area(a, at, c), twice_area(a, b, at)].map(|w| w / area);
-            // A place on an edge belongs to both triangles, whatever the rounding. Without an area weights are not finite.
-            let holds = weights.iter().all(|w| *w >= -1e-9 && w.is_finite());
-            holds.then(|| weights.iter().zip(&nodes).map(|(w, n)| to(n) * *w).sum())
+            // With this tolerance a point on an edge is in at least one of both triangles despite rounding. A triangle without area has infinite
+            // weights.
+            let is_inside = weights.iter().all(|w| *w >= -1e-9 && w.is_finite());
+            is_inside.then(|| weights.iter().zip(&nodes).map(|(w, n)| to(n) * *w).sum())
         })
     }
 
-    /// The tenth percentile of the smaller derivative over the nodes, in picture heights per screen unit. `aspect`: the picture's width in heights.
+    /// The smaller of the derivatives by screen x and y, in picture heights per screen unit: its tenth percentile over the nodes. `aspect`: the
+    /// picture's width divided by its height.
     pub fn slowest_motion(&self, aspect: f64) -> f64 {
         let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
         let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
@@ -183,7 +186,7 @@ impl WarpMesh {
     }
 }
 
-/// `x y u v i`.
+/// Reads the line `x y u v i` of a node.
 fn node(words: &str) -> Result<WarpNode, String> {
     const FIELDS: [&str; 5] = ["x", "y", "u", "v", "i"];
     let mut numbers = [0.0; 5];
@@ -226,14 +229,14 @@ mod tests {
 
     #[test]
     fn a_mesh_is_read_and_its_gradients_are_those_of_its_map() {
-        // The screen is twice as wide as the picture's unit, and sheared.
+        // The mesh is stretched horizontally and sheared.
         let mesh = WarpMesh::parse("m", &text(5, 4, |x, y| (1.5 * x + 0.2 * y, y))).expect("a mesh");
         assert_eq!((mesh.nodes().len(), mesh.triangles().len()), (20, 4 * 3 * 6));
         for [per_x, per_y] in mesh.gradients() {
             // u = (x - 0.2 y) / 3 + 1/2, v = y / 2 + 1/2.
             assert!((per_x - DVec2::new(1.0 / 3.0, 0.0)).length() < 1e-6 && (per_y - DVec2::new(-0.2 / 3.0, 0.5)).length() < 1e-6);
         }
-        // Mirrored meshes, as rear projection has them, are no folds.
+        // Mirrored meshes, as used for rear projection, are not folds.
         assert!(WarpMesh::parse("m", &text(5, 4, |x, y| (-x, y))).is_ok());
     }
 
@@ -251,7 +254,7 @@ mod tests {
         assert!(why(&good.replace("0.5 0.5 1", "0.5 x 1")).contains("dome.data:7: field v: `x` is not a number"));
         assert!(why(&good.replace("0.5 0.5 1", "0.5 1.5 1")).contains("dome.data:7: fields u 0.5, v 1.5"));
         assert!(why(&good.replace("0.5 0.5 1", "0.5 0.5")).contains("dome.data:7: 4 numbers"));
-        // The middle node beyond its neighbour: the first cell that is no longer convex begins at line 3.
+        // The middle node is moved beyond its neighbour: the first cell that is no longer convex starts at line 3.
         let folded = text(3, 3, |x, y| if (x, y) == (0.0, 0.0) { (1.4, 0.0) } else { (x, y) });
         assert!(why(&folded).contains("the mesh folds: the cell of row 1, column"), "{}", why(&folded));
         let turned = text(4, 2, |x, y| if x > 0.9 { (0.0, y) } else { (x, y) });

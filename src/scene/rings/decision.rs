@@ -1,4 +1,6 @@
 //! Whether a body's rings are drawn, cast a shadow on it and light it, and by which models.
+//!
+//! In: the case of one body and its decisions so far. Out: the decisions, with the draws of the rings and the ring uniforms of the globe.
 
 use crate::catalog::Ring;
 use crate::scene::camera;
@@ -20,40 +22,40 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     let seen = view.visible_rings(is_forced);
     let drawn = so_far.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
     // Rings may cast a shadow on the globe even if they are not visible themselves.
-    let all = view.visible_rings(true).rings;
-    so_far.ring = for_globe(case, view, &all, &mut so_far);
+    let all_rings = view.visible_rings(true).rings;
+    so_far.ring = for_globe(case, view, &all_rings, &mut so_far);
     if !drawn || seen.rings.is_empty() {
         so_far.log.note(Effect::BodyShadow.name(), false, "no ring is drawn".into());
         return so_far;
     }
-    so_far.rings = halves(case, view, &seen.rings, &mut so_far);
+    so_far.rings = draws_of_halves(case, view, &seen.rings, &mut so_far);
     so_far
 }
 
 /// Decides on the rings' shadow and light on the globe.
-fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut Decisions<'_>) -> RingUniforms {
+fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all_rings: &[&Ring], so_far: &mut Decisions<'_>) -> RingUniforms {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
-    let (check, model) = view.ring_shadow(all, sun_radius_km);
+    let (check, model) = view.ring_shadow(all_rings, sun_radius_km);
     if so_far.log.effect(Effect::RingShadow, check.on, check.reason) {
         so_far.chosen.ring_shadow = model;
         so_far.log.tier(Effect::RingShadow.name(), tiers::of_ring_shadow(model));
     }
     let user_choice = case.effects().override_of(Effect::RingShine);
-    let (check, shine) = view.ring_shine(all, sun_radius_km, user_choice);
+    let (check, shine) = view.ring_shine(all_rings, sun_radius_km, user_choice);
     let no_shadow = so_far.chosen.ring_shadow == RingShadow::None;
-    let mut for_globe = if no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all, case.sun(), model) };
+    let mut ring_uniforms = if no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all_rings, case.sun(), model) };
     if so_far.log.effect(Effect::RingShine, check.on, check.reason)
         && let Some(shine) = shine
     {
-        for_globe.shine_axes = view.shine_axes(&shine, case.placed.phase_brightness());
-        for_globe.shine = Some(shine);
+        ring_uniforms.shine_axes = view.shine_axes(&shine, case.placed.phase_brightness());
+        ring_uniforms.shine = Some(shine);
         so_far.chosen.ring_shine = true;
     }
-    for_globe
+    ring_uniforms
 }
 
 /// The draws of the rings: the half behind the globe's centre, then the half in front of it.
-fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decisions<'_>) -> Vec<Draw> {
+fn draws_of_halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decisions<'_>) -> Vec<Draw> {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.body_shadow(seen, sun_radius_km);
     if so_far.log.effect(Effect::BodyShadow, check.on, check.reason) {
@@ -73,9 +75,9 @@ fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Dec
         eclipse,
         ..view.rays(rect)
     };
-    let half = |part: Part, which: f32| {
+    let half = |part: Part, half_sign: f32| {
         let mut uniforms = shared.clone();
-        uniforms.ring.half = which;
+        uniforms.ring.half = half_sign;
         Draw { body: view.body.id, part, name: format!("{} rings", view.body.name), features, uniforms, map_files: MapFiles::default() }
     };
     vec![half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)]

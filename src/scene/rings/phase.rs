@@ -1,17 +1,19 @@
 //! Phase functions of a ring's particles, normalised to a mean of 1 over all directions.
+//!
+//! In: the phase angle (0 is backward scattering) or its cosine. Out: the phase function of large particles or of dust.
 
 use std::sync::OnceLock;
 
 /// Exponent of the power law (pi - phase angle)^n of large particles with mutual shadowing: Dones, Cuzzi and Showalter 1993 (Icarus 105, 184) for the A
 /// ring.
 pub(crate) const PHASE_EXPONENT: f64 = 3.09;
-/// Amplitude and angular width (tangent of half the phase angle) of the opposition surge: 0.3 mag within half a degree, as the B ring rises in the phase
+/// Amplitude and angular width (tangent of half the phase angle) of the opposition surge: the B ring brightens by 0.3 mag within half a degree in the phase
 /// curves of Franklin and Cook 1965 (Astron. J. 70, 704).
 pub(crate) const OPPOSITION: [f64; 2] = [0.32, 0.0045];
 /// Phase function of dust: asymmetry and weight of each Henyey-Greenstein lobe. Three lobes after the form that Hedman and Stark 2015 (Astrophys. J. 811,
 /// 67) fit to Saturn's G ring between 3 and 170 degrees of scattering angle; the numbers are from memory of its table and were not checked against it. All
-/// dust uses it, although the E ring's smaller grains scatter more widely, so that within some 3 degrees of the Sun E is too bright, by an estimated factor
-/// of up to 5.
+/// dust uses it, although the E ring's smaller grains scatter more widely, so that within some 3 degrees of the Sun the E ring is too bright, by an
+/// estimated factor of up to 5.
 pub(crate) const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];
 pub use crate::scene::constants::MIN_COSINE;
 
@@ -26,7 +28,7 @@ pub(crate) fn phase_factor() -> f64 {
 }
 
 /// Phase function of large particles without the opposition surge.
-fn bodies(alpha: f64) -> f64 {
+fn large_particle_phase(alpha: f64) -> f64 {
     phase_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT)
 }
 
@@ -37,23 +39,23 @@ pub fn forward(alpha: f64) -> f64 {
     DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
 }
 
-/// Phase function of large particles with the opposition surge, by the cosine of the phase angle, as in the ring's fragments.
+/// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in the ring's shader fragments.
 pub fn particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;
-    bodies(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))
+    large_particle_phase(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Of a mixture of large particles and dust, without the opposition surge.
+    /// Phase function of a mixture of large particles and dust, without the opposition surge.
     fn phase_function(alpha: f64, dust: f64) -> f64 {
-        bodies(alpha) * (1.0 - dust) + forward(alpha) * dust
+        large_particle_phase(alpha) * (1.0 - dust) + forward(alpha) * dust
     }
 
-    /// The mean over all directions by a rule that knows the narrowest lobe: even steps of the logarithm of the angle from the Sun's direction.
+    /// The mean over all directions. Steps are even in the logarithm of the angle from the Sun's direction, so that they resolve the narrowest lobe.
     fn mean(of: impl Fn(f64) -> f64) -> f64 {
         let n = 200_000;
         let (first, last) = (1e-7_f64.ln(), std::f64::consts::PI.ln());
@@ -62,30 +64,31 @@ mod tests {
     }
 
     #[test]
-    fn the_phase_function_keeps_its_light() {
+    fn the_phase_function_is_normalised() {
         for dust in [0.0, 0.3, 1.0] {
             let mean = mean(|alpha| phase_function(alpha, dust));
             assert!((mean - 1.0).abs() < 1e-5, "dust {dust}: {mean}");
         }
         let lost = mean(|alpha| phase_function(alpha, 1.0) - DUST_LOBES[0][1] * 0.5);
-        assert!((lost - 1.0).abs() > 0.1, "half of a lobe less is seen");
+        assert!((lost - 1.0).abs() > 0.1, "half of a lobe less changes the mean");
         assert!((DUST_LOBES.iter().map(|l| l[1]).sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
-    /// Bodies fall with the phase angle to nothing, dust has its least at the side and is hundreds of times as bright against the Sun.
+    /// Large particles become fainter with the phase angle, down to zero. Dust is faintest at a middle phase angle and hundreds of times as bright near the
+    /// Sun.
     #[test]
-    fn bodies_scatter_back_and_dust_forward() {
+    fn large_particles_scatter_back_and_dust_forward() {
         let at = |deg: f64, dust: f64| phase_function(deg.to_radians(), dust);
         for k in 1..=179 {
             let (before, now) = (f64::from(k - 1), f64::from(k));
-            assert!(at(now, 0.0) < at(before, 0.0), "bodies at {now}");
+            assert!(at(now, 0.0) < at(before, 0.0), "large particles at {now}");
             assert!(now < 60.0 || at(now, 1.0) > at(before, 1.0), "dust at {now}");
             let step = at(now, 1.0) / at(before, 1.0);
-            // The narrowest lobe goes with the inverse cube of the angle from the Sun: twice nearer is 8 times brighter.
+            // The narrowest lobe varies as the inverse cube of the angle from the Sun: at half the angle it is 8 times as bright.
             assert!((0.9..8.0).contains(&step), "no jump of the dust at {now}: {step}");
         }
         assert!(at(0.0, 0.0) > 4.0 && at(179.0, 0.0) < 1e-4);
-        // Voyager's pictures told dust from bodies by more than an order of magnitude between back and forward.
+        // In Voyager's pictures dust brightened by more than an order of magnitude from backward to forward scattering, unlike large particles.
         assert!(at(178.0, 1.0) / at(5.0, 1.0) > 100.0 && at(178.0, 0.01) > 1e3 * at(178.0, 0.0));
     }
 }

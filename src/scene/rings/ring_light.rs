@@ -1,9 +1,9 @@
 //! The effect of rings on a body's total brightness: the light that they reflect to a viewer, and the fraction of the globe's light that they let through.
 //!
 //! In: a ringed body, the directions to Sun and viewer in its axes. Out: [`RingLight`]. The law is that of shaders/lib/ring/photometry.wesl for a point Sun
-//! and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. Compared with Mallama and Hilton 2018 (Astron.
-//! Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5): tests/scene/magnitudes.rs. Left out: light between globe and rings,
-//! the Sun's size.
+//! and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. tests/scene/magnitudes.rs compares it with Mallama
+//! and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5). Not modelled: light reflected between globe
+//! and rings, the Sun's size.
 
 use crate::catalog::Body;
 use crate::scene::rings::phase::{MIN_COSINE, forward, particle_phase};
@@ -13,10 +13,10 @@ use crate::units::luminance;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Radii and azimuths at which the globe's occultation is tested: with four times as many the sum changes by less than 2e-3 of a magnitude.
+/// Number of radii and azimuths at which the globe's occultation is tested. With four times as many the sum changes by less than 2e-3 of a magnitude.
 const RADII: usize = 24;
 const AZIMUTHS: usize = 72;
-/// Grid points across the globe's disc, per side.
+/// Number of grid points across the globe's disc, along each side.
 const DISC: usize = 24;
 
 /// The light of rings and their effect on the globe's light.
@@ -49,11 +49,11 @@ impl RingLight {
             (0..RADII).map(|k| globe.visible_fraction(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
         let visible_at = |r: f64| visible_fractions[(((r - from) / width) as usize).min(RADII - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
-        let (of_bodies, of_dust) = (particle_phase(cos_phase), forward(cos_phase.acos()));
+        let (large_particle_phase, dust_phase) = (particle_phase(cos_phase), forward(cos_phase.acos()));
         let reflected = |s: &Step| {
             let scattered = scattered(s.tau, 1.0 / mu, 1.0 / mu0, same_side);
             let area = PI * (s.to - s.from) * (s.to + s.from) * viewer.z.abs();
-            let phase = of_bodies * (1.0 - s.dust) + of_dust * s.dust;
+            let phase = large_particle_phase * (1.0 - s.dust) + dust_phase * s.dust;
             0.25 * phase * luminance(s.albedo) * scattered * area * visible_at(0.5 * (s.from + s.to))
         };
         let ring_albedo = if sun.z == 0.0 { 0.0 } else { layer.iter().map(reflected).sum::<f64>() / PI };
@@ -84,19 +84,19 @@ impl Globe {
         (0..AZIMUTHS).filter(seen).count() as f64 / AZIMUTHS as f64
     }
 
-    /// Fraction of a Lambert globe's light that the rings transmit on both ways.
+    /// Fraction of a Lambert globe's light that the rings transmit, on the way from the Sun and on the way to the viewer.
     fn transmitted_fraction(&self, layer: &[Step], sun: DVec3, viewer: DVec3) -> f64 {
         let (across, up) = viewer.any_orthonormal_pair();
         let (mut all, mut transmitted) = (0.0, 0.0);
         for k in 0..DISC * DISC {
             let [x, y] = [k % DISC, k / DISC].map(|i| 2.0 * (i as f64 + 0.5) / DISC as f64 - 1.0);
-            let far = (across * x + up * y) / self.axes;
+            let plane_point = (across * x + up * y) / self.axes;
             let towards = viewer / self.axes;
-            let (a, b, c) = (towards.length_squared(), far.dot(towards), far.length_squared() - 1.0);
+            let (a, b, c) = (towards.length_squared(), plane_point.dot(towards), plane_point.length_squared() - 1.0);
             if b * b <= a * c {
                 continue;
             }
-            let hit = far + towards * ((-b + (b * b - a * c).sqrt()) / a);
+            let hit = plane_point + towards * ((-b + (b * b - a * c).sqrt()) / a);
             let normal = (hit / self.axes).normalize();
             let point = hit * self.axes;
             let light = normal.dot(sun).max(0.0);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn opener_rings_add_more_light() {
+    fn more_open_rings_add_more_light() {
         let catalog = Catalog::embedded();
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let ring_albedo: Vec<f64> = (0..=9)

@@ -2,11 +2,11 @@
 //!
 //! In: the rings, the planet's oblateness, the Sun's height over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance over
 //! height above the plane and hour angle from the Sun; two variables are enough because planet and rings are axially symmetric. Always: no value is
-//! negative; a place where the outermost ring is below the horizon gets no light; both sides are equal with the Sun in the plane. Left out: light reflected
-//! between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of a radius).
+//! negative; a place where the outermost ring is below the horizon gets no light; both sides are equal if the Sun is in the plane. Not modelled: light
+//! reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of a radius).
 //!
 //! The light is single scattering as in shaders/lib/ring/photometry.wesl, integrated over the part of the ring above the ground's horizon and outside the
-//! globe's shadow. Their edges are limits of the integrals, so that the quadrature never crosses a discontinuity.
+//! globe's shadow. The edges of this part are the limits of integration, so that the quadrature never crosses a discontinuity.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
@@ -31,7 +31,7 @@ const ARC: usize = 12;
 /// Slopes 2^(k/8) at which an annulus' light is tabulated, as in the rings' own table.
 const SLOPES: usize = RING_SLOPES as usize;
 const PER_OCTAVE: f64 = RING_SLOPES_PER_OCTAVE as f64;
-/// Height used at the equator, for the limit of light divided by height.
+/// Height that is used at the equator instead of 0, because the table contains light divided by height.
 const EQUATOR: f64 = 1e-6;
 
 impl RingShine {
@@ -89,7 +89,7 @@ impl Annulus {
     }
 }
 
-/// Weight of an interval: the steep light that it stops, times its albedo.
+/// Weight of an interval: the light that it removes from a path of slope 4, times its width and albedo.
 fn weight(step: &Step) -> f64 {
     (step.to - step.from) * -(-4.0 * step.tau).exp_m1() * step.albedo.iter().sum::<f64>()
 }
@@ -101,18 +101,18 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
-    let share = total / ANNULI as f64;
+    let weight_per_annulus = total / ANNULI as f64;
     let mut groups: Vec<Vec<Step>> = vec![Vec::new()];
     let mut filled = 0.0;
     for step in steps.into_iter().filter(|s| s.tau > 0.0) {
-        let parts = (weight(&step) / share).ceil().max(1.0);
+        let parts = (weight(&step) / weight_per_annulus).ceil().max(1.0);
         let width = (step.to - step.from) / parts;
         for k in 0..parts as usize {
             let from = step.from + width * k as f64;
             let part = Step { from, to: from + width, ..step };
-            if filled >= share {
+            if filled >= weight_per_annulus {
                 groups.push(Vec::new());
-                filled -= share;
+                filled -= weight_per_annulus;
             }
             filled += weight(&part);
             if let Some(group) = groups.last_mut() {
@@ -120,31 +120,31 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             }
         }
     }
-    let halves = halves(geometry.sine.abs(), geometry.sun_tangent);
+    let sun_halves = halves(geometry.sine.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<Step>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
-        let towards = |side: usize, k: usize| {
+        let light_at_slope = |side: usize, k: usize| {
             let x = (k as f64 / PER_OCTAVE).exp2();
-            let of = |step: &Step| {
-                let by = |half: usize| {
-                    let [part, sine] = halves[half];
+            let from_step = |step: &Step| {
+                let from_half = |half: usize| {
+                    let [part, sine] = sun_halves[half];
                     if part > 0.0 { part * scattered(step.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
                 };
-                DVec3::from_array(step.albedo) * ((step.to - step.from) * (by(0) + by(1)))
+                DVec3::from_array(step.albedo) * ((step.to - step.from) * (from_half(0) + from_half(1)))
             };
-            group.iter().map(of).sum()
+            group.iter().map(from_step).sum()
         };
-        let light = [0, 1].map(|side| (0..SLOPES).map(|k| towards(side, k)).collect());
+        let light = [0, 1].map(|side| (0..SLOPES).map(|k| light_at_slope(side, k)).collect());
         Annulus { radius, light }
     };
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
 }
 
-/// Binary digits after the leading one of the heights of the Sun that have a table of their own.
+/// Milestones are the heights of the Sun that have a table of their own: numbers with so many binary digits after the leading digit.
 const MILESTONE_DIGITS: u32 = 5;
 
-/// An absolute value rounded to `digits` binary digits after the leading one.
+/// An absolute value rounded to `digits` binary digits after the leading digit.
 fn round_to_digits(v: f64, digits: u32) -> f64 {
     let spare = 52 - digits;
     f64::from_bits((v.abs().to_bits() + (1 << (spare - 1))) >> spare << spare)
@@ -164,9 +164,9 @@ pub(crate) const SOURCES: [&str; 6] = [
     include_str!("../numeric.rs"),
 ];
 
-/// Where tables are kept from run to run, for whoever has a disk: summing one takes longer than drawing a frame.
+/// A store that keeps tables between runs of the program, because computing a table takes longer than drawing a frame.
 pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
-    /// The table that was stored under a key, if it is whole.
+    /// The table that was stored under a key, if it is complete and undamaged.
     fn read(&self, key: &[f64]) -> Option<RingShine>;
     fn write(&self, key: &[f64], table: &RingShine);
 }
@@ -187,7 +187,7 @@ impl Default for RingShines {
 }
 
 impl RingShines {
-    /// Tables that are kept on disk too.
+    /// A cache that also keeps its tables in `store`.
     pub(crate) fn stored(store: Option<Box<dyn RingShineStore>>) -> Self {
         Self { store, ..Self::default() }
     }
@@ -210,7 +210,7 @@ impl RingShines {
 }
 
 impl RingShineGeometry<'_> {
-    /// Irradiance divided by height, at a height and hour angle. `side`: 0 on the side of the Sun's centre.
+    /// Irradiance divided by height, at a height and hour angle. `side`: 0 on the side of the plane on which the Sun's centre is.
     fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
         let level = (1.0 - height * height).max(0.0).sqrt();
         let normal = DVec3::new(level, 0.0, height / self.polar).normalize();
@@ -221,16 +221,16 @@ impl RingShineGeometry<'_> {
         // Direction to the Sun relative to the place's meridian.
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
-        let squeezed = cosine / cosine.hypot(sine / self.polar);
+        let sun_level = cosine / cosine.hypot(sine / self.polar);
         let horizon = 1.0 / level.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon) {
             let r = annulus.radius;
-            let widest = (horizon / r).acos();
+            let half_arc = (horizon / r).acos();
             // Half angle of the ring's arc in the globe's shadow, centred on the anti-solar point, whose hour angle is pi.
-            let cut = (r * r - 1.0).max(0.0).sqrt() / (r * squeezed).max(1e-12);
-            let shadow = if cut < 1.0 { cut.acos() } else { 0.0 };
-            let (from, to) = (hour - widest, hour + widest);
+            let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_level).max(1e-12);
+            let shadow = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
+            let (from, to) = (hour - half_arc, hour + half_arc);
             for [a, b] in [[from, to.min(PI - shadow)], [from.max(PI + shadow), to]] {
                 if b <= a {
                     continue;
@@ -284,11 +284,11 @@ impl RingShineGeometry<'_> {
         kept.shines.get(geometry.cache_key().collect(), || geometry.interpolate(kept).map(Arc::new))
     }
 
-    /// Interpolates two tables at heights of the Sun of [`MILESTONE_DIGITS`] binary digits, of which a year of frames needs few, because a table takes
-    /// as long as two frames.
+    /// Interpolates between the tables of the milestones below and above the Sun's height. A year of frames needs few milestones, which saves time, because
+    /// computing a table takes as long as drawing two frames.
     fn interpolate(&self, kept: &RingShines) -> Option<RingShine> {
         let milestone_table = |sine: f64| {
-            // A Sun clear of the plane is treated as a point.
+            // A Sun whose disc does not touch the plane is treated as a point.
             let geometry = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
             kept.milestone(&geometry)
         };
@@ -334,9 +334,10 @@ mod tests {
         RingShineGeometry { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
     }
 
-    /// Over all places no more than the brightest is read, to a thousandth (the height between two rows), nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.
+    /// The largest interpolated irradiance is at least 0.9 of the table's brightest value and at most a thousandth above it (the height is interpolated
+    /// between two rows). The equator, which sees the ring's edge, gets no light.
     #[test]
-    fn what_is_read_of_a_table_is_its_light() {
+    fn the_interpolated_irradiance_matches_the_table() {
         let ring = ring(1.3, 2.2, 1.0);
         let shine = geometry(&[&ring], 0.3).shine(&RingShines::default()).expect("light");
         let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
@@ -355,13 +356,13 @@ mod tests {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
             let [[above, up], [below, down]] = halves(sine, 5e-4);
             assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
-            // The mean height of all of the disc is that of its centre.
+            // The mean height of the entire disc is the height of its centre.
             assert!((above * up - below * down - sine).abs() < 1e-9, "{sine}: {above} {up} {below} {down}");
         }
     }
 
     #[test]
-    fn without_rings_there_is_no_light_and_thin_ones_give_in_proportion() {
+    fn no_rings_give_no_light_and_thin_rings_give_light_in_proportion() {
         let nothing = ring(1.5, 2.0, 0.0);
         assert!(
             geometry(&[], 0.3).shine(&RingShines::default()).is_none()
@@ -370,11 +371,11 @@ mod tests {
         assert_eq!(geometry(&[&nothing], 0.3).upper_limit(), 0.0);
         let of = |tau: f64| geometry(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
         assert!((of(2e-6) / of(1e-6) - 2.0).abs() < 1e-4);
-        assert!(of(2.0) < 1.9 * of(1.0), "thick rings hide themselves");
+        assert!(of(2.0) < 1.9 * of(1.0), "thick rings shadow themselves");
     }
 
     #[test]
-    fn between_two_milestones_the_light_is_that_of_a_table_of_its_own() {
+    fn interpolation_between_milestones_agrees_with_an_exact_table() {
         let ring = ring(1.24, 2.27, 0.8);
         let rings = [&ring];
         for sine in [2e-4, 3e-3, 0.047, 0.13, 0.29, 0.447] {
@@ -395,19 +396,19 @@ mod tests {
     }
 
     #[test]
-    fn both_sides_are_alike_where_the_sun_is_in_the_plane() {
+    fn both_sides_are_equal_if_the_sun_is_in_the_plane() {
         let rings = [&ring(1.2, 2.2, 0.7)];
-        let both = |sine: f64| {
+        let difference = |sine: f64| {
             let table = geometry(&rings, sine).table().expect("a table");
             let (one, other) = table.texels.split_at(ROWS * COLUMNS * 4);
             one.iter().zip(other).map(|(a, b)| f64::from((a - b).abs()) / table.brightest).fold(0.0, f64::max)
         };
-        assert!(both(0.0) < 1e-6, "{}", both(0.0));
-        assert!(both(0.3) > 0.1, "{}", both(0.3));
+        assert!(difference(0.0) < 1e-6, "{}", difference(0.0));
+        assert!(difference(0.3) > 0.1, "{}", difference(0.3));
     }
 
     #[test]
-    fn more_than_the_bound_nowhere() {
+    fn the_upper_limit_is_never_exceeded() {
         for (inner, outer, tau, sine) in [(1.1, 1.2, 5.0, 0.4), (1.2, 2.3, 0.5, 0.1), (1.9, 1.91, 0.05, 0.9), (1.3, 1.4, 1e-5, 0.5)] {
             let rings = [&ring(inner, outer, tau)];
             let geometry = geometry(&rings, sine);

@@ -1,12 +1,12 @@
-//! The tables that ring shaders read: the light that the layer takes or scatters and its integrals over the radius, for each slope of a path.
+//! The tables that ring shaders read: the light that the layer removes or scatters and its integrals over the radius, for each slope of a path.
 //!
-//! In: rings in catalog order (a later one covers earlier ones), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels; their
+//! In: rings in catalog order (a later ring replaces earlier rings), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels; their
 //! meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
 use crate::scene::camera::narrow_scalar;
-use crate::scene::constants::{MIN_COSINE, RING_SLOPES_PER_OCTAVE, SUN_PARTS};
+use crate::scene::constants::{MIN_COSINE, RING_HEADER_ROWS, RING_ROWS_PER_SLOPE, RING_SLOPES_PER_OCTAVE, SUN_PARTS};
 use crate::scene::draw::tables::RingTable;
 use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ pub(crate) struct Step {
     pub to: f64,
     pub tau: f64,
     pub albedo: [f64; 3],
-    /// Fraction of its light that dust scatters.
+    /// Fraction of the scattered light that comes from dust.
     pub dust: f64,
 }
 
@@ -82,16 +82,16 @@ impl RingTables {
         self.steps.get(key, || Arc::new(steps(rings, unit_km)))
     }
 
-    /// [`RingTable::of`] some rings of a body, cached.
+    /// [`RingTable::of`] for some rings of a body, cached.
     pub(crate) fn profile(&self, rings: &[&Ring], unit_km: f64, seen: &RingSeen) -> Option<Arc<RingTable>> {
         let light = seen.sunlight.iter().flatten().flatten().copied();
-        let asked = std::iter::once(unit_km).chain(seen.slopes.map(f64::from)).chain(light);
-        let key = asked.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
+        let inputs = std::iter::once(unit_km).chain(seen.slopes.map(f64::from)).chain(light);
+        let key = inputs.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let steps = || self.steps(rings.iter().copied(), unit_km);
         self.profiles.get(key, || RingTable::of_steps(&steps(), seen).map(Arc::new))
     }
 
-    /// [`RingTable::of_shadow`] of some rings of a body, cached.
+    /// [`RingTable::of_shadow`] for some rings of a body, cached.
     pub(crate) fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
         let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let steps = || self.steps(rings.iter().copied(), unit_km);
@@ -99,11 +99,11 @@ impl RingTables {
     }
 }
 
-/// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: of the height of the Sun's centre; `tangent`:
-/// of its angular radius; `disc`: whether the Sun's disc is resolved.
+/// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the height of the Sun's centre over
+/// the plane; `tangent`: tangent of the Sun's angular radius; `disc`: whether the Sun's disc is resolved.
 ///
 /// One slope is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
-/// half of the disc to the other: up to 0.4 % of the light. For a lower Sun each strip of the disc has its own slope, after that of the centre.
+/// half of the disc to the other: up to 0.4 % of the light. For a lower Sun the slope of the centre is followed by one slope for each strip of the disc.
 pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
     let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
     if !disc || sine.abs() > MIN_HEIGHT_FOR_ONE_SLOPE * tangent {
@@ -111,19 +111,17 @@ pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
     let of_strip = |k: usize| {
-        let aside = (k as f64 * std::f64::consts::PI / (SUN_PARTS + 1) as f64).cos() * tangent;
-        slope((sine + cosine * aside) / aside.hypot(1.0))
+        let offset = (k as f64 * std::f64::consts::PI / (SUN_PARTS + 1) as f64).cos() * tangent;
+        slope((sine + cosine * offset) / offset.hypot(1.0))
     };
     std::iter::once(slope(sine)).chain((1..=SUN_PARTS).map(of_strip)).collect()
 }
 
 /// Height of the Sun over the plane, in solar radii, from which one slope is enough.
 const MIN_HEIGHT_FOR_ONE_SLOPE: f64 = 40.0;
-/// Rows of a ring's table for a slope: the light of bodies and its integral, the light of dust and its integral.
-const ROWS_PER_SLOPE: u32 = 4;
 /// Bins per texel of the table's first row.
 const BINS_PER_TEXEL: usize = 4;
-/// Fraction of a bin by which it is extended inwards: more than the fragment's f32 error in computing the bin.
+/// Fraction of its width by which a bin is extended inwards: more than the shader's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
 
 /// An index that maps a radius to its interval; shaders/lib/ring/stretches.wesl reads it.
@@ -133,7 +131,7 @@ struct Bins {
 }
 
 impl Bins {
-    /// The index of intervals sorted from the innermost outwards, for a table with a column for each and one more.
+    /// The index of intervals sorted from the innermost outwards, for a table with one column per interval and one more.
     fn of(steps: &[Step]) -> Self {
         let outer = steps.last().map_or(1.0, |s| s.to);
         // Limits the number of bins of a ring that reaches the centre.
@@ -150,7 +148,7 @@ impl Bins {
     }
 }
 
-/// Outer radii of the intervals; that of the last one is infinite.
+/// Outer radii of the intervals; for the last interval `f32::MAX`.
 fn ends(steps: &[Step]) -> impl Iterator<Item = f32> {
     let last = steps.len().saturating_sub(1);
     steps.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
@@ -180,7 +178,7 @@ impl RingSeen {
         Self { sunlight, slopes: [first, (place(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
     }
 
-    /// Light that an interval scatters along a path of a slope, without albedo and a quarter of the phase function.
+    /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.
     fn light(&self, step: &Step, slope: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return step.removed_fraction(slope) };
         let from = |(half, [part, sine]): (usize, [f64; 2])| {
@@ -200,7 +198,7 @@ impl RingTable {
         let reach = radial_range(steps)?;
         let nodes = steps.len() + 1;
         let [first, last] = seen.slopes;
-        let height = 2 + ROWS_PER_SLOPE * (last - first + 1);
+        let height = RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * (last - first + 1);
         let bins = Bins::of(steps);
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
@@ -213,15 +211,15 @@ impl RingTable {
         texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 0.0]);
         for k in first..=last {
             let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
-            // Dust stands apart: it has another phase function, and its sums would lose precision in those of the dense rings.
-            let mut rows = [const { Vec::new() }; ROWS_PER_SLOPE as usize];
+            // Dust has rows of its own: it has another phase function, and its sums would lose precision if added to those of dense rings.
+            let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLOPE as usize];
             let mut sums = [[0.0; 4]; 2];
             for step in steps {
                 let light = seen.light(step, slope);
                 let [red, green, blue] = step.albedo.map(|albedo| light * albedo);
-                let bodies = [red, green, blue].map(|v| v * (1.0 - step.dust));
+                let large = [red, green, blue].map(|v| v * (1.0 - step.dust));
                 let dust = [red, green, blue].map(|v| v * step.dust);
-                let means = [[bodies[0], bodies[1], bodies[2], step.removed_fraction(slope)], [dust[0], dust[1], dust[2], 0.0]];
+                let means = [[large[0], large[1], large[2], step.removed_fraction(slope)], [dust[0], dust[1], dust[2], 0.0]];
                 for (k, mean) in means.into_iter().enumerate() {
                     rows[2 * k].extend(mean.map(narrow_scalar));
                     rows[2 * k + 1].extend(sums[k].map(narrow_scalar));
@@ -271,7 +269,7 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust: 0.0 }
     }
 
-    /// Without light, for every slope.
+    /// A table without sunlight, with rows for every slope.
     const COLOURS: RingSeen = RingSeen { sunlight: None, slopes: [0, SLOPES - 1] };
 
     #[test]
@@ -282,12 +280,12 @@ mod tests {
     }
 
     #[test]
-    fn rows_hold_what_each_stretch_takes_and_its_integral() {
+    fn rows_contain_the_removed_light_and_its_integral() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &COLOURS).expect("a table");
-        assert_eq!((table.width, table.height, table.reach), (4, ROWS_PER_SLOPE * SLOPES + 2, [1.0, 3.0]));
+        assert_eq!((table.width, table.height, table.reach), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * SLOPES, [1.0, 3.0]));
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         for k in 0..SLOPES {
-            let (value, integral) = (2 + ROWS_PER_SLOPE * k, 3 + ROWS_PER_SLOPE * k);
+            let (value, integral) = (RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * k, RING_HEADER_ROWS + 1 + RING_ROWS_PER_SLOPE * k);
             let slope = (f64::from(k) / 8.0).exp2();
             let [first, last] = [0.7, 3.0].map(|tau: f64| 1.0 - (-tau * slope).exp());
             assert!((at(value, 0, 3) - first).abs() < 1e-6 && (at(value, 0, 0) - 0.5 * first).abs() < 1e-6, "slope {k}");
@@ -298,9 +296,9 @@ mod tests {
         assert!(RingTable::of([].iter(), 1.0, &COLOURS).is_none());
     }
 
-    /// The fragments' way to a stretch, in their f32: for every radius it is the one that holds it, and few reads away.
+    /// Repeats the shader's search for the interval of a radius in f32: a bin never begins past that interval, and the search needs few reads.
     #[test]
-    fn a_bin_begins_at_or_below_the_stretch_of_its_radii() {
+    fn a_bin_begins_at_or_before_the_interval_of_its_radii() {
         let catalog = crate::catalog::Catalog::embedded();
         for body in catalog.bodies().iter().filter(|b| !b.rings.is_empty()) {
             let steps = steps(body.rings.iter(), body.radii_km.x);
@@ -308,31 +306,31 @@ mod tests {
             let [at_inner, per_inverse, last] = bins.formula.map(narrow_scalar);
             let (from, to) = (steps[0].from, steps[steps.len() - 1].to);
             let (mut reads, mut most) = (0, 0);
-            const PLACES: usize = 100_000;
-            for k in 0..PLACES {
-                let radius = narrow_scalar(from + (to - from) * (k as f64 / PLACES as f64).powi(3));
+            const SAMPLES: usize = 100_000;
+            for k in 0..SAMPLES {
+                let radius = narrow_scalar(from + (to - from) * (k as f64 / SAMPLES as f64).powi(3));
                 let bin = (at_inner - per_inverse / radius).clamp(0.0, last) as usize;
                 let first = bins.texels[bin] as usize;
-                let held = steps.partition_point(|s| narrow_scalar(s.to) <= radius).min(steps.len() - 1);
-                assert!(first <= held, "{}, {radius}: bin {bin} begins in stretch {first}, past {held}", body.name);
-                reads += held - first;
-                most = most.max(held - first);
+                let expected = steps.partition_point(|s| narrow_scalar(s.to) <= radius).min(steps.len() - 1);
+                assert!(first <= expected, "{}, {radius}: bin {bin} begins in interval {first}, past {expected}", body.name);
+                reads += expected - first;
+                most = most.max(expected - first);
             }
-            assert!(reads < PLACES / 2 && most <= 8, "{}: {reads} reads more for {PLACES} places, {most} at most", body.name);
+            assert!(reads < SAMPLES / 2 && most <= 8, "{}: {reads} reads more for {SAMPLES} places, {most} at most", body.name);
         }
     }
 
-    /// A faint dusty ring outside a dense one keeps its light to six digits.
+    /// The light of a faint dusty ring outside a dense ring is precise to five digits.
     #[test]
-    fn dust_is_summed_apart_from_bodies() {
+    fn dust_is_summed_apart_from_large_particles() {
         let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
         let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0, &COLOURS).expect("a table");
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
-        let (bodies, dust) = (3, 5);
-        assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "none inside of it");
+        let (large, dust) = (3, 5);
+        assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "no dust inside the faint ring");
         let light = at(dust, 3, 0) - at(dust, 2, 0);
         assert!((light / (0.5 * 0.8e-6) - 1.0).abs() < 1e-5, "{light}");
-        let drowned = at(bodies, 3, 0) - at(bodies, 2, 0);
-        assert!((drowned / (0.5 * 0.2e-6) - 1.0).abs() > 1e-3, "in the sum of a dense ring it would not: {drowned}");
+        let in_dense_sum = at(large, 3, 0) - at(large, 2, 0);
+        assert!((in_dense_sum / (0.5 * 0.2e-6) - 1.0).abs() > 1e-3, "the sum with a dense ring loses precision: {in_dense_sum}");
     }
 }

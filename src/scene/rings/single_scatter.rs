@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-/// Fraction of the Sun's disc on one side of the plane and its mean sine, then those of the other side.
+/// Fraction of the Sun's disc on one side of the plane and the mean sine of its height, then the same for the other side.
 pub fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
@@ -24,7 +24,7 @@ pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }
     // (exp(-tau x) - exp(-tau y)) / (y - x) is symmetric in x and y; its limit at y = x is tau exp(-tau x).
-    let (less, apart) = (x.min(y), (y - x).abs());
-    let quotient = if tau * apart < 1e-6 { tau } else { -(-tau * apart).exp_m1() / apart };
-    x * (-tau * less).exp() * quotient
+    let (smaller, difference) = (x.min(y), (y - x).abs());
+    let quotient = if tau * difference < 1e-6 { tau } else { -(-tau * difference).exp_m1() / difference };
+    x * (-tau * smaller).exp() * quotient
 }

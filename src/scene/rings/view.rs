@@ -31,6 +31,7 @@ pub(crate) struct View<'a> {
     pub placement: &'a Placement,
     /// Unit vector to the Sun, body axes.
     pub sun: DVec3,
+    /// Distance to the Sun.
     pub sun_km: f64,
     /// Phase angle, radians.
     pub alpha: f64,
@@ -44,14 +45,15 @@ pub(crate) struct View<'a> {
 /// How a ring may be seen: limits over all pixels that may show it.
 struct SeenRing {
     /// Optical depth along the flattest ray.
-    most_slant_depth: f64,
+    max_slant_depth: f64,
     /// The smallest and the largest phase angle.
     phase_angles: [f64; 2],
-    /// The largest fraction of a pixel that it fills.
-    most_filled: f64,
+    /// The largest fraction of a pixel that the ring fills.
+    max_filled: f64,
 }
 
-/// Upper limits of what a ring does to a pixel that it fills, and of the part of a pixel that it fills.
+/// Upper limits of a ring's effect on a pixel: the fraction of the background that it hides and the radiance that it adds if it fills the pixel, and the
+/// fraction of the pixel that it fills.
 struct RingChange {
     hidden: f64,
     added: f64,
@@ -95,52 +97,54 @@ impl<'a> View<'a> {
 
     /// Limits over all pixels that may show a ring.
     fn seen_ring(&self, ring: &Ring) -> SeenRing {
-        let (height, aside) = self.viewer_radii();
+        let (height, axis_distance) = self.viewer_radii();
         let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
         let corners = self.corner_rays();
         let longest = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
-        // A ray of the frame is a mean of those of its corners: if these pass the plane to one side, none is flatter than the flattest of them.
+        // Each ray of the frame is a weighted mean of the corner rays. If all of these point to the same side of the plane, no ray is flatter than the
+        // flattest corner ray.
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
         let in_frame = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest } else { 0.0 };
-        let least_cosine = in_frame.max(height / height.hypot(aside + outer)).max(MIN_COSINE);
-        // Rays differ from that to the centre by less than the ring's radius, and by less than the frame's corners.
+        let least_cosine = in_frame.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
+        // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
+        // corner.
         let centre = -(self.placement.body_from_icrf * -self.placement.centre_km);
         let to_corner = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
-        let to_edge = if outer < height.hypot(aside) { (outer / height.hypot(aside)).asin() } else { PI };
+        let to_edge = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
         let spread = to_corner.min(to_edge);
-        let gap = (inner - aside).max(aside - outer).max(0.0);
-        // Off the picture's middle a pixel spans less.
+        let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
+        // A pixel spans a smaller angle away from the middle of the picture.
         let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest * longest);
         SeenRing {
-            most_slant_depth: ring.tau_normal / least_cosine,
+            max_slant_depth: ring.tau_normal / least_cosine,
             phase_angles: [(self.alpha - spread).max(0.0), (self.alpha + spread).min(PI)],
-            most_filled: ((outer - inner) / nearest_pixel).min(1.0),
+            max_filled: ((outer - inner) / nearest_pixel).min(1.0),
         }
     }
 
-    /// Upper limits of a ring's change of a pixel that shows nothing else: the fraction that it hides and the radiance that it adds; and of the fraction of a pixel that it fills.
+    /// Upper limits of a ring's effect on a pixel that shows nothing else.
     fn change(&self, ring: &Ring) -> RingChange {
         let seen = self.seen_ring(ring);
         let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
-        // Bodies scatter back the more the smaller the phase angle; dust has its least between its ends.
+        // Large particles are brightest at the smallest phase angle. The phase function of dust has one minimum, so its maximum is at an end of the range.
         let [smallest, largest] = seen.phase_angles;
         let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + forward(smallest).max(forward(largest)) * ring.dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
         RingChange {
-            hidden: -(-seen.most_slant_depth).exp_m1(),
-            added: albedo * 0.25 * phase * seen.most_slant_depth.min(1.0) * self.irradiance,
-            filled: seen.most_filled,
+            hidden: -(-seen.max_slant_depth).exp_m1(),
+            added: albedo * 0.25 * phase * seen.max_slant_depth.min(1.0) * self.irradiance,
+            filled: seen.max_filled,
         }
     }
 
-    /// The visible rings; with `include_all` also those below the threshold. Left out are the outermost rings that together change no pixel visibly: less than the sum of all, and less than
-    /// the one that changes it most would if it filled the pixel.
+    /// The visible rings; with `include_all` also rings below the threshold. The outermost rings are left out as far as they together change no pixel
+    /// visibly. Their joint change is less than the sum of all changes, and less than the largest change by one ring that fills the pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let mut rings: Vec<(&Ring, RingChange)> =
             self.body.rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| (r, self.change(r))).collect();
         rings.sort_by(|a, b| b.0.outer_km.total_cmp(&a.0.outer_km));
-        let part = |c: &RingChange| c.hidden.max(self.threshold.relative_to_white(c.added)) * c.filled;
-        let strongest = rings.iter().map(|(r, c)| (part(c), r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
+        let relative_change = |c: &RingChange| c.hidden.max(self.threshold.relative_to_white(c.added)) * c.filled;
+        let strongest = rings.iter().map(|(r, c)| (relative_change(c), r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
         let (mut sum, mut greatest) = ([0.0; 2], [0.0_f64; 2]);
         let first_visible = rings.iter().find(|(_, c)| {
             for (k, change) in [c.hidden, c.added].into_iter().enumerate() {
@@ -179,7 +183,7 @@ impl<'a> View<'a> {
     pub(crate) fn ring_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, RingShadow) {
         let sine = self.sun.z.abs();
         let tangent = self.sun_tangent(sun_radius_km);
-        // The Sun's cylinder through the terminator is the farthest place where a path from the lit globe to the Sun crosses the plane.
+        // Paths from the lit globe to the Sun cross the plane at most this far from the axis: the path from the terminator crosses it farthest out.
         let farthest_km = self.body.radii_km.x / sine.max(1e-9);
         let darkest =
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
@@ -197,19 +201,21 @@ impl<'a> View<'a> {
     pub(crate) fn body_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, BodyShadow) {
         let inner_km = rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min);
         let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
-        // Distance of the shadow's axis from the nearest point of the innermost ring, equatorial radii. An oblate globe, and its penumbra, lie within those of a sphere about it; farther
-        // rings are farther from the axis by more than the penumbra widens. shaders/lib/ring/body_shadow.wesl asks the same of each pixel.
+        // Distance of the shadow's axis from the nearest point of the innermost ring, equatorial radii. An oblate globe and its penumbra lie within a
+        // sphere around the globe and the penumbra of that sphere. For rings farther out the distance from the axis grows by more than the penumbra widens.
+        // shaders/lib/ring/body_shadow.wesl makes the same test for each pixel.
         let inner = inner_km / self.body.radii_km.x;
-        let (aside, reached) = (inner * self.sun.z.abs(), 1.0 + inner * self.sun_tangent(sun_radius_km));
+        let (axis_distance, penumbra_radius) = (inner * self.sun.z.abs(), 1.0 + inner * self.sun_tangent(sun_radius_km));
         let outer = outer_km / self.body.radii_km.x;
-        let flat = tiers::sphere_shadow_offset(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
-        let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer;
-        let aside_px = flat.max(soft) * self.pixels_per_radius();
-        let model = if aside_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
+        let oblateness_offset = tiers::sphere_shadow_offset(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
+        let penumbra_width = 2.0 * self.sun_tangent(sun_radius_km) * outer;
+        let offset_px = oblateness_offset.max(penumbra_width) * self.pixels_per_radius();
+        let model = if offset_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
         let reason = format!(
-            "the shadow's axis passes {aside:.3} radii from the innermost ring against {reached:.3}; oblateness and penumbra make {aside_px:.1} px"
+            "the shadow's axis passes {axis_distance:.3} radii from the innermost ring against {penumbra_radius:.3}; oblateness and \
+             penumbra make {offset_px:.1} px"
         );
-        (ThresholdCheck { on: aside <= reached, reason }, model)
+        (ThresholdCheck { on: axis_distance <= penumbra_radius, reason }, model)
     }
 
     /// The rectangle around the outline of the outermost visible ring.
@@ -227,8 +233,8 @@ impl<'a> View<'a> {
         DrawUniforms::of_rays(&self.camera.view_rays(&round, rect, AnchorForm::Auto))
     }
 
-    /// Whether ring-shine on the globe is visible, and its table. The table is computed only if an upper limit allows that it is visible, or if the
-    /// user asks for it.
+    /// Whether ring-shine on the globe is visible, and its table. The table is computed only if an upper limit exceeds the threshold, or if the
+    /// user requests it.
     pub fn ring_shine(&self, rings: &[&Ring], sun_radius_km: f64, user_choice: Option<bool>) -> (ThresholdCheck, Option<Arc<RingShine>>) {
         let geometry = RingShineGeometry {
             rings,
@@ -249,10 +255,11 @@ impl<'a> View<'a> {
         (ThresholdCheck { on: self.threshold.is_exceeded_by(most), reason }, shine)
     }
 
-    /// Uniforms of ring-shine on the globe. `undo`: the factor for the Sun's phase in the albedo, which does not apply to this light.
-    pub(crate) fn shine_axes(&self, shine: &RingShine, undo: f64) -> Vec4 {
+    /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is
+    /// divided out.
+    pub(crate) fn shine_axes(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
         let level = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let [x, y, z, w] = [level.x, level.y, 1.0 / shine.reach, 1.0 / undo.max(1e-6)].map(camera::narrow_scalar);
+        let [x, y, z, w] = [level.x, level.y, 1.0 / shine.reach, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
         Vec4::new(x, y, z, w)
     }
 
@@ -261,14 +268,19 @@ impl<'a> View<'a> {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
         let [same, other] = halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
         let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
-        // Slopes from the point of the plane nearest to the viewer to the farthest one that has a ring, drawn or not: a pixel's middle may lie past the rings that are drawn.
+        // Slopes from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
+        // outside the drawn rings.
         let outer_km = self.outermost_km();
-        let (height, aside) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
+        let (height, axis_distance) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
         let slope = |along: f64| height.hypot(along) / height;
-        RingSeen::new((shows != PixelView::Albedo).then_some(sunlight), slope((aside - outer_km).max(0.0)), slope(aside + outer_km))
+        RingSeen::new(
+            (shows != PixelView::Albedo).then_some(sunlight),
+            slope((axis_distance - outer_km).max(0.0)),
+            slope(axis_distance + outer_km),
+        )
     }
 
-    /// The uniforms of both draws, except `half`.
+    /// The ring uniforms of both draws, behind and in front of the globe, except `half`.
     pub(crate) fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingUniforms {
         let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.seen(sun, shows));
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))

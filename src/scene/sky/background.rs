@@ -1,9 +1,9 @@
-//! Diffuse light from beyond all bodies: the Milky Way, or a panorama of the user's, and zodiacal light.
+//! Diffuse light behind all bodies: the Milky Way or the user's panorama, and zodiacal light.
 //!
 //! In: the camera, the apparent Sun, the threshold, the panorama's frame and scale. Out: [`SkyBackground`], the uniforms of
-//! shaders/entry/sky_background.wesl, and the reasons. Always: it is behind everything; air in front dims it when it is drawn; each of the two parts is
-//! left out, at no cost, if no level of the display can show it. Rotations are f64; only axes of the view are narrowed. Left out: aberration of diffuse
-//! light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
+//! shaders/entry/sky_background.wesl, and the reasons. Always: the background is behind everything else; the draw of the air in front dims it; each of
+//! the two parts is left out, at no cost, if it is below the display's threshold. Rotations are f64; only the view's axes are narrowed. Left out:
+//! aberration of diffuse light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow4};
@@ -34,22 +34,22 @@ pub struct SkyBackground {
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
     pub zodiacal_law: [Vec4; 5],
-    /// See the shader: `zodiacal::NEAR`, and cosines of `zodiacal::HANDOVER_DEG`.
+    /// `zodiacal::NEAR`, and the cosines of `zodiacal::HANDOVER_DEG`; see the shader.
     pub near: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,
     pub corona: f32,
 }
 
-/// Rays per side of the grid on which the frame's brightest zodiacal light is searched.
+/// Rays per side of the grid that samples the frame for its brightest zodiacal light.
 const PROBES: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit: f64) -> f64 {
     let inner = zodiacal::HANDOVER_DEG.0.to_radians().cos();
-    let place = |k: u32| 2.0 * f64::from(k) / f64::from(PROBES - 1) - 1.0;
+    let clip = |k: u32| 2.0 * f64::from(k) / f64::from(PROBES - 1) - 1.0;
     let at = |k: u32| {
-        let ray = camera.ray(DVec2::new(place(k % PROBES), place(k / PROBES))).normalize();
+        let ray = camera.ray(DVec2::new(clip(k % PROBES), clip(k / PROBES))).normalize();
         zodiacal::law(ray.dot(to_sun).min(inner), ray.dot(ecliptic_pole()))
     };
     (0..PROBES * PROBES).map(at).fold(0.0, f64::max) * unit
@@ -70,9 +70,9 @@ pub(crate) fn background(
     }
     let boost = request.stars_boost.exp2();
     let decided = |feature, on: bool, reason: String| Decision { feature, on, reason, tier: None };
-    // Like stars, it is drawn from half a display level on black.
-    let shows = |radiance: f64| radiance > threshold.cutoff_radiance(VISIBLE_LIGHT);
-    let against = |radiance: f64| match threshold.is_linear() {
+    // Like stars, the background is drawn if it reaches half a display level on black.
+    let is_visible = |radiance: f64| radiance > threshold.cutoff_radiance(VISIBLE_LIGHT);
+    let comparison = |radiance: f64| match threshold.is_linear() {
         true => threshold.description(radiance),
         false => format!("{:.1e} of white against {VISIBLE_LIGHT:.1e}", threshold.relative_to_white(radiance)),
     };
@@ -81,8 +81,8 @@ pub(crate) fn background(
         () if !request.layers.milky_way => decided("milky-way", false, "set by you".into()),
         () if is_unreadable => decided("milky-way", false, format!("{} cannot be read", map.file)),
         () => {
-            let what = if map.is_milky_way { "its brightest clouds are" } else { "the panorama of --sky is at most" };
-            decided("milky-way", shows(brightest), format!("{what} {}", against(brightest)))
+            let subject = if map.is_milky_way { "its brightest clouds are" } else { "the panorama of --sky is at most" };
+            decided("milky-way", is_visible(brightest), format!("{subject} {}", comparison(brightest)))
         }
     };
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
@@ -94,7 +94,7 @@ pub(crate) fn background(
         () if sun_au < zodiacal::NEAREST_AU => {
             decided("zodiacal-light", false, format!("the Sun is nearer than {} au: the corona goes on for it", zodiacal::NEAREST_AU))
         }
-        () => decided("zodiacal-light", shows(light), format!("in the frame at most {}", against(light))),
+        () => decided("zodiacal-light", is_visible(light), format!("in the frame at most {}", comparison(light))),
     };
     let (draws_map, draws_dust) = (milky_way.on, zodiacal_light.on);
     let map_from_icrf = map.frame.icrf_from_frame().transpose();
@@ -114,7 +114,7 @@ pub(crate) fn background(
         near: narrow_scalar(zodiacal::NEAR),
         inner_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.0.to_radians().cos()),
         outer_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.1.to_radians().cos()),
-        // Boosted zodiacal light would end visibly at the corona.
+        // With boosted zodiacal light the transition to the corona would be visible, so it is not made.
         corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
     };
     ((draws_map || draws_dust).then_some(background), vec![milky_way, zodiacal_light])

@@ -2,9 +2,9 @@
 //!
 //! In: the catalog's comets, the camera, the white level. Out: [`Comets`]: sprites for shaders/entry/point.wesl and ribbon segments for
 //! shaders/entry/comet_tail.wesl. The head has the total magnitude M1 + 5 log d + K1 log r. Ions move with the solar wind and lag by the comet's own
-//! velocity; dust grains continue from where they were released, under gravity that radiation pressure reduces by the factor beta. Directions follow from
-//! that alone; the lengths of tails and their share of the light are chosen after drawings by observers, not measured. All in f64; only clip coordinates
-//! are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
+//! velocity. Dust grains move on orbits of their own from the point of release; radiation pressure reduces the Sun's gravity on them by the fraction beta.
+//! The directions of tails follow from this alone; their lengths and their shares of the light are chosen after drawings by observers, not measured. All
+//! values are f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
 
 use super::minor_planets::{MARK_LEVEL, NEAR_AU};
 use super::star_colour::star_colour;
@@ -31,22 +31,22 @@ pub const SOLAR_WIND_KM_S: f64 = 400.0;
 /// 1979, Icarus 40, 1).
 const MIN_BETA: f64 = 0.03;
 const MAX_BETA: f64 = 1.0;
-/// Number of values of beta (syndynes).
-const LINES: usize = 14;
+/// Number of values of beta for which grains are computed; the grains of one beta form a line, a syndyne.
+const SYNDYNES: usize = 14;
 /// Speed at which grains are released, au per day: 0.2 km/s.
 const GRAIN_SPEED_AU_DAY: f64 = 0.2 * SECONDS_PER_DAY / KM_PER_AU;
-/// Largest age of grains, days.
+/// Largest age of grains since their release, days.
 const MAX_AGE_DAYS: f64 = 60.0;
 /// Points along a ribbon.
 const STATIONS: usize = 24;
-/// Light of each tail relative to that of the head, while ice sublimates.
+/// Light of each tail relative to that of the head, for complete tails.
 const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
 const TAILS_AU: (f64, f64) = (3.0, 1.5);
-/// Part of white below which tails are left out.
+/// Fraction of white below which tails are left out.
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
-/// Opacity of a comet's orbit beside the comet.
+/// Opacity of a comet's orbit at the comet.
 const ORBIT_STRENGTH: f64 = 0.6;
 /// Length of the ion tail at a production of 10^30 water molecules per second, and its maximum, au.
 const ION_LENGTH_AU: f64 = 0.25;
@@ -54,15 +54,15 @@ const MAX_ION_LENGTH_AU: f64 = 0.8;
 /// Radius of the dense part of a coma, au (80 000 km), and tangent of the ion tail's half opening angle.
 const COMA_AU: f64 = 80_000.0 / KM_PER_AU;
 const ION_SPREAD: f64 = 0.03;
-/// Integral of the ribbon's profile from edge to edge.
+/// Integral of the ribbon's Gaussian profile from edge to edge.
 const PROFILE: f64 = 0.839_4;
-/// The same for a patch of dust, relative to the patch's width.
+/// Integral of the profile of a dust patch, relative to the patch's width.
 const SOFT_PROFILE: f64 = 0.5;
-/// Linear RGB of CO+, whose bands lie from 400 to 500 nm, and of a coma with the green of C2; scaled to luminance 1. By eye.
+/// Linear RGB of CO+, whose bands lie from 400 to 500 nm, and of a coma with the green of C2; the code scales them to luminance 1. Chosen by eye.
 const ION_RGB: [f64; 3] = [0.30, 0.55, 1.0];
 const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
 
-/// A segment of a ribbon.
+/// A segment of a ribbon, the shape of which tails consist.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TailPiece {
     /// Clip x and y, reversed depth.
@@ -71,7 +71,7 @@ pub struct TailPiece {
     pub edges: [Vec2; 2],
     /// Radiance on the ribbon's centre line.
     pub radiance: [f32; 2],
-    /// 1: a Gaussian profile; 0: a profile that adds up with its neighbours to an even sheet.
+    /// 1: a Gaussian cross profile; 0: a profile such that overlapping neighbours add up to a uniform sheet.
     pub softness: f32,
     /// Linear RGB of luminance 1.
     pub colour: Vec3,
@@ -92,15 +92,15 @@ pub fn ion_direction(state: &ConicState) -> DVec3 {
     (state.position.normalize() * wind - state.velocity).normalize()
 }
 
-/// Heliocentric position, au, of a grain that was released `age` days before `days`.
+/// Heliocentric position, au, at the time `days` past J2000, of a grain that was released `age` days before.
 pub fn grain(orbit: &HeliocentricOrbit, days: f64, age: f64, beta: f64) -> DVec3 {
-    let left = heliocentric_state(orbit, days - age);
-    // Without net gravity it moves in a straight line.
+    let released = heliocentric_state(orbit, days - age);
+    // Without net gravity the grain moves in a straight line.
     let gm = GAUSS_CONSTANT * GAUSS_CONSTANT * (1.0 - beta);
-    if gm > 0.0 { left.after(gm, age).position } else { left.position + left.velocity * age }
+    if gm > 0.0 { released.after(gm, age).position } else { released.position + released.velocity * age }
 }
 
-/// Total magnitude at distances from the viewer and the Sun, au.
+/// Total magnitude of a comet at the given distances from the viewer and from the Sun, au.
 pub fn total_magnitude(law: BrightnessLaw, distance_au: f64, from_sun_au: f64) -> Option<f64> {
     match law {
         BrightnessLaw::Comet { m1, k1 } => Some(m1 + 5.0 * distance_au.log10() + k1 * from_sun_au.log10()),
@@ -131,7 +131,7 @@ struct CometProjection<'a> {
 struct ProjectedPoint {
     px: DVec2,
     depth: f64,
-    /// Flux per irradiance: pi over a pixel's solid angle.
+    /// Flux per irradiance: pi divided by the pixel's solid angle.
     gain: f64,
     /// Pixels per au across the line of sight.
     px_per_au: f64,
@@ -139,9 +139,9 @@ struct ProjectedPoint {
 
 impl CometProjection<'_> {
     fn station(&self, heliocentric_au: DVec3) -> Option<ProjectedPoint> {
-        let seen = heliocentric_au - self.camera_au;
-        let distance = seen.length();
-        let apparent = aberrated(seen / distance, self.velocity_km_s) * distance;
+        let from_camera = heliocentric_au - self.camera_au;
+        let distance = from_camera.length();
+        let apparent = aberrated(from_camera / distance, self.velocity_km_s) * distance;
         let clip = self.camera.clip(apparent)?;
         let depth_au = apparent.dot(self.camera.forward);
         let cos = (depth_au / distance).max(1e-3);
@@ -166,7 +166,7 @@ impl CometProjection<'_> {
         (beyond(a.px) & beyond(b.px)).any() || (beyond(-a.px) & beyond(-b.px)).any()
     }
 
-    /// A ribbon through points. `irradiance`: of the segment that starts at each, `half_px`: its half width there.
+    /// Adds a ribbon through points. For each point: `irradiance` is that of the segment that starts there, `half_px` the ribbon's half width.
     fn ribbon(&self, stations: &[Option<ProjectedPoint>], irradiance: &[f64], half_px: &[f64], colour: DVec3, into: &mut Vec<TailPiece>) {
         let length = |k: usize| match (stations.get(k).copied().flatten(), stations.get(k + 1).copied().flatten()) {
             (Some(a), Some(b)) => a.px.distance(b.px),
@@ -178,9 +178,9 @@ impl CometProjection<'_> {
         };
         let radiance = |k: usize, s: &ProjectedPoint| {
             let around = [k.checked_sub(1), Some(k)].into_iter().flatten().filter(|j| *j + 1 < stations.len());
-            let (light, long) = around.fold((0.0, 0.0), |(light, long), j| (light + irradiance[j], long + length(j)));
-            // A ribbon seen end-on, hidden in the coma, must not become a bright needle.
-            narrow_scalar(light * s.gain / (long.max(half_px[k]) * half_px[k] * PROFILE))
+            let (light, length_px) = around.fold((0.0, 0.0), |(light, px), j| (light + irradiance[j], px + length(j)));
+            // The lower limit on the length prevents a ribbon seen end-on from becoming a bright needle.
+            narrow_scalar(light * s.gain / (length_px.max(half_px[k]) * half_px[k] * PROFILE))
         };
         for k in 0..stations.len() - 1 {
             let (Some(a), Some(b)) = (stations[k], stations[k + 1]) else { continue };
@@ -198,27 +198,28 @@ impl CometProjection<'_> {
         }
     }
 
-    /// The dust tail, of total irradiance `light`: patches between grains of neighbouring beta and age.
+    /// Adds the dust tail, of total irradiance `light`: patches between grains of neighbouring beta and age.
     fn dust(&self, orbit: &HeliocentricOrbit, days: f64, light: f64, into: &mut Vec<TailPiece>) {
-        // Ages are denser for grains that were just released.
+        // Ages are more densely spaced for recently released grains.
         let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
         // Light is distributed evenly in the logarithm of beta, and fades at both ends.
-        let part = |line: usize| line as f64 / (LINES - 1) as f64;
+        let part = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
         let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(part(line));
-        let fan: Vec<Vec<DVec3>> = (0..LINES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
-        let seen: Vec<Vec<Option<ProjectedPoint>>> = fan.iter().map(|line| line.iter().map(|p| self.station(*p)).collect()).collect();
-        // Production grows towards the Sun; old grains have spread out and are lit less.
+        let fan: Vec<Vec<DVec3>> =
+            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
+        let projected: Vec<Vec<Option<ProjectedPoint>>> = fan.iter().map(|line| line.iter().map(|p| self.station(*p)).collect()).collect();
+        // Grains are produced and lit in inverse proportion to the squared distance from the Sun; the exponential thins out old grains.
         let production = |k: usize| {
-            let (then, now) = (heliocentric_state(orbit, days - age(k)).position.length(), fan[0][k].length());
-            (age(k + 1) - age(k)) / (then * then * now * now) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
+            let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), fan[0][k].length());
+            (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
         };
         let production: Vec<f64> = (0..STATIONS - 1).map(production).collect();
-        let beta_weight: Vec<f64> = (0..LINES - 1).map(|line| (PI * 0.5 * (part(line) + part(line + 1))).sin().powi(2)).collect();
+        let beta_weight: Vec<f64> = (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (part(line) + part(line + 1))).sin().powi(2)).collect();
         let total = production.iter().sum::<f64>() * beta_weight.iter().sum::<f64>();
-        // A patch's centre line and edges, widened by the grains' own speed.
+        // A point of a patch's centre line, the vector to the patch's edge, widened by the grains' own speed, and the point's projection.
         let side = |line: usize, k: usize| -> Option<(DVec2, DVec2, ProjectedPoint)> {
-            let (a, b) = (seen[line][k]?, seen[line + 1][k]?);
-            let [before, after] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| seen[line][j].unwrap_or(a));
+            let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
+            let [before, after] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
             let spread = (0.5 * COMA_AU + GRAIN_SPEED_AU_DAY * age(k)) * a.px_per_au;
             // Each patch extends to the centre line of the next.
             let gap = b.px - a.px;
@@ -227,9 +228,9 @@ impl CometProjection<'_> {
         };
         let radiance = |line: usize, k: usize| -> Option<f64> {
             let (a, b) = (side(line, k)?, side(line, k + 1)?);
-            let along = (b.0 - a.0).length().max(0.5 * COMA_AU * a.2.px_per_au);
-            let wide = 2.0 * 0.5 * (a.1.length() + b.1.length());
-            Some(light * production[k] * beta_weight[line] / total * a.2.gain / (along * wide * SOFT_PROFILE))
+            let length_px = (b.0 - a.0).length().max(0.5 * COMA_AU * a.2.px_per_au);
+            let width_px = 2.0 * 0.5 * (a.1.length() + b.1.length());
+            Some(light * production[k] * beta_weight[line] / total * a.2.gain / (length_px * width_px * SOFT_PROFILE))
         };
         // Mean radiance of the patches that share a grain.
         let mean = |line: usize, k: usize| {
@@ -238,7 +239,7 @@ impl CometProjection<'_> {
             if count > 0.0 { narrow_scalar(sum / count) } else { 0.0 }
         };
         let colour = narrow(star_colour(Some(0.8)));
-        for line in 0..LINES - 1 {
+        for line in 0..SYNDYNES - 1 {
             for k in 0..STATIONS - 1 {
                 let (Some(a), Some(b)) = (side(line, k), side(line, k + 1)) else { continue };
                 if self.is_outside(&a.2, &b.2, a.1.length().max(b.1.length())) {
@@ -255,38 +256,40 @@ impl CometProjection<'_> {
         }
     }
 
-    /// The orbit of a comet with a heliocentric state.
+    /// The orbit line of a comet, from its heliocentric state.
     fn orbit(&self, state: &ConicState) -> Vec<OrbitArc> {
         let km = State { pos_km: state.position * KM_PER_AU, vel_km_s: state.velocity * (KM_PER_AU / SECONDS_PER_DAY) };
         let gm_km3_s2 = GAUSS_CONSTANT.powi(2) * KM_PER_AU.powi(3) / SECONDS_PER_DAY.powi(2);
-        let seen = state.position - self.camera_au;
-        let apparent_km = aberrated(seen.normalize(), self.velocity_km_s) * seen.length() * KM_PER_AU;
+        let from_camera = state.position - self.camera_au;
+        let apparent_km = aberrated(from_camera.normalize(), self.velocity_km_s) * from_camera.length() * KM_PER_AU;
         let conic = Conic::of(&km, gm_km3_s2);
         conic.map_or_else(Vec::new, |conic| orbits::arcs(self.camera, &conic, apparent_km, ORBIT_STRENGTH, of_luminance_1(COMA_RGB)))
     }
 
+    /// Adds the ion tail, of total irradiance `light`: a straight ribbon.
     fn ions(&self, state: &ConicState, light: f64, length_au: f64, into: &mut Vec<TailPiece>) {
         let direction = ion_direction(state);
         let along = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
         let stations: Vec<_> = (0..STATIONS).map(|k| self.station(state.position + direction * along(k))).collect();
         let half = |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * along(k)) * s.px_per_au + 0.7);
-        let left = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
-        let irradiance: Vec<f64> = (0..STATIONS - 1).map(|k| light * (left(k) - left(k + 1)) / left(0)).collect();
+        // Light that the part of the tail beyond a station has.
+        let beyond = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
+        let irradiance: Vec<f64> = (0..STATIONS - 1).map(|k| light * (beyond(k) - beyond(k + 1)) / beyond(0)).collect();
         self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half).collect::<Vec<_>>(), of_luminance_1(ION_RGB), into);
     }
 }
 
 /// A comet's heliocentric state at the time of emission, and that time in days past J2000.
 fn state_at_emission(orbit: &HeliocentricOrbit, days: f64, camera_au: DVec3) -> (ConicState, f64) {
-    let mut then = days;
+    let mut emission_days = days;
     for _ in 0..3 {
-        let distance_au = (heliocentric_state(orbit, then).position - camera_au).length();
-        then = days - distance_au * KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY;
+        let distance_au = (heliocentric_state(orbit, emission_days).position - camera_au).length();
+        emission_days = days - distance_au * KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY;
     }
-    (heliocentric_state(orbit, then), then)
+    (heliocentric_state(orbit, emission_days), emission_days)
 }
 
-/// The comets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_km`: barycentric.
+/// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `sun_km`: the Sun's barycentric position.
 pub(crate) fn comets(
     request: &ViewRequest,
     all: impl FnOnce() -> Vec<SmallBody>,
@@ -306,21 +309,21 @@ pub(crate) fn comets(
     };
     let (camera, days) = (&viewer.camera, request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
     let projection = CometProjection { camera, camera_au: (camera.position_km - sun_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
-    let mut found = Comets::default();
+    let mut in_frame = Comets::default();
     let (mut brightest, mut shown) = (None::<(f64, String)>, 0);
     for comet in all() {
-        let (state, then) = state_at_emission(&comet.orbit, days, projection.camera_au);
+        let (state, emission_days) = state_at_emission(&comet.orbit, days, projection.camera_au);
         let (from_sun, distance) = (state.position.length(), state.position.distance(projection.camera_au));
         let Some(magnitude) = total_magnitude(comet.brightness, distance, from_sun) else { continue };
         let light = irradiance_of_magnitude(magnitude);
         let head = projection.station(state.position);
         let growth = smoothstep((TAILS_AU.0 - from_sun) / (TAILS_AU.0 - TAILS_AU.1));
-        // The head is brighter than any part of its tails.
-        let shows = light * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
-        if growth > 0.0 && shows {
+        // Tails are visible only if the head is, because the head is brighter than any part of its tails.
+        let is_visible = light * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
+        if growth > 0.0 && is_visible {
             let length_au = (ION_LENGTH_AU * water_production(magnitude - 5.0 * distance.log10()).sqrt()).min(MAX_ION_LENGTH_AU);
-            projection.dust(&comet.orbit, then, DUST_FRACTION * growth * light, &mut found.tails);
-            projection.ions(&state, ION_FRACTION * growth * light, length_au, &mut found.tails);
+            projection.dust(&comet.orbit, emission_days, DUST_FRACTION * growth * light, &mut in_frame.tails);
+            projection.ions(&state, ION_FRACTION * growth * light, length_au, &mut in_frame.tails);
         }
         let Some(head) = head else { continue };
         let flux = (light * head.gain).max(MARK_LEVEL * white / point_peak());
@@ -330,23 +333,23 @@ pub(crate) fn comets(
         }
         shown += 1;
         if growth > 0.0 && request.layers.orbits {
-            found.orbits.extend(projection.orbit(&state));
+            in_frame.orbits.extend(projection.orbit(&state));
         }
-        if brightest.as_ref().is_none_or(|(least, _)| magnitude < *least) {
+        if brightest.as_ref().is_none_or(|(brightest_so_far, _)| magnitude < *brightest_so_far) {
             brightest = Some((magnitude, comet.full_name()));
         }
         let colour = narrow(of_luminance_1(COMA_RGB) * flux);
-        found.heads.push(StarSprite { centre: projection.clip(&head), radius_px: narrow_scalar(radius_px), flux: colour, star: None });
+        in_frame.heads.push(StarSprite { centre: projection.clip(&head), radius_px: narrow_scalar(radius_px), flux: colour, star: None });
     }
-    // Segments too faint to show would only cost time.
-    let least = narrow_scalar(white * MIN_LEVEL);
-    found.tails.retain(|t| t.radiance[0].max(t.radiance[1]) > least);
+    // Segments that are too faint to be visible would only cost time.
+    let min_radiance = narrow_scalar(white * MIN_LEVEL);
+    in_frame.tails.retain(|t| t.radiance[0].max(t.radiance[1]) > min_radiance);
     let reason = match brightest {
         Some((magnitude, name)) => {
-            format!("{shown} in the frame, the brightest {name} of magnitude {magnitude:.1}; {} pieces of tails", found.tails.len())
+            format!("{shown} in the frame, the brightest {name} of magnitude {magnitude:.1}; {} pieces of tails", in_frame.tails.len())
         }
-        None => format!("none in the frame; {} pieces of tails", found.tails.len()),
+        None => format!("none in the frame; {} pieces of tails", in_frame.tails.len()),
     };
-    let on = shown > 0 || !found.tails.is_empty();
-    (found, decided(on, reason))
+    let on = shown > 0 || !in_frame.tails.is_empty();
+    (in_frame, decided(on, reason))
 }

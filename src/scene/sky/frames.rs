@@ -6,7 +6,7 @@ use crate::scene::viewpoint::OBLIQUITY_J2000;
 use crate::wording::suggestion_or_list;
 use glam::{DMat3, DVec3};
 
-/// A frame of directions.
+/// A celestial coordinate frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SkyFrame {
     /// Longitude 0 at the Galaxy's centre.
@@ -23,7 +23,7 @@ pub enum SkyFrame {
 #[error("{0}")]
 pub(crate) struct UnknownSkyFrame(String);
 
-/// Unit vector of a right ascension and declination, or of any longitude and latitude, degrees.
+/// Unit vector of a longitude and a latitude, such as right ascension and declination, degrees.
 pub fn direction(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
     let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude_deg.to_radians().sin_cos(), latitude_deg.to_radians().sin_cos());
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
@@ -48,13 +48,13 @@ impl SkyFrame {
     /// The frame of a name, ignoring case.
     ///
     /// # Errors
-    /// An unknown name: the nearest known one, or a list of all.
+    /// An unknown name: the error contains the nearest known name, or a list of all.
     pub(crate) fn by_name(name: &str) -> Result<Self, UnknownSkyFrame> {
         let known = Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name));
         known.ok_or_else(|| UnknownSkyFrame(suggestion_or_list(name, &Self::ALL.map(Self::name))))
     }
 
-    /// Columns are the frame's axes: x to longitude 0, z to its north pole.
+    /// The rotation from the frame to ICRF. Its columns are the frame's axes: x towards longitude 0, z towards its north pole.
     pub fn icrf_from_frame(self) -> DMat3 {
         match self {
             // Pole and longitude of the ascending node: ESA 1997, The Hipparcos and Tycho Catalogues, vol. 1, eq. 1.5.11.
@@ -99,7 +99,8 @@ mod tests {
             assert!((m.determinant() - 1.0).abs() < 1e-12 && (m * m.transpose() - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-12));
             assert_eq!(SkyFrame::by_name(&frame.name().to_uppercase()), Ok(frame));
         }
-        // The centre of Blaauw et al. (1960) in J2000 goes back to B1950; the Hipparcos constants put it 0.33 arcseconds beside.
+        // The centre of Blaauw et al. (1960), defined in B1950 and converted to J2000, differs by 0.33 arcseconds from that of the Hipparcos
+        // constants.
         let published = off_arcsec(SkyFrame::Galactic, (0.0, 0.0), (266.405_10, -28.936_18));
         assert!((0.2..0.5).contains(&published), "{published}");
         assert!(SkyFrame::by_name("galactc").is_err_and(|e| e.to_string().contains("galactic")));

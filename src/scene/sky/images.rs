@@ -2,8 +2,8 @@
 //!
 //! In: the catalog's layers with an image of the sky, the camera, the viewer's velocity. Out: [`SkyImageDraw`], the uniforms of
 //! shaders/entry/sky_image.wesl, and the reasons. Always: an image is display-referred: its white is white at any exposure. Its tangent point and axes
-//! follow stellar aberration; the variation of aberration over the image is left out: 0.35 arcsec per degree. All in f64; only the view's axes in the image
-//! are narrowed.
+//! follow stellar aberration; the variation of aberration over the image (0.35 arcsec per degree) is left out. All values are f64; only the view's axes in
+//! the image are narrowed.
 
 use crate::catalog::{DataLayer, ImagePlace};
 use crate::ephemeris::apparent::aberrated;
@@ -13,7 +13,7 @@ use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
 /// Smallest size of an image in the picture, pixels.
-const LEAST_PX: f64 = 0.5;
+const MIN_SIZE_PX: f64 = 0.5;
 /// Finite-difference step along the tangent plane for its axes under aberration, radians.
 const STEP: f64 = 1e-4;
 
@@ -30,23 +30,24 @@ pub struct SkyImageDraw {
     pub opacity: f32,
 }
 
-/// The homography from a direction (ICRF) to image coordinates: (u, v) = h.xy / h.z; u to the right, v down, 0 to 1. `None`: the image is not of the sky.
+/// The homography h from a direction (ICRF) to image coordinates (u, v) = h.xy / h.z: u to the right, v down, 0 to 1. `None` for an image that is not of
+/// the sky.
 fn image_from_icrf(place: &ImagePlace, size: DVec2, velocity_km_s: DVec3) -> Option<DMat3> {
     let ImagePlace::Tangent { centre_deg, centre_px, deg_per_px } = place else { return None };
     let [(sin_a, cos_a), (sin_d, cos_d)] = centre_deg.map(|v| v.to_radians().sin_cos());
-    let out = DVec3::new(cos_d * cos_a, cos_d * sin_a, sin_d);
+    let to_centre = DVec3::new(cos_d * cos_a, cos_d * sin_a, sin_d);
     let east = DVec3::new(-sin_a, cos_a, 0.0);
-    let north = out.cross(east);
-    // The plane's axes under aberration, from the apparent places one step away.
-    let seen_out = aberrated(out, velocity_km_s);
-    let seen = |axis: DVec3| {
-        let step = aberrated((out + STEP * axis).normalize(), velocity_km_s);
-        (step / step.dot(seen_out) - seen_out) / STEP
+    let north = to_centre.cross(east);
+    // The plane's axes under aberration, as finite differences of apparent directions.
+    let apparent_centre = aberrated(to_centre, velocity_km_s);
+    let apparent_axis = |axis: DVec3| {
+        let step = aberrated((to_centre + STEP * axis).normalize(), velocity_km_s);
+        (step / step.dot(apparent_centre) - apparent_centre) / STEP
     };
-    let icrf_from_plane = DMat3::from_cols(seen(east), seen(north), seen_out);
+    let icrf_from_plane = DMat3::from_cols(apparent_axis(east), apparent_axis(north), apparent_centre);
     let [[a, b], [c, d]] = *deg_per_px;
     let px_per_radian = DMat2::from_cols(DVec2::new(a, c), DVec2::new(b, d)).inverse() * 1_f64.to_degrees();
-    // FITS counts pixels from 1 at the first one's centre; its rows run upwards, the image's downwards.
+    // In FITS the centre of the first pixel has the coordinate 1, and rows run upwards; in the image rows run downwards.
     let unit = |px: DVec2| DVec2::new(px.x / size.x, -px.y / size.y);
     let (x, y) = (unit(px_per_radian.x_axis), unit(px_per_radian.y_axis));
     let first = DVec2::new((centre_px[0] - 0.5) / size.x, 1.0 - (centre_px[1] - 0.5) / size.y);
@@ -54,23 +55,23 @@ fn image_from_icrf(place: &ImagePlace, size: DVec2, velocity_km_s: DVec3) -> Opt
     Some(image_from_plane * icrf_from_plane.inverse())
 }
 
-/// The images in the frame; those of earlier layers are behind.
+/// The images in the frame with the decisions about them; images of earlier layers are behind those of later layers.
 pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: DVec3) -> (Vec<SkyImageDraw>, Vec<Decision>) {
     let (mut draws, mut decisions) = (Vec::new(), Vec::new());
     for (layer, image) in layers.iter().filter_map(|l| Some((l, l.image.as_ref()?))) {
         let size = DVec2::new(f64::from(image.width), f64::from(image.height));
         let Some(from_icrf) = image_from_icrf(&image.place, size, velocity_km_s) else { continue };
-        // The centre of the image, and its size in pixels of the picture there.
+        // The centre of the image, and the image's size in pixels of the picture, from the size of a texel at the centre.
         let middle = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
-        let beside = |step: DVec2| {
+        let distance_px = |step: DVec2| {
             let at = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);
             at.normalize().distance(middle.normalize()) / camera.pixel_tangent()
         };
         let texel = DVec2::ONE / size;
-        let span_px = DVec2::new(beside(DVec2::X * texel) * size.x, beside(DVec2::Y * texel) * size.y);
+        let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);
         let radius = 0.5 * span_px.length() * camera.pixel_tangent() / middle.normalize().length();
         let in_frame = camera.may_show_ball(axes(camera, middle.normalize()), radius.min(2.0), 1.0);
-        let on = in_frame && span_px.max_element() > LEAST_PX;
+        let on = in_frame && span_px.max_element() > MIN_SIZE_PX;
         let reason =
             format!("{}: {:.1} x {:.1} px{}", layer.name, span_px.x, span_px.y, if in_frame { "" } else { ", outside of the frame" });
         decisions.push(Decision { feature: "data", on, reason, tier: None });
@@ -97,9 +98,9 @@ fn axes(camera: &Camera, v: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// The gnomonic projection by its textbook formula (Calabretta & Greisen 2002, section 5.1.3), with a matrix that turns and stretches.
+    /// Compares with the textbook formula of the gnomonic projection (Calabretta & Greisen 2002, section 5.1.3), with a matrix that rotates and stretches.
     #[test]
-    fn a_place_in_the_image_is_that_of_the_standard() {
+    fn positions_in_the_image_follow_the_standard() {
         let (ra0, dec0) = (83.633_f64, 22.0145_f64);
         let cd = [[-2e-4, 5e-5], [3e-5, 2.5e-4]];
         let place = ImagePlace::Tangent { centre_deg: [ra0, dec0], centre_px: [310.5, 120.25], deg_per_px: cd };
@@ -120,7 +121,7 @@ mod tests {
                 "{ra}: {found} {px:?}"
             );
         }
-        // Moving, the point of tangency is seen where its star would be.
+        // For a moving viewer the tangent point appears where a star in its direction appears.
         let velocity = DVec3::new(10.0, -25.0, 7.0);
         let moved = image_from_icrf(&place, size, velocity).expect("of the sky");
         let (sin_a, cos_a) = ra0.to_radians().sin_cos();

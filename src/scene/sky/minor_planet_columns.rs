@@ -1,6 +1,6 @@
-//! Vertex data of shaders/entry/minor_planets.wesl: columns that stay from frame to frame, and each body's time since its perihelion.
+//! Vertex data of shaders/entry/minor_planets.wesl: columns that do not change from frame to frame, and each body's time since its perihelion.
 //!
-//! In: the orbits of small bodies. Out: [`MinorPlanetColumns`]. Always: times are reduced to half a turn in f64 before they are narrowed.
+//! In: the orbits of small bodies. Out: [`MinorPlanetColumns`]. Always: times are reduced in f64 to at most half a period before they are narrowed.
 
 use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
 use crate::scene::camera::{narrow, narrow_scalar};
@@ -11,18 +11,18 @@ use std::sync::Arc;
 /// The columns that do not change from frame to frame, one row per body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MinorPlanetColumns {
-    /// Vector to the perihelion, au, ICRF, and 1 - e: four numbers per body.
+    /// Vector from the Sun to the perihelion, au, ICRF, and 1 - e: four numbers per body.
     pub perihelion: Arc<Vec<f32>>,
-    /// Direction of motion at the perihelion with the length sqrt(1 + e) perihelion distances, and the irradiance at full phase, 1 au from Sun and
-    /// viewer: four numbers per body.
+    /// Vector in the direction of motion at the perihelion, sqrt(1 + e) times the perihelion distance long, and the irradiance at full phase, 1 au
+    /// from Sun and viewer: four numbers per body.
     pub along: Arc<Vec<f32>>,
-    /// G of the H,G law.
+    /// Slope parameter G of the H,G law.
     pub slope: Arc<Vec<f32>>,
     /// Timing of each orbit, in f64.
     timings: Arc<Vec<OrbitTiming>>,
 }
 
-/// Timing of an orbit: days past J2000 of a perihelion passage, days per unit of the shader's time, and half the period in such units.
+/// Timing of an orbit: a perihelion passage in days past J2000, the length in days of the shader's unit of time, and half the period in that unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct OrbitTiming {
     passage_days: f64,
@@ -37,7 +37,7 @@ impl OrbitTiming {
         Self { passage_days: orbit.passage_days, days_per_unit: q.powf(1.5) / GAUSS_CONSTANT, half_turn }
     }
 
-    /// Time since the nearest passage, in the shader's unit.
+    /// Time since the nearest perihelion passage, negative before it, in the shader's unit.
     fn time(&self, days: f64) -> f64 {
         let t = (days - self.passage_days) / self.days_per_unit;
         if self.half_turn.is_finite() { t - 2.0 * self.half_turn * (0.5 * t / self.half_turn).round() } else { t }
@@ -64,7 +64,7 @@ impl MinorPlanetColumns {
         Self { perihelion, along, slope, timings: Arc::new(bodies.iter().map(|b| OrbitTiming::of(&b.orbit)).collect()) }
     }
 
-    /// Time of each body since its perihelion, in the shader's unit.
+    /// Time of each body since its nearest perihelion passage, in the shader's unit.
     pub(crate) fn times(&self, days: f64) -> Vec<f32> {
         self.timings.iter().map(|timing| narrow_scalar(timing.time(days))).collect()
     }
@@ -76,7 +76,7 @@ mod tests {
     use glam::DVec3;
     use std::f64::consts::TAU;
 
-    /// Times stay within half a turn for centuries, and differ from the whole by whole turns.
+    /// For centuries, reduced times stay within half a period, and differ from the full time by a whole number of periods.
     #[test]
     fn times_are_reduced_by_whole_turns() {
         let orbit = |q: f64, e: f64| HeliocentricOrbit {
@@ -96,7 +96,7 @@ mod tests {
                 assert!((turns - turns.round()).abs() < 1e-9, "{turns}");
             }
         }
-        // An open path has no turns.
+        // An open orbit has no period.
         let open = OrbitTiming::of(&orbit(1.0, 1.2));
         assert!((open.time(8375.25 + 1e5) * open.days_per_unit - 1e5).abs() < 1e-6);
     }

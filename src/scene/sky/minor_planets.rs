@@ -1,10 +1,10 @@
 //! Minor planets as points of light: the inputs of the vertex stage of shaders/entry/minor_planets.wesl.
 //!
-//! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that stay from frame to frame, each body's
-//! time since its perihelion, and uniforms. Always: times are reduced in f64 before they are narrowed, and the heliocentric camera position is split into
-//! two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (tests/scene/minor_planets.rs has larger e).
-//! Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is off by default. Left out: perturbations
-//! since the elements' epoch.
+//! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that do not change from frame to frame, each
+//! body's time since its perihelion, and uniforms. Always: times are reduced in f64 before they are narrowed, and the heliocentric camera position is
+//! split into two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (tests/scene/minor_planets.rs has
+//! larger e). Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is off by default. Left out:
+//! perturbations since the elements' epoch.
 
 use super::minor_planet_columns::MinorPlanetColumns;
 use crate::catalog::small_bodies::GAUSS_CONSTANT;
@@ -20,11 +20,12 @@ use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Central pixel of a marker, as a part of white.
+/// Brightness of the central pixel of a marker, as a fraction of white.
 pub const MARK_LEVEL: f64 = 0.25;
-/// Number of bodies above which markers become fainter, by the fourth root of the number: a hundred thousand would form a white ring.
+/// Number of bodies above which markers become fainter, by the fourth root of the number; otherwise a hundred thousand markers would form a white ring.
 const FADE_COUNT: f64 = 1000.0;
-/// Colour index of a common minor planet, between those of the C and the S type (0.70 and 0.86; Tedesco, Tholen and Zellner 1982, Astron. J. 87, 1585).
+/// Colour index B-V of a typical minor planet, between those of the C and the S type (0.70 and 0.86; Tedesco, Tholen and Zellner 1982, Astron. J. 87,
+/// 1585).
 const B_V: f32 = 0.78;
 
 /// The minor planets of a frame.
@@ -39,14 +40,14 @@ pub struct MinorPlanets {
     /// The viewer's velocity in units of the speed of light.
     pub velocity: Vec3,
     pub colour: Vec3,
-    /// Flux per irradiance of a point in the middle of the frame.
+    /// Flux divided by irradiance for a point in the middle of the frame.
     pub flux_per_irradiance: f32,
-    /// Central pixel of a point of flux 1, relative to white.
+    /// Brightness of the central pixel of a point of flux 1, relative to white.
     pub peak_over_white: f32,
     pub mark_flux: f32,
 }
 
-/// Light time per au in units of time at 1 au: days per au times Gauss' constant.
+/// Light time per au in the unit of time of an orbit with a perihelion distance of 1 au: days per au times Gauss' constant.
 pub(crate) const LIGHT_TIME: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY * GAUSS_CONSTANT;
 /// View depth that maps to reversed depth 1, au.
 pub(crate) const NEAR_AU: f64 = NEAR_DEPTH_KM / KM_PER_AU;
@@ -57,7 +58,7 @@ fn two_parts(v: DVec3) -> [Vec3; 2] {
     [high, narrow(v - high.as_dvec3())]
 }
 
-/// The minor planets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_km`: barycentric.
+/// The minor planets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_km`: the Sun's barycentric position.
 pub(crate) fn minor_planets(
     request: &ViewRequest,
     columns: impl FnOnce() -> Arc<MinorPlanetColumns>,

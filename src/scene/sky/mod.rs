@@ -1,4 +1,5 @@
-//! The sky: stars, the Milky Way and zodiacal light beyond all bodies; and minor planets and comets, which are too small to be bodies of the catalog.
+//! The sky: stars, the Milky Way and zodiacal light behind all bodies; also minor planets and comets, which are too small to be bodies of the
+//! catalog.
 
 pub mod background;
 pub mod comets;

@@ -1,8 +1,8 @@
-//! The colour of a star by its colour index B-V.
+//! The colour of a star from its colour index B-V.
 //!
 //! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature that
 //! Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: absorption bands of the coolest stars and
-//! reddening of hot ones, whose spectra are not those of a black body; indices outside the table are clamped to its ends.
+//! reddening of hot stars, whose spectra are not those of a black body. Indices outside the table are clamped to its ends.
 
 use crate::units::luminance;
 use glam::{DMat3, DVec3};
@@ -25,7 +25,8 @@ static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     })
 });
 
-/// Effective temperature by black-body B and V colours, kelvin; within 3 % of measured temperatures from 3 000 to 30 000.
+/// Effective temperature in kelvin from the colour index B-V, for the B and V colours of a black body; within 3 % of measured temperatures from 3 000 to
+/// 30 000.
 pub fn temperature_k(b_v: f64) -> f64 {
     4600.0 * (1.0 / (0.92 * b_v + 1.7) + 1.0 / (0.92 * b_v + 0.62))
 }
@@ -43,25 +44,25 @@ fn observer(nm: f64) -> DVec3 {
     )
 }
 
-/// XYZ of a black body, in arbitrary scale.
+/// CIE XYZ of a black body, in arbitrary units.
 fn black_body(kelvin: f64) -> DVec3 {
     // Planck's second radiation constant, nm K (CODATA 2018).
     const C2: f64 = 1.438_776_877e7;
     (380..=780).step_by(5).map(f64::from).map(|nm| observer(nm) * ((600.0 / nm).powi(5) / (C2 / (nm * kelvin)).exp_m1())).sum()
 }
 
-/// The colour of a black body with the primaries of sRGB (IEC 61966-2-1).
+/// The colour of a black body in the primaries of sRGB (IEC 61966-2-1).
 fn linear_srgb(kelvin: f64) -> DVec3 {
     let rgb_from_xyz = DMat3::from_cols_array(&[3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570]);
     rgb_from_xyz * black_body(kelvin)
 }
 
-/// Colour of a star: linear sRGB of luminance 1; white if its index was not measured.
+/// Colour of a star: linear sRGB of luminance 1; white if its colour index is unknown.
 pub(super) fn star_colour(b_v: Option<f32>) -> DVec3 {
     let Some(b_v) = b_v else { return DVec3::ONE };
-    let place = (f64::from(b_v).clamp(FIRST, LAST) - FIRST) / (LAST - FIRST) * STEPS as f64;
-    let below = (place as usize).min(STEPS - 1);
-    COLOURS[below].lerp(COLOURS[below + 1], place - below as f64)
+    let position = (f64::from(b_v).clamp(FIRST, LAST) - FIRST) / (LAST - FIRST) * STEPS as f64;
+    let below = (position as usize).min(STEPS - 1);
+    COLOURS[below].lerp(COLOURS[below + 1], position - below as f64)
 }
 
 #[cfg(test)]
@@ -78,7 +79,8 @@ mod tests {
         }
     }
 
-    /// The Sun's index (0.653, Ramirez et al. 2012) is white; bluer and redder stars are so, each redder than the one before; brightness stays that of V.
+    /// A star with the Sun's index (0.653, Ramirez et al. 2012) is white, Rigel is bluer and Betelgeuse redder. A larger index is always redder, and the
+    /// luminance is always 1, so that a star's brightness follows from its V magnitude alone.
     #[test]
     fn the_sun_is_white_and_colours_run_from_blue_to_red() {
         assert!((star_colour(Some(0.653)) - DVec3::ONE).abs().max_element() < 0.02, "{}", star_colour(Some(0.653)));

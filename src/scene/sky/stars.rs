@@ -1,9 +1,9 @@
-//! The stars of a frame: which of them the exposure shows, where, and how bright.
+//! The stars of a frame: which stars are visible at the exposure, with their positions and brightness.
 //!
 //! In: the catalogue's stars, the viewer, the threshold and the white level, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl,
-//! and the reason. Stars are behind all bodies: what is drawn later covers, dims or outshines them. Always: a star too faint for a level of the display has
+//! and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star that is too faint for the display has
 //! no sprite; a sky cell outside the frame, or whose brightest star is too faint, costs one comparison. A star's flux is that of a body of the same
-//! magnitude. Left out: refraction, and scintillation. Double stars that the catalogue does not resolve are one.
+//! magnitude. Left out: refraction and scintillation. A double star that the catalogue does not resolve is drawn as one star.
 
 use super::star_colour::star_colour;
 use crate::catalog::Catalog;
@@ -24,11 +24,12 @@ use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The apparent direction of a star, and its brightness relative to the catalogue's.
+/// The apparent direction of a star, and its brightness relative to that in the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StarPlace {
     /// Unit vector, ICRF, with proper motion, parallax and aberration.
     pub direction: DVec3,
+    /// Factor on the catalogue's irradiance.
     pub brightening: f64,
 }
 
@@ -50,7 +51,7 @@ impl StarPlacer {
         Self::of_stars(&catalog.stars(), viewer, request)
     }
 
-    /// For the stars of a given catalogue.
+    /// Like [`Self::of`], for the stars of a given catalogue.
     pub(crate) fn of_stars(stars: &StarCatalog, viewer: &Viewer, request: &ViewRequest) -> Self {
         Self {
             years: stars.years_since_epoch(request.time.jd_tt()),
@@ -66,20 +67,21 @@ impl StarPlacer {
         StarPlace { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
     }
 
-    /// Upper limit of the shift of a cell's stars since the epoch, relative to their distance, as seen by the viewer.
+    /// Upper limit of the displacement of a cell's stars by motion since the epoch and by parallax, relative to their distance.
     fn shift(&self, cell: &Cell) -> f64 {
         cell.motion_per_year * self.years.abs() + cell.parallax_rad * self.viewer_au.length()
     }
 }
 
-/// Tint of light from beyond by the camera's air, by altitude: transmittance per channel over its mean. The draw of the air applies the mean.
+/// Tint of starlight by the air around the camera as a function of altitude: transmittance per channel divided by its mean. The draw of the air applies the
+/// mean.
 struct AirTint {
     up: DVec3,
     tints: Vec<DVec3>,
 }
 
 /// Rows of the table, from [`AirTint::LOWEST_DEG`] upwards, denser near the horizon.
-const TINTS: usize = 48;
+const TINT_STEPS: usize = 48;
 
 impl AirTint {
     const LOWEST_DEG: f64 = -3.0;
@@ -88,17 +90,17 @@ impl AirTint {
         let up = air.up();
         let level = up.any_orthonormal_vector();
         let tint = |k: usize| {
-            let altitude = (Self::LOWEST_DEG + (90.0 - Self::LOWEST_DEG) * (k as f64 / TINTS as f64).powi(2)).to_radians();
+            let altitude = (Self::LOWEST_DEG + (90.0 - Self::LOWEST_DEG) * (k as f64 / TINT_STEPS as f64).powi(2)).to_radians();
             air.tint(up * altitude.sin() + level * altitude.cos())
         };
-        Self { up, tints: (0..=TINTS).map(tint).collect() }
+        Self { up, tints: (0..=TINT_STEPS).map(tint).collect() }
     }
 
     fn at(&self, direction: DVec3) -> DVec3 {
         let altitude_deg = direction.dot(self.up).clamp(-1.0, 1.0).asin().to_degrees();
-        let place = ((altitude_deg - Self::LOWEST_DEG) / (90.0 - Self::LOWEST_DEG)).clamp(0.0, 1.0).sqrt() * TINTS as f64;
-        let below = (place as usize).min(TINTS - 1);
-        self.tints[below].lerp(self.tints[below + 1], place - below as f64)
+        let position = ((altitude_deg - Self::LOWEST_DEG) / (90.0 - Self::LOWEST_DEG)).clamp(0.0, 1.0).sqrt() * TINT_STEPS as f64;
+        let below = (position as usize).min(TINT_STEPS - 1);
+        self.tints[below].lerp(self.tints[below + 1], position - below as f64)
     }
 }
 
@@ -107,14 +109,14 @@ fn corner_rad(camera: &Camera) -> f64 {
     camera.tan_half_fov.length().atan()
 }
 
-/// The faintest magnitude that is visible somewhere in the frame: in the corners, where a pixel has the smallest solid angle.
+/// The faintest magnitude that is visible anywhere in the frame: that in the corners, where a pixel has the smallest solid angle.
 fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
     let least_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
     if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
-/// The stars of a frame and the decision about them; `None` in pixel views other than the final image.
+/// The stars of a frame and the decision about them; no decision in pixel views other than the final image.
 pub(crate) fn stars(
     request: &ViewRequest,
     catalog: &Catalog,
@@ -131,72 +133,72 @@ pub(crate) fn stars(
         return (Vec::new(), decided(false, "set by you".into()));
     }
     let camera = &viewer.camera;
-    // One stop is 2.5 log10(2) magnitudes.
+    // A boost of one stop lowers the limit by 2.5 log10(2) magnitudes.
     let boost = request.stars_boost.exp2();
     let limit = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
-    let lifted = if boost == 1.0 { String::new() } else { format!(", {:+.1} stops brighter than they are", request.stars_boost) };
-    let shows = if limit.is_finite() {
-        format!("the exposure shows stars to magnitude {limit:.1}{lifted}")
+    let boost_note = if boost == 1.0 { String::new() } else { format!(", {:+.1} stops brighter than they are", request.stars_boost) };
+    let limit_note = if limit.is_finite() {
+        format!("the exposure shows stars to magnitude {limit:.1}{boost_note}")
     } else {
         "linear light shows any star".into()
     };
-    // Within the solar system parallax makes no star brighter; farther out the cells account for it.
-    let near = viewer.camera.position_km.length() < NEAR_KM;
-    if near && f64::from(catalog.brightest_magnitude()) > limit {
-        return (Vec::new(), decided(false, shows));
+    // Near the Sun no star is brighter than in the catalogue, so the brightest star decides; farther away cells are tested with their parallax.
+    let is_near_sun = viewer.camera.position_km.length() < CONSTANT_BRIGHTNESS_KM;
+    if is_near_sun && f64::from(catalog.brightest_magnitude()) > limit {
+        return (Vec::new(), decided(false, limit_note));
     }
     let placer = StarPlacer::of(catalog, viewer, request);
     let tint = air.map(AirTint::of);
     let all = catalog.stars();
     let in_view = InView { camera, limit, reach_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
     let mut sprites = Vec::new();
-    for cell in all.cells().iter().filter(|cell| in_view.may_hold(cell, placer.shift(cell))) {
+    for cell in all.cells().iter().filter(|cell| in_view.may_show_star_of(cell, placer.shift(cell))) {
         let faintest = in_view.faintest(placer.shift(cell));
         let bright = cell.stars.clone().map(|k| (k, &all.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
-        let of = |(k, star): (usize, &Star)| {
+        let to_sprite = |(k, star): (usize, &Star)| {
             let sprite = sprite(camera, star, &placer.place(star).boosted(boost), tint.as_ref(), white)?;
             Some(StarSprite { star: Some(k), ..sprite })
         };
-        sprites.extend(bright.filter_map(of));
+        sprites.extend(bright.filter_map(to_sprite));
     }
-    let reason = format!("{} in the frame; {shows}", sprites.len());
+    let reason = format!("{} in the frame; {limit_note}", sprites.len());
     let on = !sprites.is_empty();
     (sprites, decided(on, reason))
 }
 
-/// Distance from the Sun (1000 au) within which no star is brighter than from the Earth by a thousandth of a magnitude.
-const NEAR_KM: f64 = 1000.0 * KM_PER_AU;
+/// Distance from the Sun (1000 au) within which no star is brighter than from the Earth by more than a thousandth of a magnitude.
+const CONSTANT_BRIGHTNESS_KM: f64 = 1000.0 * KM_PER_AU;
 
 /// The frame against which cells are culled.
 struct InView<'c> {
     camera: &'c Camera,
     limit: f64,
-    /// Angle from the middle of the frame to its corner, plus that of aberration.
+    /// Angle from the middle of the frame to its corner, plus the largest angle of aberration.
     reach_rad: f64,
 }
 
 impl InView<'_> {
-    /// The faintest catalogue magnitude that may be visible, for stars that may have come nearer by `shift` of their distance.
+    /// The faintest catalogue magnitude that may be visible, for stars that may have come closer by the fraction `shift` of their distance.
     fn faintest(&self, shift: f64) -> f64 {
         if shift < 1.0 { self.limit - 5.0 * (1.0 - shift).log10() } else { f64::INFINITY }
     }
 
-    /// Whether a star of the cell may be in the frame and bright enough.
-    fn may_hold(&self, cell: &Cell, shift: f64) -> bool {
-        // A position that shifts by a fraction of its distance changes direction by the arc sine of it.
-        let turn = if shift < 1.0 { shift.asin() } else { PI };
-        let reach = self.reach_rad + cell.radius_rad + turn + self.sprite_rad();
+    /// Whether any star of the cell may be in the frame and bright enough.
+    fn may_show_star_of(&self, cell: &Cell, shift: f64) -> bool {
+        // A displacement by a fraction of the distance changes the direction by at most the arc sine of the fraction.
+        let shift_rad = if shift < 1.0 { shift.asin() } else { PI };
+        let reach = self.reach_rad + cell.radius_rad + shift_rad + self.sprite_rad();
         let ahead = cell.axis.dot(self.camera.forward);
         (reach >= PI || ahead >= reach.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
     }
 
-    /// Angular reach of the glare of a star outside the frame.
+    /// Largest angular radius of a sprite, whose glare can reach into the frame from outside.
     fn sprite_rad(&self) -> f64 {
         (crate::scene::point::MAX_RADIUS_PX * self.camera.pixel_tangent()).min(FRAC_PI_2)
     }
 }
 
-/// The sprite of a star, if it is in the frame; its index is set by the caller.
+/// The sprite of a star, if it is in the frame. The caller sets the star's index.
 fn sprite(camera: &Camera, star: &Star, place: &StarPlace, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
     let cos_off_axis = place.direction.dot(camera.forward);

@@ -1,10 +1,11 @@
-//! Zodiacal light: the radiance of sunlit interplanetary dust, in any direction and from any distance from the Sun.
+//! Zodiacal light: the radiance of sunlit interplanetary dust, in any direction and at any distance of the observer from the Sun.
 //!
 //! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm; [`law`] is a fit
-//! within 13 % of each of its entries from 15 degrees of elongation (the table itself is accurate to 10 %). Nearer to the Sun the corona replaces it: its F
-//! part is the same dust, and both laws have the same power of the distance, so that they agree within a factor of 2 wherever the observer is (0.54 at 0.3 au).
-//! Seen from r au the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177); beyond that range this is an
-//! extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects, observers far off the ecliptic, and the dust's reddening.
+//! within 13 % of each of its entries from 15 degrees of elongation (the table itself is accurate to 10 %). Closer to the Sun the corona replaces the
+//! zodiacal light. The F corona is light of the same dust, and both laws have the same power of the distance, so that they agree within a factor of 2 for
+//! every observer (0.54 at 0.3 au). At r au from the Sun the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au, Leinert et al. 1981, A&A 103,
+//! 177); outside that range this is an extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects, observers far off the ecliptic,
+//! and the dust's reddening.
 
 use crate::scene::light::photometry::irradiance_of_magnitude;
 use glam::DVec4;
@@ -19,14 +20,14 @@ pub(crate) static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(
 
 /// The S10 unit (one star of tenth magnitude of the Sun's colour per square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
 const TABLE_PER_S10: f64 = 1.28;
-/// Exponent of the distance from the Sun.
+/// Exponent of the observer's distance from the Sun.
 const DISTANCE_EXPONENT: f64 = -2.3;
 /// Distance from the Sun, au, within which only the corona's law is used.
 pub(crate) const NEAREST_AU: f64 = 0.1;
 /// Elongations, degrees, between which the corona blends into the zodiacal light.
 pub(crate) const HANDOVER_DEG: (f64, f64) = (15.0, 25.0);
 
-/// Offset that keeps the logarithm's argument positive towards the Sun.
+/// Offset in [`law`] that keeps the logarithm's argument positive in the direction of the Sun.
 pub(crate) const NEAR: f64 = 1.02;
 /// Coefficients of the binary logarithm of the table's values: rows are powers of log2(NEAR - cosine of the elongation), columns are powers of the sine of
 /// the latitude.
@@ -38,17 +39,17 @@ pub(crate) const LAW: [[f64; 4]; 5] = [
     [0.0279, -0.1863, 0.4585, 0.1464],
 ];
 
-/// Brightness at 1 au in the table's unit, without the blend into the corona. The table holds for an observer in the ecliptic; for one far above it the
-/// result is an estimate.
+/// Brightness at 1 au in the table's unit, without the blend into the corona. The table is valid for an observer in the ecliptic; for an observer far from
+/// the ecliptic the result is an estimate.
 pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
     let g = (NEAR - cos_elongation).log2();
-    // For an observer in the ecliptic the latitude never exceeds the elongation; from above it the table's edge is extended.
+    // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers the value at this limit is used.
     let s = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
     let by_latitude = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * g + DVec4::from_array(row));
     by_latitude.dot(DVec4::new(1.0, s, s * s, s * s * s)).exp2()
 }
 
-/// Radiance where [`law`] is 1, for an observer at a distance from the Sun.
+/// Radiance for a value of 1 of [`law`], for an observer at this distance from the Sun.
 pub fn unit_radiance(sun_distance_au: f64) -> f64 {
     *S10 / TABLE_PER_S10 * sun_distance_au.powf(DISTANCE_EXPONENT)
 }
@@ -57,7 +58,7 @@ pub fn unit_radiance(sun_distance_au: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Leinert et al. 1998, table 17: differences of longitude from the Sun (rows), latitudes (columns); 0 where the table is empty.
+    /// Leinert et al. 1998, table 17: rows by difference of longitude from the Sun, columns by latitude; 0 for entries that the table does not have.
     const LATITUDES: [f64; 11] = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 45.0, 60.0, 75.0, 90.0];
     const TABLE: [(f64, [f64; 11]); 19] = [
         (0.0, [0.0, 0.0, 0.0, 3140.0, 1610.0, 985.0, 640.0, 275.0, 150.0, 100.0, 77.0]),
@@ -82,7 +83,7 @@ mod tests {
     ];
 
     #[test]
-    fn the_law_is_the_published_table() {
+    fn the_law_fits_the_published_table() {
         let (mut worst, mut compared): (f64, u32) = (0.0, 0);
         for (longitude, row) in TABLE {
             for (latitude, published) in LATITUDES.into_iter().zip(row).filter(|(_, v)| *v > 0.0) {
@@ -100,11 +101,11 @@ mod tests {
         }
         println!("{compared} entries, worst {worst:.3}");
         assert!(compared > 190, "{compared}");
-        // The comparison must be able to fail: at 60 degrees the light of the ecliptic is not that of the poles.
+        // Checks that the comparison can fail: at 60 degrees of elongation the ecliptic is much brighter than high latitudes.
         assert!(law(0.5, 0.0) / law(0.5, 0.866) > 2.0);
     }
 
-    /// From above the ecliptic the Sun has any latitude: the law stays within the table's range.
+    /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays within the table's range.
     #[test]
     fn the_law_stays_finite_for_every_direction() {
         let (brightest, faintest) = (law(HANDOVER_DEG.0.to_radians().cos(), 0.0), 60.0);
@@ -116,7 +117,8 @@ mod tests {
         }
     }
 
-    /// At the handover the corona's law and the zodiacal light's, each as the mean around the Sun, agree within a factor of 2: both are published and neither is fitted to the other.
+    /// In the range of elongations where the corona blends into the zodiacal light, both laws, averaged around the Sun, agree within a factor of 2. Both are
+    /// published, and neither is fitted to the other.
     #[test]
     fn corona_and_zodiacal_light_meet() {
         use crate::scene::light::corona;

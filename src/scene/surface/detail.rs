@@ -1,7 +1,8 @@
-//! Procedural relief and albedo finer than a body's maps, by the laws of shaders/lib/detail.wesl: the positions of the lattices relative to the camera.
+//! Procedural relief and albedo finer than a body's maps, by the laws of shaders/lib/detail.wesl: this module computes the positions of the lattices.
 //!
-//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a place on the ground has the same craters, hills or billows from any camera, in f32 down to a
-//! metre above the ground and in fields of an arcsecond, because lattice positions are reduced in f64 and narrow fields count places from the ground that they show; size classes fade in and out from weight 0 as the camera moves.
+//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a point on the ground has the same craters, hills or billows from any camera. This
+//! is true in f32 down to a metre above the ground and in fields of view of an arcsecond, because lattice positions are reduced in f64, and because in narrow
+//! fields the shader's positions are relative to a point of the visible ground. Size classes fade in and out from weight 0 as the camera moves.
 
 use crate::catalog::Map;
 use crate::scene::camera::{Camera, Placement, ViewRays, narrow, narrow_scalar};
@@ -10,7 +11,7 @@ use crate::scene::draw::Detail;
 use crate::scene::draw::uniforms::DetailUniforms;
 use glam::{DVec2, DVec3, Vec4};
 
-/// The description in decisions and the window.
+/// The description of the detail for decisions and the window.
 pub(crate) fn law(detail: Detail) -> &'static str {
     match detail {
         Detail::None => "nothing finer than the map",
@@ -20,50 +21,50 @@ pub(crate) fn law(detail: Detail) -> &'static str {
     }
 }
 
-/// Assumed columns of a map without an entry in the catalog: those of the coarsest embedded map.
-const USUAL_COLUMNS: u32 = 512;
-/// Pixels that a texel spans right below the camera when it begins to show: WANTED of the fragment.
-const LEAST_TEXEL_PX: f64 = 6.0;
-/// Ground that a pixel may span where there is no map: a fourth of the coarsest cell, degrees.
-const DEG_PER_PX: f64 = 0.72;
+/// Assumed number of columns of a map whose catalog entry does not state it: that of the coarsest embedded map.
+const DEFAULT_MAP_COLUMNS: u32 = 512;
+/// Pixels per texel, directly below the camera, above which detail appears: WANTED of the fragment.
+const MIN_TEXEL_PX: f64 = 6.0;
+/// Ground that a pixel may span on a body without a map: a fourth of the coarsest cell, degrees.
+const UNMAPPED_DEG_PER_PX: f64 = 0.72;
 /// Cell size of the coarsest lattice, radii.
-const FIRST_CELL: f64 = 0.05;
-/// Ratio of a lattice's cell size to that of the next coarser one, for craters, and for the noise of hills and billows, which costs more.
+const COARSEST_CELL: f64 = 0.05;
+/// Ratio of a lattice's cell size to that of the next coarser lattice, for craters, and for the noise of hills and billows, which costs more.
 const CRATER_RATIO: f64 = 0.6;
 const NOISE_RATIO: f64 = 0.4;
-/// Cells after which a lattice repeats: PERIOD of the fragment.
+/// Number of cells after which a lattice repeats: PERIOD of the fragment.
 const PERIOD: f64 = 289.0;
-/// Size of a cell, in pixels, from which it is visible: less than the fragment's limit.
-const LEAST_CELL_PX: f64 = 3.5;
+/// Smallest visible size of a cell, in pixels: less than the fragment's limit.
+const MIN_CELL_PX: f64 = 3.5;
 /// A cell size that is never visible, radii.
-const NOWHERE: f64 = 1e6;
+const INVISIBLE_CELL: f64 = 1e6;
 
-/// Degrees of ground that a pixel spans right below the camera, and how many it may for detail to show.
+/// Degrees of ground that a pixel spans directly below the camera, and the limit below which detail is visible.
 pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, map: Option<&Map>) -> (f64, f64) {
     let span = ((placement.camera_in_unit_sphere().length() - 1.0).max(0.0) * camera.pixel_tangent()).to_degrees();
-    let of_map = |map: &Map| 360.0 / f64::from(map.columns.unwrap_or(USUAL_COLUMNS)) / LEAST_TEXEL_PX;
-    (span, map.map_or(DEG_PER_PX, of_map))
+    let of_map = |map: &Map| 360.0 / f64::from(map.columns.unwrap_or(DEFAULT_MAP_COLUMNS)) / MIN_TEXEL_PX;
+    (span, map.map_or(UNMAPPED_DEG_PER_PX, of_map))
 }
 
-/// Tangent of the angle that a pixel spans below which places count from a point of the ground that the picture shows: f32 rounds a ray to 6e-8 of its length.
+/// Tangent of the angle that a pixel spans, below which positions are relative to a point of the visible ground: f32 rounds a ray to 6e-8 of its length.
 const NARROW_PIXEL: f64 = 1e-4;
-/// Rays on a side of the picture that are tried for that point.
-const TRIED: u32 = 9;
+/// Number of rays along each side of the draw's rectangle that are tested to find this point.
+const REFERENCE_RAYS: u32 = 9;
 
-/// A point of the ground from which places count, and the ray that meets it.
+/// The point of the ground to which positions are relative, and the view ray that meets it.
 struct GroundReference {
-    /// Unit-sphere frame.
-    place: DVec3,
-    /// View depth 1; unit-sphere frame.
+    /// The point, unit-sphere frame.
+    point: DVec3,
+    /// The view ray of view depth 1, unit-sphere frame.
     ray: DVec3,
-    /// Length of the way to it, in those rays.
+    /// Distance from the camera to the point, in lengths of the ray.
     depth: f64,
-    /// Place in the draw's rectangle, 0 to 1 right and down.
-    corner: DVec2,
+    /// Position of the ray in the draw's rectangle: 0 to 1, right and down.
+    rect_position: DVec2,
 }
 
 impl GroundReference {
-    /// The nearest of the points where a grid of rays meets the ground, if the field of view is so narrow that one is needed.
+    /// The nearest of the points where a grid of rays meets the ground; `None` if the field of view is so wide that no reference is needed.
     fn of(camera: &Camera, placement: &Placement, rect_in_clip: Vec4) -> Option<Self> {
         if camera.pixel_tangent() >= NARROW_PIXEL {
             return None;
@@ -71,47 +72,47 @@ impl GroundReference {
         let [left, top, right, bottom] = rect_in_clip.to_array().map(f64::from);
         let origin = placement.camera_in_unit_sphere();
         let at = |n: u32| {
-            // Exact in f32.
-            let corner = DVec2::new(f64::from(n % TRIED), f64::from(n / TRIED)) / f64::from(TRIED - 1);
-            let ray = placement
-                .direction_in_unit_sphere(camera.ray(DVec2::new(left + corner.x * (right - left), top + corner.y * (bottom - top))));
-            let place = placement.surface_along_unit_sphere(ray)?;
-            Some(Self { place, ray, depth: (place - origin).dot(ray) / ray.length_squared(), corner })
+            // Multiples of 1/8, which are exact in f32.
+            let rect_position = DVec2::new(f64::from(n % REFERENCE_RAYS), f64::from(n / REFERENCE_RAYS)) / f64::from(REFERENCE_RAYS - 1);
+            let clip = DVec2::new(left + rect_position.x * (right - left), top + rect_position.y * (bottom - top));
+            let ray = placement.direction_in_unit_sphere(camera.ray(clip));
+            let point = placement.surface_along_unit_sphere(ray)?;
+            Some(Self { point, ray, depth: (point - origin).dot(ray) / ray.length_squared(), rect_position })
         };
-        (0..TRIED * TRIED).filter_map(at).min_by(|a, b| a.depth.total_cmp(&b.depth))
+        (0..REFERENCE_RAYS * REFERENCE_RAYS).filter_map(at).min_by(|a, b| a.depth.total_cmp(&b.depth))
     }
 }
 
-/// The lattices for a draw of craters, or of hills or billows, whose rays they follow.
+/// The uniforms of a draw with craters, hills or billows. `rays`: the view rays of the same draw.
 pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, rays: &ViewRays) -> DetailUniforms {
     let ratio = if detail == Detail::Craters { CRATER_RATIO } else { NOISE_RATIO };
-    let here = placement.camera_in_unit_sphere();
+    let camera_position = placement.camera_in_unit_sphere();
     let reference = GroundReference::of(camera, placement, rays.rect_in_clip);
-    // Places count from there, else from the camera or the body's centre.
-    let origin = reference.as_ref().map_or(if rays.anchor_is_camera { here } else { DVec3::ZERO }, |r| r.place);
-    let pixel = (here.length() - 1.0).max(1e-9) * camera.pixel_tangent();
-    // The lattice whose cells just begin to show right below the camera.
-    let finest = ((LEAST_CELL_PX * pixel / FIRST_CELL).ln() / ratio.ln()).max(0.0);
+    // Positions are relative to the reference point, or without one to the camera or the body's centre.
+    let origin = reference.as_ref().map_or(if rays.anchor_is_camera { camera_position } else { DVec3::ZERO }, |r| r.point);
+    let pixel = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
+    // The level of the lattice whose cells are just visible directly below the camera.
+    let finest = ((MIN_CELL_PX * pixel / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     let row = |k: usize| {
         let level = last - (DETAIL_ROWS as i32 - 1) + k as i32;
         if level < 0 {
-            return (DVec3::ZERO, NOWHERE);
+            return (DVec3::ZERO, INVISIBLE_CELL);
         }
-        let cell = FIRST_CELL * ratio.powi(level);
-        // Lattices are offset from each other, so that no two share a wall.
-        let apart = DVec3::new(75.488, 56.984, 85.667) * f64::from(level + 1);
-        let place = origin / cell + apart;
-        (place - (place / PERIOD).floor() * PERIOD, cell)
+        let cell = COARSEST_CELL * ratio.powi(level);
+        // Lattices are offset from each other, so that no two share the walls of their cells.
+        let offset = DVec3::new(75.488, 56.984, 85.667) * f64::from(level + 1);
+        let position = origin / cell + offset;
+        (position - (position / PERIOD).floor() * PERIOD, cell)
     };
-    let largest = FIRST_CELL * ratio.powf(finest - (DETAIL_ROWS as f64 - 1.0));
-    let camera = narrow(here - origin).extend(narrow_scalar(camera.pixel_tangent()));
+    let largest = COARSEST_CELL * ratio.powf(finest - (DETAIL_ROWS as f64 - 1.0));
+    let camera = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
     let to_reference = reference.map_or([Vec4::ZERO; 3], |r| {
-        let [depth, u, v] = [r.depth, r.corner.x, r.corner.y].map(narrow_scalar);
-        [narrow(r.place).extend(depth), narrow(r.ray).extend(u), Vec4::new(v, 0.0, 0.0, 0.0)]
+        let [depth, u, v] = [r.depth, r.rect_position.x, r.rect_position.y].map(narrow_scalar);
+        [narrow(r.point).extend(depth), narrow(r.ray).extend(u), Vec4::new(v, 0.0, 0.0, 0.0)]
     });
     DetailUniforms {
-        // The cell and the place in it, apart: together they would leave a place four digits less.
+        // The cell and the position within it are stored separately; a single number would lose up to four digits of the position.
         lattice: std::array::from_fn(|k| narrow(row(k).0.fract()).extend(narrow_scalar(row(k).1))),
         cells: std::array::from_fn(|k| narrow(row(k).0.floor()).extend(0.0)),
         largest: narrow_scalar(largest),

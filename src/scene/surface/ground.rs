@@ -10,16 +10,17 @@ use crate::scene::light::{lights, night_lights};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::detail;
 
-/// Decides whether the body's oblateness shows, and which of its maps.
+/// Decides whether the body's oblateness is drawn, and which of its maps.
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let (body, least) = (case.body(), case.threshold());
+    let (body, threshold) = (case.body(), case.threshold());
     let log = &mut so_far.log;
     let available = Capabilities::of(body);
-    let lean = flattening(body);
-    // A tilted normal changes the cosine of incidence by as much, and so the light of white ground at the terminator.
-    let changed = lean * lights::sunlight(case.placed.sun_from_body_km).irradiance.max_element();
-    let reason = format!("its normals lean {lean:.2e} rad from a sphere's: at the terminator {}", least.description(changed));
-    so_far.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, least.is_exceeded_by(changed), reason);
+    let normal_tilt_rad = flattening(body);
+    // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
+    let changed = normal_tilt_rad * lights::sunlight(case.placed.sun_from_body_km).irradiance.max_element();
+    let reason =
+        format!("its normals lean {normal_tilt_rad:.2e} rad from a sphere's: at the terminator {}", threshold.description(changed));
+    so_far.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(changed), reason);
     if !available.ellipsoid {
         log.note(Effect::Ellipsoid.name(), false, "its axes are equal".into());
     }
@@ -33,57 +34,61 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
         so_far.chosen.maps = maps;
         return so_far;
     }
-    // Relief is visible in moonlight and planet-shine, too.
+    // Relief is drawn without sunlight too, because it is visible in planet-shine.
     maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, "slopes show at every size of a disc".into()));
-    let lit = lit_ground(case);
-    maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), || if lit.0 { lit.clone() } else { moonlit(case) });
+    let sunlit_ground = lit_ground(case);
+    let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(case) };
+    maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
-        let most = night_lights::brightest(body);
-        (least.is_exceeded_by(most), format!("brightest city lights {}", least.description(most)))
+        let brightest = night_lights::brightest(body);
+        (threshold.is_exceeded_by(brightest), format!("brightest city lights {}", threshold.description(brightest)))
     });
     if let Some(c) = &body.clouds {
         let no_clouds = log.is_switched_off(Effect::Clouds);
-        let visibility = || if no_clouds { (false, "the clouds are switched off".into()) } else { lit.clone() };
+        let visibility = || if no_clouds { (false, "the clouds are switched off".into()) } else { sunlit_ground.clone() };
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), visibility);
     }
     if available.detail != Detail::None {
-        // The fragment measures its texels on the first of these that the draw has.
+        // The fragment uses the texel size of the albedo map, or without one that of the normal map.
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
-        let (span, most) = detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, map);
-        let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest ground against {most:.4}", detail::law(available.detail));
-        so_far.chosen.detail = so_far.log.effect(Effect::Detail, span < most, reason);
+        let (span_deg, max_span_deg) = detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, map);
+        let law = detail::law(available.detail);
+        let reason = format!("{law}; a pixel spans {span_deg:.4} degrees of the nearest ground against {max_span_deg:.4}");
+        so_far.chosen.detail = so_far.log.effect(Effect::Detail, span_deg < max_span_deg, reason);
     }
     so_far.chosen.maps = maps;
     so_far
 }
 
-/// Upper limit of the ratio of a light's glint on the sea to the radiance of ground: 1 / (4 times the waves' mean square slope and the cosine of a grazing
-/// emission angle).
+/// Upper limit of the ratio between the radiance of a light's glint on the sea and the radiance of ground under the same light: 1 / (4 s c), where s is the
+/// waves' mean square slope and c the cosine of a grazing emission angle.
 const GLINT_OVER_GROUND: f64 = 100.0;
 
-/// Whether the glint of another body's light is visible if no sunlit ground is in view.
-fn moonlit(case: &Case<'_, '_>) -> (bool, String) {
-    let (p, least) = (case.placed, case.threshold());
+/// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
+fn reflected_glint(case: &Case<'_, '_>) -> (bool, String) {
+    let (p, threshold) = (case.placed, case.threshold());
     let shines = case.effects().override_of(Effect::PlanetShine) != Some(false);
     let strongest = lights::planet_shine(case.body(), p.position_km, case.frame.reflectors, |_| false).1.filter(|_| shines);
-    let most = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
+    let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
     (
-        least.is_exceeded_by(most),
-        format!("no sunlit ground is in sight; the glint of other bodies' light gives {} at most", least.description(most)),
+        threshold.is_exceeded_by(glint),
+        format!("no sunlit ground is in sight; the glint of other bodies' light gives {} at most", threshold.description(glint)),
     )
 }
 
-/// Margin beyond the terminator for the Sun's radius at Mercury and refraction, degrees.
-const LIT_BEYOND_DEG: f64 = 2.0;
+/// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.
+const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
-/// Whether sunlit ground is in view: the angular distances of the horizon from the sub-camera point and of the terminator from the sub-solar point together
-/// exceed the angle between these points.
+/// Whether sunlit ground is in view. This is so if the angle between sub-camera and sub-solar point is less than the sum of two angles: from the sub-camera
+/// point to the horizon, and from the sub-solar point to the terminator.
 fn lit_ground(case: &Case<'_, '_>) -> (bool, String) {
     let (body, p) = (case.body(), case.placed);
-    let seen_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
-    let (apart_deg, reach_deg) = (p.alpha.to_degrees(), 90.0 + seen_deg + LIT_BEYOND_DEG);
+    let horizon_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
+    let (separation_deg, max_separation_deg) = (p.alpha.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
     (
-        apart_deg < reach_deg,
-        format!("the Sun stands {apart_deg:.1} degrees from the camera's zenith; lit ground is in sight up to {reach_deg:.1}"),
+        separation_deg < max_separation_deg,
+        format!(
+            "the Sun stands {separation_deg:.1} degrees from the camera's zenith; lit ground is in sight up to {max_separation_deg:.1}"
+        ),
     )
 }

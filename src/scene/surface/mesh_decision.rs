@@ -1,4 +1,4 @@
-//! Whether a body is drawn as a mesh, and whether the mesh casts shadows on itself.
+//! Decides whether a body is drawn as a mesh, and whether the mesh casts shadows on itself.
 
 use crate::catalog::NaifId;
 use crate::mesh::Model;
@@ -12,8 +12,8 @@ use crate::scene::surface::meshes;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height of an unobstructed Sun, in solar radii.
-const SUN_IS_UP: f32 = 1e3;
+/// Height at each vertex of a Sun that the mesh does not hide, in solar radii: a large value.
+const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
 pub(crate) fn sun_over(frame: &Frame<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
@@ -43,8 +43,8 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     so_far.chosen.mesh = Some(meshes::flags(body, model));
     let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };
     let reason = format!("at each vertex, of a Sun of {:.3} degrees across; sharp to an edge's length", 2.0 * radius_rad.to_degrees());
-    let lit = !Capabilities::of(body).emissive;
-    if log.effect(Effect::SelfShadow, lit, reason) {
+    let is_lit = !Capabilities::of(body).emissive;
+    if log.effect(Effect::SelfShadow, is_lit, reason) {
         so_far.self_shadow = Some((towards, radius_rad));
     }
     so_far
@@ -55,10 +55,10 @@ pub(crate) fn set(uniforms: &mut DrawUniforms, case: &Case<'_, '_>, model: &Arc<
     let (centre, matrix) = meshes::clip_from_unit_sphere(case.frame.camera, &case.placed.placement);
     uniforms.mesh_anchor = centre;
     uniforms.clip_from_unit_sphere = matrix;
-    let at_hand = || case.frame.context.resources.sun_heights.get(&case.body().id).cloned();
+    let loaded = || case.frame.context.resources.sun_heights.get(&case.body().id).cloned();
     let sun_heights = match self_shadow {
-        Some((towards, radius_rad)) => at_hand().unwrap_or_else(|| Arc::new(model.sun_heights(towards, radius_rad))),
-        None => Arc::new(vec![SUN_IS_UP; model.vertices()]),
+        Some((towards, radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_heights(towards, radius_rad))),
+        None => Arc::new(vec![UNOBSTRUCTED_SUN_HEIGHT; model.vertices()]),
     };
     uniforms.mesh = Some(MeshInstance { model: Arc::clone(model), sun_heights });
 }

@@ -1,8 +1,8 @@
 //! Shape models: when a body is drawn as triangles, its rectangle on the screen, and the uniforms that transform its vertices.
 //!
-//! In: the models that were read for the request, the body's place. Out: decisions, a bounding rectangle, and the matrix of
-//! shaders/lib/mesh.wesl. The body's ellipsoid stays what everything else counts with: maps, size, exposure, the shadow on other bodies and on rings,
-//! and who is inside; vertices are given in the frame where it is the unit sphere.
+//! In: the models that were read for the request, the body's placement. Out: decisions, a bounding rectangle, and the matrix of
+//! shaders/lib/mesh.wesl. Everything else still uses the body's ellipsoid: maps, size, exposure, the shadow on other bodies and on rings,
+//! and the test whether the camera is inside. Vertices are in the unit-sphere frame of the ellipsoid.
 
 use crate::catalog::Body;
 use crate::mesh::Model;
@@ -16,13 +16,14 @@ use crate::scene::resources::Context;
 use glam::{DVec3, DVec4, Mat4};
 use std::sync::Arc;
 
-/// Distance in radii within which vertices are relative to the camera, where the difference is exact in f32; farther away they are relative to the centre.
+/// Distance of the camera, in radii, within which vertices are relative to the camera, because the difference is then exact in f32. For a farther camera
+/// they are relative to the body's centre.
 const NEAR_RADII: f64 = 8.0;
 /// Smallest relative difference of depth between a mesh's centre and its near side: 160 steps of f32. Beyond 1e5 radii the true difference is smaller and
-/// would not order the triangles; depth between bodies is then wrong within this fraction of the distance.
+/// could not order the triangles. With this minimum, depth between bodies is wrong by up to this fraction of the distance.
 const MIN_DEPTH: f64 = 1e-5;
 
-/// The model that a body is drawn with; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
+/// The model with which a body is drawn; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
 pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Model>> {
     body.mesh
         .as_ref()
@@ -37,13 +38,13 @@ pub(crate) fn is_wanted(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_
     large && wanted && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }
 
-/// The pixels that the model may touch.
+/// The rectangle of the picture that the model may touch; `None` if it is outside.
 pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Model) -> Option<ClipRect> {
-    let around = Placement { radii_km: placement.radii_km * model.reach.max(1e-9), ..*placement };
-    if around.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &around).rect(camera) }
+    let bounds = Placement { radii_km: placement.radii_km * model.reach.max(1e-9), ..*placement };
+    if bounds.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &bounds).rect(camera) }
 }
 
-/// The flags of a draw by the model.
+/// The flags of a draw of the model.
 pub(crate) fn flags(body: &Body, model: &Model) -> Flags {
     body.mesh.as_ref().map_or_else(Flags::default, |m| Flags {
         two_sided: m.two_sided,
@@ -54,8 +55,8 @@ pub(crate) fn flags(body: &Body, model: &Model) -> Flags {
 
 /// The anchor that the shader subtracts from each vertex, and the matrix that transforms the difference.
 pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (glam::Vec3, Mat4) {
-    let seen_from = placement.camera_in_unit_sphere();
-    let anchor = if seen_from.length() < NEAR_RADII { camera::narrow(seen_from) } else { glam::Vec3::ZERO };
+    let camera_position = placement.camera_in_unit_sphere();
+    let anchor = if camera_position.length() < NEAR_RADII { camera::narrow(camera_position) } else { glam::Vec3::ZERO };
     let unit_km = placement.radii_km.x;
     let icrf_from_body = placement.body_from_icrf.transpose();
     let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
@@ -77,18 +78,18 @@ mod tests {
     use super::*;
     use glam::{DMat3, DVec2};
 
-    /// Where a vertex falls as the shader computes it, in f32, and as it is.
-    fn places(camera: &Camera, placement: &Placement, vertex: glam::Vec3) -> (DVec2, Option<DVec2>, f64) {
+    /// The pixel of a vertex as the shader computes it in f32, the exact pixel, and the ratio of the computed depth to the exact depth.
+    fn vertex_pixels(camera: &Camera, placement: &Placement, vertex: glam::Vec3) -> (DVec2, Option<DVec2>, f64) {
         let (anchor, matrix) = clip_from_unit_sphere(camera, placement);
         let clip = matrix * (vertex - anchor).extend(1.0);
         let direction_km = placement.centre_km + placement.body_from_icrf.transpose() * (vertex.as_dvec3() * placement.radii_km);
-        let seen = DVec2::new(f64::from(clip.x / clip.w), f64::from(clip.y / clip.w));
+        let computed = DVec2::new(f64::from(clip.x / clip.w), f64::from(clip.y / clip.w));
         let depth = f64::from(clip.z / clip.w) * direction_km.dot(camera.forward) / NEAR_DEPTH_KM;
-        (camera.pixel_from_clip(seen), camera.clip(direction_km).map(|c| camera.pixel_from_clip(c)), depth)
+        (camera.pixel_from_clip(computed), camera.clip(direction_km).map(|c| camera.pixel_from_clip(c)), depth)
     }
 
     #[test]
-    fn vertices_fall_where_they_are_from_a_metre_above_the_ground_to_a_telescope() {
+    fn vertices_are_accurate_from_a_metre_above_the_ground_to_a_telescope() {
         let body_from_icrf = DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), 1.1);
         for (radii_km, height_km) in [(1737.4, 1e-3), (11.0, 1e-3), (11.0, 10.0), (1737.4, 4e5), (11.0, 8e7), (0.2, 1.5e8)] {
             let radii_km = DVec3::new(radii_km, 0.9 * radii_km, 0.8 * radii_km);
@@ -96,13 +97,13 @@ mod tests {
             let vertex = ground.as_vec3();
             let camera_km = vertex.as_dvec3() * radii_km + ground * height_km;
             let placement = Placement { centre_km: body_from_icrf.transpose() * -camera_km, body_from_icrf, radii_km };
-            // Aslant, so that the vertex does not fall on the middle; 500 pixels across the body, or 60 degrees.
+            // The camera looks obliquely, so that the vertex is not in the middle. The body is 500 pixels wide, or the field of view is 60 degrees.
             let fov_deg = (4.0 * radii_km.x / height_km).atan().to_degrees().clamp(1e-7, 60.0);
             let down = body_from_icrf.transpose() * -ground;
             let forward = (down + down.any_orthonormal_vector() * 0.3 * (0.5 * fov_deg.to_radians()).tan()).normalize();
             let camera = Camera::looking(DVec3::ZERO, forward, DVec3::Z, fov_deg, 1000, 1000);
-            let (seen, truly, depth) = places(&camera, &placement, vertex);
-            let off = (seen - truly.expect("before the camera")).length();
+            let (computed, exact, depth) = vertex_pixels(&camera, &placement, vertex);
+            let off = (computed - exact.expect("in front of the camera")).length();
             assert!(off < 0.02, "{height_km} km over {radii_km}: {off} pixels");
             assert!((depth - 1.0).abs() < 1.1e-5, "{height_km} km over {radii_km}: depth is wrong by {}", depth - 1.0);
         }

@@ -1,7 +1,8 @@
-//! Overlays: images over a body's ground, which of them are visible, and the mapping from the ground to their coordinates.
+//! Overlays, the images over a body's ground: the decision which of them are visible, and the mapping from the ground to image coordinates.
 //!
-//! In: the catalog's overlays. Out: a decision with its reason, and the rows of shaders/lib/overlay.wesl. An image replaces the ground's colour by its
-//! alpha; relief, water, city lights and clouds stay as they are. Not done: an image that relief shifts, as one taken from aside would be.
+//! In: the catalog's overlays. Out: a decision with its reason, and the rows of shaders/lib/overlay.wesl. The image is blended over the ground's
+//! colour by its alpha; relief, water, city lights and clouds do not change. Left out: the displacement by relief in an image that was taken
+//! obliquely.
 
 use crate::catalog::{Body, Overlay, Projection};
 use crate::scene::camera;
@@ -12,18 +13,18 @@ use crate::scene::request::effects::Effect;
 use glam::{DVec3, DVec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Coordinate of an edge that the image does not have.
+/// Image coordinate for the limit on a side where the image has no edge.
 const NO_EDGE: f64 = 1e6;
 
 /// Whether an overlay can change a pixel. `ground_deg_per_px`: degrees of ground per pixel.
-pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Threshold) -> (bool, String) {
-    let least_deg = match overlay.projection {
+pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, threshold: Threshold) -> (bool, String) {
+    let extent_deg = match overlay.projection {
         Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
         Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
     };
-    let size_px = least_deg / ground_deg_per_px;
+    let size_px = extent_deg / ground_deg_per_px;
     let reason = format!("{} is {size_px:.1} px across against 0.5, opacity {}", overlay.name, overlay.opacity);
-    ((size_px > 0.5 || least.is_linear()) && least.is_exceeded_by_change(overlay.opacity), reason)
+    ((size_px > 0.5 || threshold.is_linear()) && threshold.is_exceeded_by_change(overlay.opacity), reason)
 }
 
 /// Decides which overlays are drawn.
@@ -47,7 +48,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     so_far
 }
 
-/// The uniforms of an overlay. `factor`: from the image's colour to the albedo of the draw.
+/// The uniforms of an overlay. `factor`: converts the image's colour to the albedo of the draw.
 pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
     let shape = body.radii_km / body.radii_km.x;
     let (axes, kind, limits, around) = match overlay.projection {
@@ -55,7 +56,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             let [west, east, south, north] = [west_deg, east_deg, south_deg, north_deg].map(f64::to_radians);
             let (sin, cos) = (0.5 * (west + east)).sin_cos();
             let around = east_deg - west_deg >= 360.0;
-            let edge = |there: bool, at: f64, none: f64| if there { at } else { none };
+            let edge = |exists: bool, limit: f64, none: f64| if exists { limit } else { none };
             let limits = DVec4::new(
                 edge(!around, 0.0, -NO_EDGE),
                 edge(!around, 1.0, NO_EDGE),
@@ -71,7 +72,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             let up = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
             let east = DVec3::new(-sin_lon, cos_lon, 0.0);
             let north = up.cross(east);
-            // The ground's place under the image's middle: planetographic latitude is that of the normal.
+            // The point of the ground in the image's middle; its normal is `up`, because the latitude is planetographic.
             let middle = up * shape * shape / (up * shape).length();
             let radius_km = body.radii_km.x;
             let scale = DVec4::new(radius_km / width_km, radius_km / height_km, middle.dot(north), 1.0);
@@ -79,7 +80,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
         }
     };
     let light = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);
-    // Beside the axes: what stretches z into planetographic latitude, and the axes' ratios.
+    // The w of the axes' rows: the factor that stretches z for planetographic latitude, and the ratios of the semi-axes.
     let rows = [axes[0].extend(1.0 / shape.z), axes[1].extend(shape.y), axes[2].extend(shape.z), kind, limits, light];
     OverlayUniforms { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), around }
 }

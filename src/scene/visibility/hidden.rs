@@ -1,10 +1,10 @@
 //! The part of a body's disc that nearer bodies hide.
 //!
-//! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if all is hidden and exactly 1 if nothing is; and the limbs of nearer bodies
-//! as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden one is a sphere. A point's flux is multiplied by its visible
-//! fraction instead of testing depth, which has one value per sprite. Not here: transmittance of rings and air, and shadows (eclipse).
-//! The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is at most 2e-5 of the light for bodies larger than
-//! a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
+//! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the disc is hidden and exactly 1 if no part of it is; and the limbs of nearer
+//! bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by its
+//! visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
+//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is at most 2e-5 of the light for bodies
+//! larger than a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
@@ -17,7 +17,7 @@ use crate::scene::visibility::lunar_limb;
 use crate::scene::visibility::order::is_in_front;
 use glam::{DVec2, DVec3, Vec4};
 
-/// The limb of a body on a plane of view rays: a point is inside if L > sqrt(L² - F).
+/// The limb of a body on a plane of view rays, as a quadratic form F and a linear form L of the plane's coordinates: a point is inside if F > 0 and L > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Limb {
     /// Coefficients of F: 1, x, y, x², xy, y².
@@ -27,7 +27,7 @@ struct Limb {
 }
 
 impl Limb {
-    /// The limb on the rays `ray + x dx + y dy`.
+    /// The limb on the plane of the rays `ray + x dx + y dy`.
     fn on(place: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = place.camera_in_unit_sphere();
         let middle = place.centre_km.normalize();
@@ -36,7 +36,7 @@ impl Limb {
         let [d0, d1, d2] = [ray, dx, dy].map(|v| place.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(place.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let near = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
-        // The scale is arbitrary but must suit f32. Above a horizon the middle ray may point away from the body.
+        // The scale is arbitrary but must suit f32. It does not use L, because above a horizon the middle ray may point away from the body.
         let unit = 1.0 / (camera.length() * d0.length());
         Self {
             form: [
@@ -72,7 +72,7 @@ impl Limb {
 /// Number of chords of a disc.
 const CHORDS: u32 = 720;
 
-/// Light of a chord from its middle to x, for half length h; see shaders/lib/ring/body_shadow.wesl.
+/// Integral of the disc's radiance along a chord from its middle to x, for half its length h; see shaders/lib/ring/body_shadow.wesl.
 fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     let mu = (h * h - x * x).max(0.0).sqrt();
     let of_mu = 0.5 * (x * mu + h * h * (x / h).clamp(-1.0, 1.0).asin());
@@ -85,42 +85,42 @@ fn angular_radius(p: &PlacedBody<'_>) -> f64 {
     (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
 }
 
-/// Bodies in front of another and within `margin_rad` of its disc, the apparently largest first.
-fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], of: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
-    let over = |p: &&PlacedBody<'_>| {
-        p.body.id != of.body.id
+/// Bodies in front of the body `farther` and within `margin_rad` of its disc, in order of decreasing angular radius.
+fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
+    let is_occluding = |p: &&PlacedBody<'_>| {
+        p.body.id != farther.body.id
             && p.distance_km > 0.0
             && !p.placement.camera_is_inside()
-            && is_in_front(p, of)
-            && crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km)
-                < angular_radius(p) + angular_radius(of) + margin_rad
+            && is_in_front(p, farther)
+            && crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km)
+                < angular_radius(p) + angular_radius(farther) + margin_rad
     };
-    let mut found: Vec<_> = placed.iter().filter(over).collect();
+    let mut found: Vec<_> = placed.iter().filter(is_occluding).collect();
     found.sort_by(|a, b| angular_radius(b).total_cmp(&angular_radius(a)));
     found
 }
 
-/// Fraction of a body's light that nearer bodies leave visible, per channel.
-pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -> DVec3 {
-    let occluding = in_front_of(placed, of, 0.0);
+/// Fraction of the light of the body `farther` that nearer bodies leave visible, per channel.
+pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
+    let occluding = in_front_of(placed, farther, 0.0);
     let Some(first) = occluding.first() else { return DVec3::ONE };
-    // A quick test with the inscribed sphere, for bodies far below a horizon.
+    // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let contains = |p: &PlacedBody<'_>| {
         let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
-        crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) + angular_radius(of) < inner
+        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + angular_radius(farther) < inner
     };
     if occluding.iter().any(|p| contains(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;
     }
-    let towards = of.placement.centre_km / of.distance_km;
-    let radius = angular_radius(of).tan();
-    // Chords run towards the first one's centre, so that they resolve the last thin crescent, which lies across them.
+    let towards = farther.placement.centre_km / farther.distance_km;
+    let radius = angular_radius(farther).tan();
+    // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
     let aside = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = aside.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
     let limbs: Vec<Limb> = occluding.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
-    let (u1, u2) = limb_law(of.body);
-    let (mut total, mut left) = (DVec3::ZERO, DVec3::ZERO);
+    let (u1, u2) = limb_law(farther.body);
+    let (mut total, mut visible) = (DVec3::ZERO, DVec3::ZERO);
     let mut breaks = Vec::new();
     for k in 0..CHORDS {
         let angle = std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5);
@@ -132,71 +132,72 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -
         breaks.sort_by(f64::total_cmp);
         let light = |from: f64, to: f64| (along_chord(to, h, u1, u2) - along_chord(from, h, u1, u2)) * h;
         total += light(-h, h);
-        // Parts not separated by a limb are integrated as one.
+        // Adjacent visible intervals are integrated as one interval.
         let mut from = -h;
         for pair in breaks.windows(2) {
             if limbs.iter().any(|l| l.contains(0.5 * (pair[0] + pair[1]), y)) {
-                left += if from < pair[0] { light(from, pair[0]) } else { DVec3::ZERO };
+                visible += if from < pair[0] { light(from, pair[0]) } else { DVec3::ZERO };
                 from = pair[1];
             }
         }
-        left += if from < h { light(from, h) } else { DVec3::ZERO };
+        visible += if from < h { light(from, h) } else { DVec3::ZERO };
     }
-    let left = (left / total).clamp(DVec3::ZERO, DVec3::ONE);
-    // The lunar limb profile, if the Moon alone is in front of the Sun.
+    let visible = (visible / total).clamp(DVec3::ZERO, DVec3::ONE);
+    // The lunar limb profile applies if the Moon is the only body in front of the Sun.
     match (&occluding[..], first.limb_profile.as_deref()) {
-        ([moon], Some(profile)) if of.body.id == NaifId::SUN => lunar_limb::visible_sunlight(profile, moon, of, left),
-        _ => left,
+        ([moon], Some(profile)) if farther.body.id == NaifId::SUN => lunar_limb::visible_sunlight(profile, moon, farther, visible),
+        _ => visible,
     }
 }
 
-/// Ratio of a small disc's area to its antialiased coverage: the soft limb, a pixel wide, enlarges a disc of less than a pixel.
+/// Ratio of a small disc's area to the sum of its antialiased coverage: the antialiased limb, a pixel wide, enlarges a disc of less than a pixel.
 fn small_disc_area_ratio(radius_px: f64) -> f64 {
     let drawn = if radius_px > 0.5 { radius_px * radius_px + 1.0 / 12.0 } else { (radius_px + 0.5).powi(3) / 3.0 };
     radius_px * radius_px / drawn
 }
 
-/// Reduces the flux of points by what nearer bodies hide, gives emissive discs the limbs of bodies in front of them, and records both.
+/// Reduces the flux of points to the fraction that nearer bodies leave visible, stores the limbs of nearer bodies in the draws of emissive discs, and records
+/// the visible fractions as decisions.
 pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
-    let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
-    let mut note = |of: &PlacedBody<'_>, left: DVec3| {
-        if left != DVec3::ONE {
-            let reason = format!("nearer bodies leave {:.6} of its disc's light", left.y);
-            let decision = Decision { feature: "hidden", on: left == DVec3::ZERO, reason, tier: None };
-            let new = |b: &&mut BodyInView| b.id == of.body.id && b.decisions.iter().all(|d| d.feature != decision.feature);
-            bodies.iter_mut().filter(new).for_each(|b| b.decisions.push(decision.clone()));
+    let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
+    let mut note = |farther: &PlacedBody<'_>, visible: DVec3| {
+        if visible != DVec3::ONE {
+            let reason = format!("nearer bodies leave {:.6} of its disc's light", visible.y);
+            let decision = Decision { feature: "hidden", on: visible == DVec3::ZERO, reason, tier: None };
+            let is_unrecorded = |b: &&mut BodyInView| b.id == farther.body.id && b.decisions.iter().all(|d| d.feature != decision.feature);
+            bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
         }
     };
     for point in points.iter_mut() {
-        let Some(p) = found(point.body) else { continue };
-        let left = visible_fraction(placed, p);
-        note(p, left);
-        point.flux *= narrow(left);
+        let Some(p) = placed_body(point.body) else { continue };
+        let visible = visible_fraction(placed, p);
+        note(p, visible);
+        point.flux *= narrow(visible);
     }
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.features.shape)).collect();
     let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
     for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.features.surface == Surface::Emissive) {
-        let Some(of) = found(draw.body) else { continue };
-        let Some(middle) = camera.clip(of.placement.centre_km) else { continue };
+        let Some(farther) = placed_body(draw.body) else { continue };
+        let Some(middle) = camera.clip(farther.placement.centre_km) else { continue };
         let margin_rad = 2.0 * camera.pixel_tangent();
-        let occluding = in_front_of(placed, of, margin_rad);
+        let occluding = in_front_of(placed, farther, margin_rad);
         let shape = |p: &PlacedBody<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
-        // A mesh has its own outline, not the ellipsoid's.
+        // The outline of a mesh is not that of its ellipsoid, so meshes are left out.
         let nearer: Vec<_> = occluding.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
         if nearer.is_empty() {
             continue;
         }
-        let left = visible_fraction(placed, of);
-        note(of, left);
+        let visible = visible_fraction(placed, farther);
+        note(farther, visible);
         let from_px = narrow2(camera.pixel_from_clip(middle));
         let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));
-        let at = ray(from_px.as_dvec2());
-        let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - at, ray(from_px.as_dvec2() + DVec2::Y) - at);
+        let origin_ray = ray(from_px.as_dvec2());
+        let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - origin_ray, ray(from_px.as_dvec2() + DVec2::Y) - origin_ray);
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
-            let limb = Limb::on(&p.placement, at, dx, dy);
+            let limb = Limb::on(&p.placement, origin_ray, dx, dy);
             let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
             let (kind, factor) = match shape(p) {
-                _ if left == DVec3::ZERO => (3.0, 1.0),
+                _ if visible == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),
                 None => (2.0, small_disc_area_ratio(small_px)),
             };
@@ -206,7 +207,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         }
         let moon = nearer.iter().take(2).position(|p| p.limb_profile.is_some());
         if let (Some(k), Some(moon_limb)) = (moon, &moon_limb) {
-            lunar_limb::apply_to_sun(draw, moon_limb, nearer[k], camera, 3 * k, [at, dx, dy]);
+            lunar_limb::apply_to_sun(draw, moon_limb, nearer[k], camera, 3 * k, [origin_ray, dx, dy]);
         }
         let rows = &mut draw.uniforms.foreground_limbs.rows;
         (rows[2].w, rows[5].w) = (from_px.x, from_px.y);
@@ -223,9 +224,10 @@ mod tests {
         c.dot(d) < 0.0 && c.cross(d).length() < 1.0
     }
 
-    /// A long body from a metre above its ground to a telescope's distance: on the plane of rays about a place near its limb those inside are those that meet it.
+    /// For an elongated body, from a metre above its ground to a telescope's distance: of the rays around a point of its limb, the limb contains exactly those
+    /// that meet the body.
     #[test]
-    fn a_limb_holds_the_rays_that_meet_the_body() {
+    fn a_limb_contains_the_rays_that_meet_the_body() {
         let radii_km = DVec3::new(13.0, 11.4, 9.1);
         for (k, distance_km) in [(0.0, 13.001), (1.0, 14.0), (2.0, 20.0), (3.0, 99.0), (4.0, 1e6), (5.0, 1e9)] {
             let body_from_icrf = DMat3::from_euler(EulerRot::XYZ, 0.3 + k, 1.1, 0.7 * k);
@@ -234,7 +236,7 @@ mod tests {
             for n in 0..12 {
                 let aside = DVec3::new(0.0, f64::from(n).cos(), f64::from(n).sin());
                 let at = |angle: f64| DVec3::X * angle.cos() + aside * angle.sin();
-                // The limb, by halving.
+                // The angle of the limb, by bisection.
                 let (mut from, mut to) = (0.0, 1.6);
                 for _ in 0..60 {
                     let middle = 0.5 * (from + to);
@@ -249,7 +251,7 @@ mod tests {
                     assert_eq!(limb.contains(x, y), expected, "{distance_km} km, {n}: {x} {y}");
                     (inside, outside) = (inside + u32::from(expected), outside + u32::from(!expected));
                 }
-                // One of the crossings of its own line is the limb.
+                // One of the crossings on this line is the limb itself.
                 let nearest = limb.crossings(0.0).into_iter().map(f64::abs).fold(f64::MAX, f64::min);
                 assert!(nearest < 1e-6, "{distance_km} km, {n}: {nearest}");
             }
@@ -257,9 +259,9 @@ mod tests {
         }
     }
 
-    /// Radius of a disc, its soft limb, and what of that is area.
+    /// Compares the ratio with a numerical sum over the antialiased limb.
     #[test]
-    fn a_small_disc_counts_with_its_area() {
+    fn the_coverage_of_a_small_disc_is_scaled_to_its_area() {
         for radius in [0.01, 0.3, 0.5, 0.8, 3.0] {
             let h = 1e-4;
             let drawn: f64 = (0..80_000).map(|k| (f64::from(k) + 0.5) * h).map(|r| (0.5 + radius - r).clamp(0.0, 1.0) * 2.0 * r * h).sum();

@@ -1,8 +1,9 @@
-//! The Moon's limb profile in front of the Sun: the sunlight that it leaves visible, and the silhouettes in the draws of both.
+//! The Moon's limb profile in front of the Sun: the sunlight that it leaves visible, and the silhouette in the draws of Moon and Sun.
 //!
-//! In: placed bodies and the user's height map. Out: the profile that the camera sees, stored in the placed Moon ([`compute_profile`]); the visible sunlight
-//! ([`visible_sunlight`]); features and uniforms of both draws ([`apply_to_moon`], [`apply_to_sun`]). Always: nothing changes without a height map, or if the Moon
-//! does not touch the Sun's disc. Left out: the effect of the heights on sunlight at the ground, which uses the mean limb, and relief on the disc.
+//! In: placed bodies and the user's height map. Out: the profile as seen from the camera, stored in the placed Moon ([`compute_profile`]); the visible
+//! sunlight ([`visible_sunlight`]); features and uniforms of both draws ([`apply_to_moon`], [`apply_to_sun`]). Always: nothing changes without a height map,
+//! or if the Moon does not touch the Sun's disc. Left out: the effect of the heights on sunlight at the ground, which uses the mean limb, and relief on the
+//! disc.
 
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
@@ -23,13 +24,13 @@ use std::sync::Arc;
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
 /// Smallest range of limb heights, in pixels, for which the profile is drawn.
 const MIN_SPAN_PX: f64 = 0.25;
-/// Largest sine of the limb's angle: above it, on the ground, its tangent has no use and would divide by zero.
+/// Largest sine of the limb's angle: the limit avoids a division by zero in the tangent for a camera on the ground.
 const MAX_LIMB_SINE: f64 = 0.999;
 
-/// Stores the limb profile that the camera sees in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
+/// Computes the limb profile as seen from the camera and stores it in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
 pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
-    let found = |id: NaifId| placed.iter().position(|p| p.body.id == id);
-    let (Some(moon), Some(sun)) = (found(NaifId::MOON), found(NaifId::SUN)) else { return };
+    let index_of = |id: NaifId| placed.iter().position(|p| p.body.id == id);
+    let (Some(moon), Some(sun)) = (index_of(NaifId::MOON), index_of(NaifId::SUN)) else { return };
     let (moon_placement, placed_sun) = (placed[moon].placement, &placed[sun]);
     let Some(map) = placed[moon].catalog.lunar_heights() else { return };
     let camera_in_moon_axes_km = moon_placement.body_from_icrf * -moon_placement.centre_km;
@@ -38,15 +39,15 @@ pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProf
     let gap = angle_rad(moon_placement.centre_km, placed_sun.placement.centre_km)
         - angular_radius(map.sphere_km() + greatest_km, camera_in_moon_axes_km.length())
         - angular_radius(placed_sun.body.radii_km.max_element(), placed_sun.distance_km);
-    // The profile assumes a camera at least one radius above the Moon, and nearer to it than the Sun is.
+    // The profile assumes that the camera is at least one radius above the Moon, and that the Moon is closer to the camera than the Sun.
     if gap > 0.0 || camera_in_moon_axes_km.length() < 2.0 * map.sphere_km() || camera_in_moon_axes_km.length() > placed_sun.distance_km {
         return;
     }
     placed[moon].limb_profile = Some(profiles.seen_from(map, camera_in_moon_axes_km));
 }
 
-/// The limb profile in the camera's view. `position_angle_axes`: unit vectors across the direction to the Moon, ICRF, at the position angles 0 and 90 degrees of
-/// the profile.
+/// The limb profile in the camera's view. `position_angle_axes`: unit vectors perpendicular to the direction to the Moon, ICRF, at the position angles 0 and
+/// 90 degrees of the profile.
 struct ApparentLimb<'p> {
     profile: &'p LimbProfile,
     position_angle_axes: [DVec3; 2],
@@ -66,17 +67,18 @@ impl<'p> ApparentLimb<'p> {
     }
 }
 
-/// The fraction of the Sun's light that the Moon's limb profile leaves visible, from the fraction that a smooth limb of the Moon's mean radius leaves; per channel,
-/// exactly 0 if all is hidden. Computed in the plane tangent to the sky at the Moon's centre, in which a disc of a quarter of a degree is round to 1e-5 of its radius.
+/// The fraction of the Sun's light that the Moon's limb profile leaves visible, per channel; exactly 0 if the Sun is completely hidden. `mean_limb_light`: the
+/// fraction for a smooth limb of the Moon's mean radius. Computed in the plane tangent to the sky at the Moon's centre, in which a disc of a quarter of a
+/// degree is round to 1e-5 of its radius.
 pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
-    let seen = ApparentLimb::of(profile, &moon.placement);
+    let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     let ahead = moon.placement.centre_km.normalize();
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(ahead);
-    let middle = DVec2::new(to_sun.dot(seen.position_angle_axes[0]), to_sun.dot(seen.position_angle_axes[1]));
+    let middle = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
     let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
     let (u1, u2) = limb_law(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
-    let mean_limb = seen.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
+    let mean_limb = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_seen) = (DVec3::ZERO, false);
     for (k, height_km) in profile.heights_km().iter().enumerate() {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
@@ -87,9 +89,9 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
             continue;
         }
         let (enters, leaves) = (along - half_squared.sqrt(), along + half_squared.sqrt());
-        let limb = seen.limb_angle_tan(*height_km);
+        let limb = apparent_limb.limb_angle_tan(*height_km);
         is_any_seen |= leaves > limb.max(0.0);
-        // The light between both limbs is gained where the profile is lower, else lost.
+        // The light between profile and mean limb is gained if the profile is lower, and lost if it is higher.
         let (from, to) = (limb.min(mean_limb).max(enters), limb.max(mean_limb).min(leaves));
         if to <= from {
             continue;
@@ -99,18 +101,18 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
             let mu = (1.0 - from_sun_centre.length_squared()).max(0.0).sqrt();
             (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
         };
-        // Simpson's rule: a strip is a few hundredths of the disc wide at most.
+        // Simpson's rule suffices, because a strip is at most a few hundredths of the disc wide.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
         change += strip * (if limb < mean_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
     }
     if !is_any_seen {
         return DVec3::ZERO;
     }
-    // A visible bead always leaves some light.
+    // At least one bead is visible, so the result must not be zero.
     (mean_limb_light + change / total).clamp(DVec3::splat(f64::MIN_POSITIVE), DVec3::ONE)
 }
 
-/// Gives the Moon's draw the profile, if one is stored and its heights are resolved; records the decision.
+/// Applies the stored profile to the Moon's draw, if the picture resolves its heights; records the decision.
 pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };
@@ -126,7 +128,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let decision = Decision { feature: "limb-heights", on, reason, tier: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
     let Some(draw) = draw.filter(|_| on) else { return };
-    // The dark side in front of the Sun shows no procedural craters.
+    // The side of the Moon that is turned away from the Sun needs no procedural craters.
     draw.features.detail = Detail::None;
     draw.features.limb_heights = true;
     let radius_km = moon.body.radii_km.x;
@@ -150,8 +152,8 @@ pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyInView]) {
     }
 }
 
-/// Gives the Sun's draw the Moon's silhouette. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of pixel (0, 0), and its
-/// change per pixel in x and in y.
+/// Applies the Moon's silhouette to the Sun's draw. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of the reference
+/// pixel, and its change per pixel in x and in y.
 pub(crate) fn apply_to_sun(
     draw: &mut Draw,
     moon_draw: &LimbUniforms,
@@ -164,12 +166,13 @@ pub(crate) fn apply_to_sun(
     if draw.features.surface != Surface::Emissive || draw.features.shape != Shape::Sphere {
         return;
     }
-    let seen = ApparentLimb::of(profile, &moon.placement);
+    let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     // Pixels per lunar radius of height at the limb: d tan(asin s) / ds = (1 - s^2)^(-3/2).
     let sine = (moon.body.radii_km.x / moon.distance_km).min(MAX_LIMB_SINE);
     let radius_px = sine / (1.0 - sine * sine).powf(1.5) / camera.pixel_tangent();
-    let limb_row =
-        |k: usize, w: f64| narrow(DVec3::from_array(rays.map(|ray| seen.position_angle_axes[k].dot(ray)))).extend(narrow_scalar(w));
+    let limb_row = |k: usize, w: f64| {
+        narrow(DVec3::from_array(rays.map(|ray| apparent_limb.position_angle_axes[k].dot(ray)))).extend(narrow_scalar(w))
+    };
     draw.features.limb_heights = true;
     draw.uniforms.limb = LimbUniforms { across: [limb_row(0, radius_px), limb_row(1, row as f64)], table: moon_draw.table.clone() };
 }

@@ -1,10 +1,10 @@
 //! The order of draws, from far to near.
 //!
-//! In: placed bodies and their draws. Out: the same draws in painter's order, so that no draw needs depth to know what it covers: two layers of one body
-//! may be closer than depth can resolve. Two disjoint spheres are separated by the plane of equal tangent lengths (their radical plane), and the one with
-//! the shorter tangent from the camera is in front. A body that does not cross the plane of a ring is in front of the whole ring or behind it, depending on
-//! whether it is on the camera's side of that plane. Both rules hold at any distance. Within a body the layers follow [`Part`]. Not here: bodies whose
-//! bounding spheres intersect, and moons that cross the ring's plane; depth decides between those.
+//! In: placed bodies and their draws. Out: the same draws in painter's order, so that visibility does not depend on the depth test: two layers of one body
+//! may be closer than depth can resolve. Two disjoint spheres are separated by the plane of equal tangent lengths (their radical plane); the sphere with
+//! the shorter tangent from the camera is in front. A body that does not cross the plane of a ring is entirely in front of the ring or entirely behind it,
+//! depending on whether it is on the camera's side of that plane. Both rules are valid at any distance. Within a body the layers follow [`Part`]. Not here:
+//! bodies whose bounding spheres intersect, and moons that cross the ring's plane; the depth test decides between those.
 
 use crate::catalog::NaifId;
 use crate::scene::draw::{Draw, Part};
@@ -39,12 +39,13 @@ impl BoundingSphere {
     }
 }
 
-/// Whether a body is in front of another wherever both are visible.
+/// Whether body `a` is in front of body `b` wherever their outlines overlap.
 pub(crate) fn is_in_front(a: &PlacedBody<'_>, b: &PlacedBody<'_>) -> bool {
     BoundingSphere::of(a).tangent_squared_km2() < BoundingSphere::of(b).tangent_squared_km2()
 }
 
-/// The sort key of a draw: farther groups first, within a group by step, then by the body's own distance.
+/// The sort key of a draw: farther groups first, within a group by step, then farther bodies first. A group is a planet with rings and its moons, or a
+/// single body. Distances are squared tangent lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct DrawOrder {
     group_squared_km2: f64,
@@ -63,14 +64,14 @@ enum Step {
     NearHalf,
 }
 
-/// The position of a moon among the layers of its planet; `None`: in front of all. `pole`: normal of the ring's plane, unit vector.
+/// The step in which a moon of a ringed planet is drawn; `None`: in front of all layers of the planet. `pole`: normal of the ring's plane, unit vector.
 fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3) -> Option<Step> {
     let from_planet_km = moon.centre_km - planet.centre_km;
     let (height_km, camera_km) = (pole.dot(from_planet_km), -pole.dot(planet.centre_km));
     let crosses_plane = height_km.abs() <= moon.radius_km;
     let on_far_side = height_km * camera_km < 0.0;
     let in_front_of_globe = moon.tangent_squared_km2() < planet.tangent_squared_km2();
-    // A camera within the ring's radius may look outwards at a moon that is nearer than the planet and still behind the far half.
+    // A camera within the ring's radius may look outwards at a moon that is closer than the planet but still behind the far half of the ring.
     let outwards = from_planet_km.dot(moon.centre_km) > 0.0 && !moon.overlaps(planet);
     match (crosses_plane, on_far_side, in_front_of_globe) {
         (true, _, true) | (false, false, true) => None,
@@ -84,9 +85,9 @@ fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3)
 /// Sorts the draws of placed bodies.
 pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Vec<Draw> {
     let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == Part::Ring).map(|d| d.body).collect();
-    let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
+    let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let order_of = |id: NaifId, part: Part| {
-        let Some(p) = found(id) else { return DrawOrder { group_squared_km2: 0.0, step: Step::Globe, own_squared_km2: 0.0 } };
+        let Some(p) = placed_body(id) else { return DrawOrder { group_squared_km2: 0.0, step: Step::Globe, own_squared_km2: 0.0 } };
         let own = BoundingSphere::of(p);
         let own_squared_km2 = own.tangent_squared_km2();
         let step = match part {
@@ -94,7 +95,7 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
             Part::Ring => Step::NearHalf,
             Part::Sky | Part::Globe | Part::Clouds => Step::Globe,
         };
-        let planet = p.body.parent.filter(|parent| ringed.contains(parent)).and_then(found);
+        let planet = p.body.parent.filter(|parent| ringed.contains(parent)).and_then(placed_body);
         let moon_order = planet.and_then(|planet| {
             let pole = planet.placement.body_from_icrf.transpose() * DVec3::Z;
             Some((BoundingSphere::of(planet).tangent_squared_km2(), step_among_rings(&own, &BoundingSphere::of(planet), pole)?))
@@ -103,14 +104,14 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
         DrawOrder { group_squared_km2, step, own_squared_km2 }
     };
     draws.sort_by_cached_key(|d| {
-        let at = order_of(d.body, d.part);
-        (Farther(at.group_squared_km2), at.step, Farther(at.own_squared_km2), d.part)
+        let order = order_of(d.body, d.part);
+        (Farther(order.group_squared_km2), order.step, Farther(order.own_squared_km2), d.part)
     });
     draws
 }
 
-/// Number of sorted draws that are a body's own or behind it: light around that body is drawn after them. For a body without a draw, those that are
-/// farther.
+/// Number of sorted draws up to the last draw of `body`: light around the body is drawn after them. For a body without a draw, the number of draws up to
+/// the last farther body.
 pub(crate) fn draws_behind(placed: &[PlacedBody<'_>], draws: &[Draw], body: NaifId) -> usize {
     let distance_km = |id: NaifId| placed.iter().find(|p| p.body.id == id).map_or(0.0, |p| p.distance_km);
     let own_km = distance_km(body);
@@ -118,7 +119,7 @@ pub(crate) fn draws_behind(placed: &[PlacedBody<'_>], draws: &[Draw], body: Naif
     last.map_or(0, |last| last + 1)
 }
 
-/// Sorts larger values first.
+/// A distance that sorts larger values first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Farther(f64);
 
@@ -138,7 +139,7 @@ impl Ord for Farther {
 mod tests {
     use super::*;
 
-    /// A sequence of numbers in 0..1 (Weyl's, of the golden ratio's powers).
+    /// A quasi-random sequence of numbers in 0..1 (a Weyl sequence of powers of the golden ratio).
     fn numbers(seed: u32) -> impl FnMut() -> f64 {
         let mut k = f64::from(seed);
         move || {
@@ -147,13 +148,15 @@ mod tests {
         }
     }
 
-    fn met(ball: &BoundingSphere, along: DVec3) -> Option<f64> {
+    /// Distance along a ray from the camera to a sphere; `None` if the ray misses it.
+    fn distance_to(ball: &BoundingSphere, along: DVec3) -> Option<f64> {
         let b = ball.centre_km.dot(along);
         let square = ball.radius_km * ball.radius_km - (ball.centre_km - along * b).length_squared();
         (square > 0.0 && b > 0.0).then(|| b - square.sqrt())
     }
 
-    /// Cameras near and far, moons anywhere around a planet with a ring: along each ray that meets two of them the later drawn is the nearer.
+    /// For cameras at many distances and moons anywhere around a planet with a ring: along each ray that meets two of moon, globe and ring, the one drawn
+    /// later is nearer.
     #[test]
     fn along_every_ray_the_nearer_is_drawn_later() {
         let mut next = numbers(7);
@@ -164,7 +167,7 @@ mod tests {
         let (mut pairs, mut with_ring) = (0, 0);
         for _ in 0..40_000 {
             let (towards, far, size) = direction();
-            let (outwards, away, tilt) = direction();
+            let (outwards, away, _) = direction();
             let (aside, slant, _) = direction();
             // The planet has radius 1, the ring reaches from 1.2 to 2.3.
             let camera = towards * (1.02 + 10f64.powf(7.0 * far * far) - 1.0);
@@ -172,16 +175,15 @@ mod tests {
             let planet = BoundingSphere { centre_km: -camera, radius_km: 1.0 };
             let pole = DVec3::Z;
             // A ray that meets the moon.
-            let _ = tilt;
             let along = (moon.centre_km + aside * (moon.radius_km * 0.9 * slant)).normalize();
-            let Some(at_moon) = met(&moon, along) else { continue };
+            let Some(at_moon) = distance_to(&moon, along) else { continue };
             if moon.tangent_squared_km2() < 0.0 {
                 continue;
             }
             let in_front_of_globe = moon.tangent_squared_km2() < planet.tangent_squared_km2();
             let step = step_among_rings(&moon, &planet, pole);
             let drawn = step.map_or(if in_front_of_globe { 9 } else { -1 }, |s| s as i32);
-            if let Some(at_globe) = met(&planet, along) {
+            if let Some(at_globe) = distance_to(&planet, along) {
                 assert_eq!(at_moon < at_globe, drawn > Step::Globe as i32, "{moon:?} {step:?} from {camera}");
                 pairs += 1;
             }
@@ -194,8 +196,8 @@ mod tests {
             let half = if on_ring.dot(along) > 0.0 { Step::FarHalf } else { Step::NearHalf };
             assert_eq!(at_moon < at_ring, drawn > half as i32, "{moon:?} {step:?}, {half:?} from {camera}");
             with_ring += 1;
-            // The half itself: behind the globe or before it.
-            if let Some(at_globe) = met(&planet, along) {
+            // The half of the ring itself is behind the globe or in front of it.
+            if let Some(at_globe) = distance_to(&planet, along) {
                 assert_eq!(at_ring < at_globe, half > Step::Globe, "from {camera} along {along}");
             }
         }

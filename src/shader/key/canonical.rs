@@ -1,4 +1,4 @@
-//! The canonical form of a draw's features: rules that remove features which do not affect the image.
+//! The canonical form of a draw's features: rules that remove features without an effect on the image.
 
 use super::dimension::{DIMENSIONS, Dimension};
 use crate::scene::draw::{AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 /// If `applies` holds, `dimension` can be set to `value` without changing the image.
 pub struct CanonicalRule {
     pub dimension: &'static str,
-    /// The value's text (empty: the value that is not written).
+    /// The value's text in the key (empty: the value that the key omits).
     pub value: &'static str,
     pub applies: fn(&DrawFeatures) -> bool,
     /// Completes "… changes nothing: …".
@@ -17,11 +17,11 @@ pub struct CanonicalRule {
 fn emissive(n: &DrawFeatures) -> bool {
     n.surface == Surface::Emissive
 }
-/// Whether the pixel shows radiance, or the cost of computing it.
+/// Whether the pixel shows radiance, or the cost of computing radiance.
 fn shows_radiance(n: &DrawFeatures) -> bool {
     matches!(n.view, PixelView::Final | PixelView::Cost)
 }
-/// Sky, cloud and ring: surfaces without the maps and effects of ground.
+/// Sky, cloud and ring: surfaces without the maps and effects of solid ground.
 fn no_ground(n: &DrawFeatures) -> bool {
     matches!(n.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
 }
@@ -46,7 +46,7 @@ fn shows_albedo(n: &DrawFeatures) -> bool {
     }
 }
 
-/// Applied in order until nothing changes. That terminates, because each rule only removes features.
+/// Applied in order until no rule changes anything. This terminates, because each rule only removes features.
 pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "surface",
@@ -267,7 +267,7 @@ pub(super) fn first_reduction(features: &DrawFeatures) -> Option<(&'static Canon
     resolved_rules().iter().copied().find(|(rule, dimension, value)| (dimension.get)(features) != *value && (rule.applies)(features))
 }
 
-/// The fewest features that draw the same image.
+/// The smallest set of features that draws the same image.
 pub fn canonical(features: &DrawFeatures) -> DrawFeatures {
     reduce(features, |_| ())
 }
@@ -305,11 +305,11 @@ mod tests {
     }
 
     #[test]
-    fn canonical_is_idempotent_and_only_takes_away() {
+    fn canonical_is_idempotent_and_only_removes_features() {
         for n in sample_features(2, 100_000) {
             let c = canonical(&n);
             assert_eq!(canonical(&c), c, "{n:?}");
-            assert_eq!(c.view, n.view, "what is seen never changes");
+            assert_eq!(c.view, n.view, "the pixel view never changes");
             for d in DIMENSIONS.iter().filter(|d| d.name != "surface") {
                 assert!((d.get)(&c) <= (d.get)(&n), "{} grew: {n:?}", d.name);
             }
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lit_planet_under_everything_keeps_everything() {
+    fn canonical_keeps_all_features_of_a_lit_planet_that_has_every_effect() {
         use crate::scene::draw::{Air, Eclipse, Flags, MapSet};
         let n = DrawFeatures {
             surface: Surface::OrenNayar,
@@ -334,7 +334,7 @@ mod tests {
             ..DrawFeatures::MINIMAL
         };
         assert_eq!(canonical(&n), n);
-        // A mesh has further flags, and no atmosphere.
+        // A mesh has additional flags, and no atmosphere.
         let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
         let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, flags, ..n };
         assert_eq!(canonical(&mesh), mesh);

@@ -1,7 +1,8 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! There are some 10^10 combinations, so nothing here lists them all. A combination of a few dimension values *can occur* if some canonical
-//! features have it; that is decided by completing it with [`skeletons`], the canonical features over the dimensions that the rules read.
+//! There are about 10^10 combinations, so nothing here lists them all. A combination of a few dimension values *can occur* if some
+//! canonical features have it. To decide that, [`skeletons`] provides the canonical features over the dimensions that the rules read, and
+//! one of them is completed with the combination.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -15,23 +16,24 @@ pub fn nominal_size() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
 }
 
-/// `count` random combinations of dimension values, canonical or not; the same seed gives the same ones.
+/// `count` random combinations of dimension values, canonical or not; the same seed gives the same combinations.
 pub fn sample_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
     let mut random = Random::new(seed);
-    let one = |random: &mut Random| {
+    let combination = |random: &mut Random| {
         let mut features = DrawFeatures::MINIMAL;
         DIMENSIONS.iter().for_each(|d| (d.set)(&mut features, random.below(d.texts.len())));
         features
     };
-    (0..count).map(|_| one(&mut random)).collect()
+    (0..count).map(|_| combination(&mut random)).collect()
 }
 
-/// `count` keys of combinations drawn at random; the same seed gives the same keys.
+/// The keys of `count` random combinations; the same seed gives the same keys.
 pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
     sample_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// Dimensions that the canonical rules read, each with the number of values that the rules distinguish (further values behave like the last).
+/// Dimensions that the canonical rules read, each with the number of values that the rules distinguish (all further values behave like the
+/// last of these).
 const RULE_DIMENSIONS: [(&str, usize); 10] = [
     ("surface", 8),
     ("albedo", 2),
@@ -45,7 +47,7 @@ const RULE_DIMENSIONS: [(&str, usize); 10] = [
     ("view", 10),
 ];
 
-/// All canonical features over these dimensions alone. A combination can occur if one of them completes it to canonical features.
+/// All canonical features over these dimensions alone. A combination can occur if adding it to one of them gives canonical features.
 fn skeletons() -> Vec<DrawFeatures> {
     let mut all = vec![DrawFeatures::MINIMAL];
     for (name, values) in RULE_DIMENSIONS {
@@ -65,7 +67,7 @@ fn skeletons() -> Vec<DrawFeatures> {
     distinct.into_iter().collect()
 }
 
-/// Some values, each with the index of its dimension.
+/// Pairs of a dimension's index and a value of that dimension.
 type Combination<'a> = [(usize, usize)];
 
 fn with(mut features: DrawFeatures, values: &Combination<'_>) -> DrawFeatures {
@@ -83,7 +85,8 @@ fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) 
     after.iter().chain(before).map(|s| with(*s, values)).find(|n| canonical(n) == *n)
 }
 
-/// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in one list of all combinations.
+/// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in the list of all combinations. Then
+/// the length of that list.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
@@ -110,19 +113,19 @@ fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     (indexed, at)
 }
 
-/// Indices of the combinations that these features have, one for each choice.
+/// Indices of the combinations that these features contain, one for each choice.
 fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
     let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(features)).collect();
     choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * DIMENSIONS[*d].texts.len() + values[*d]))
 }
 
-/// Number of random completions of a missing combination that are tried.
+/// Number of random completions to try for a missing combination.
 const TRIES: usize = 12;
 
-/// Keys that contain every possible combination of values of any `t` dimensions, in order; the result is deterministic.
+/// Keys that contain every possible combination of values of any `t` dimensions, sorted; the result is deterministic.
 ///
-/// Greedy, as AETG (Cohen et al. 1997): of some random completions of the first missing combination, the one with most missing combinations is
-/// added.
+/// A greedy algorithm, like AETG (Cohen et al. 1997): of several random completions of the first missing combination, the one that adds
+/// most missing combinations is chosen.
 pub fn covering(t: usize) -> Vec<ShaderKey> {
     static COVERINGS: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
     match COVERINGS.get(t) {
@@ -165,7 +168,7 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
     chosen.into_iter().collect()
 }
 
-/// A test whether any two of some values can occur together: a necessary condition for larger combinations.
+/// Returns a test of whether any two of some values can occur together, which is a necessary condition for larger combinations.
 fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bool + use<> {
     let mut start = Vec::new();
     let mut count = 0;
@@ -203,7 +206,7 @@ fn best_completion(
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
             (d.set)(&mut features, random.below(d.texts.len()));
         }
-        // Any of the values that the rules do not distinguish.
+        // Choose among the values that the rules do not distinguish.
         for (name, distinguished) in RULE_DIMENSIONS {
             let Some(d) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
             if (d.get)(&features) + 1 == distinguished && d.texts.len() > distinguished {
@@ -224,7 +227,7 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn every_combination_that_any_sampled_key_holds_is_covered() {
+    fn every_combination_in_a_sampled_key_is_covered() {
         for t in [1, 2, 3] {
             let (choices, _) = choices(DIMENSIONS.len(), t);
             let set = covering(t);

@@ -5,7 +5,7 @@ use crate::scene::draw::{
     Surface,
 };
 
-/// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the table's order.
+/// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Part {
     Surface,
@@ -45,11 +45,11 @@ impl Part {
 pub struct Dimension {
     pub name: &'static str,
     pub part: Part,
-    /// Text of each value; empty for the value that is not written.
+    /// Text of each value in the key; empty for the value that the key omits.
     pub texts: &'static [&'static str],
-    /// The feature that each value switches on in the fragments; empty: none.
+    /// The feature that each value enables in the fragments; empty: none.
     pub features: &'static [&'static str],
-    /// Whether a value switches on the features of all lesser values too (counts do).
+    /// Whether a value also enables the features of all lesser values (as counts do).
     pub cumulative: bool,
     pub get: fn(&DrawFeatures) -> usize,
     pub set: fn(&mut DrawFeatures, usize),
@@ -222,7 +222,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
 ];
 
-/// The fragment features that these values switch on.
+/// The features that these draw features enable in the fragments.
 pub fn features(features: &DrawFeatures) -> Vec<&'static str> {
     let mut on = Vec::new();
     for d in DIMENSIONS {

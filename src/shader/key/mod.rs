@@ -1,9 +1,9 @@
-//! The shader key: a draw's features, reduced to the fewest that draw the same image.
+//! The shader key: a draw's features, reduced to the smallest set that draws the same image.
 //!
-//! In: scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so two draws that run the same
-//! code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment features; one list
-//! ([`canonical::RULES`]) says which values have no effect in combination with others. A new dimension is a field of `DrawFeatures`, a row of the
-//! table and its rules. Not here: the code that a key stands for.
+//! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so two draws that run
+//! the same code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment features; one
+//! list ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of
+//! `DrawFeatures`, a row of the table and its rules. Not here: the code of the module that a key identifies.
 
 #[doc(hidden)]
 mod canonical;
@@ -32,11 +32,12 @@ impl ShaderKey {
     pub fn for_draw(features: &DrawFeatures) -> Self {
         Self { features: canonical(features) }
     }
-    /// The features of the module, in canonical form. Culling and other pipeline state follow the draw's own features, which may be more.
+    /// The features of the module, in canonical form. Culling and other pipeline state follow the features of the draw itself, which may be
+    /// more.
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }
-    /// In the pixel view of shading cost: the instructions that a texture read counts as.
+    /// In the pixel view of shading cost: the number of instructions that one texture read counts as.
     pub fn instructions_per_read(&self) -> Option<f64> {
         (self.features.view == PixelView::Cost).then_some(INSTRUCTIONS_PER_READ)
     }

@@ -1,7 +1,8 @@
 //! The text form of a key: `lambert.albedo-normal.sun1.ellipsoid`, followed by flags and view, if any.
 //!
-//! Written in the order of the table of dimensions; a part whose values are all unwritten is omitted. Lower case letters, digits, `.` and `-` only.
-//! Parsed in any order and case: no word belongs to two parts. Only canonical keys are accepted: a part that would change nothing is an error.
+//! Written in the order of the table of dimensions. A part is omitted if the texts of all its values are empty. Only lower-case letters,
+//! digits, `.` and `-` occur. Parsed in any order and case, because no word belongs to two parts. Only canonical keys are accepted: a part
+//! without an effect is an error.
 
 use super::ShaderKey;
 use super::canonical::{canonical, first_reduction};
@@ -11,7 +12,7 @@ use crate::wording::{did_you_mean, echo_within};
 use std::fmt;
 use std::str::FromStr;
 
-/// Why a text is no key. Columns count from 1.
+/// Why a text is not a key. Columns count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyTextError {
     #[error("shader key `{text}`: `{part}` at column {column} is no word of a key; {expected}")]
@@ -25,7 +26,7 @@ pub enum KeyTextError {
 }
 
 impl KeyTextError {
-    /// The same where names of other modules might have been meant too.
+    /// The error for a text that may also have been meant as one of these module names.
     pub fn or_simple(self, names: &[&'static str]) -> Self {
         match self {
             Self::Unknown { text, part, column: 1, expected } if text == part => {
@@ -37,9 +38,9 @@ impl KeyTextError {
     }
 }
 
-/// Most characters of the key and of a part that messages quote.
-const WHOLE_ECHO: usize = 80;
-const PART_ECHO: usize = 40;
+/// Maximum number of characters of the key, and of a part, that messages quote.
+const KEY_ECHO_CHARS: usize = 80;
+const PART_ECHO_CHARS: usize = 40;
 
 fn parts() -> Vec<Part> {
     let mut parts: Vec<Part> = DIMENSIONS.iter().map(|d| d.part).collect();
@@ -47,7 +48,7 @@ fn parts() -> Vec<Part> {
     parts
 }
 
-/// Whether a part may be omitted: each of its dimensions has an unwritten value.
+/// Whether a part may be omitted: each of its dimensions has a value whose text is empty.
 fn optional(part: Part) -> bool {
     DIMENSIONS.iter().filter(|d| d.part == part).all(|d| d.texts.contains(&""))
 }
@@ -75,7 +76,8 @@ impl fmt::Display for ShaderKey {
     }
 }
 
-/// The words of a part's text with their columns. Words are joined by `-` and may contain `-`: at each position the longest known word is taken.
+/// The words of a part's text with their columns. Words are joined by `-` and may themselves contain `-`, so the longest known word is
+/// taken at each position.
 fn words(part: Part, text: &str, column: usize) -> Vec<(&str, usize)> {
     let known = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();
@@ -96,7 +98,7 @@ fn known(part: Part, word: &str) -> Option<(&'static Dimension, usize)> {
     of_part.into_iter().find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
 }
 
-/// The part that a piece between two `.` belongs to: the one that has most of its words. No word belongs to two parts.
+/// The part to which a piece between two `.` belongs: the part to which most of its words belong. No word belongs to two parts.
 fn part_of(piece: &str) -> Option<Part> {
     let knows = |part: Part| words(part, piece, 1).iter().filter(|(w, _)| known(part, w).is_some()).count();
     parts().into_iter().rev().max_by_key(|part| knows(*part)).filter(|part| knows(*part) > 0)
@@ -112,7 +114,7 @@ impl FromStr for ShaderKey {
 
     fn from_str(given: &str) -> Result<Self, KeyTextError> {
         let lower = given.to_ascii_lowercase();
-        let text = || echo_within(given, WHOLE_ECHO);
+        let text = || echo_within(given, KEY_ECHO_CHARS);
         let mut features = DrawFeatures::MINIMAL;
         // Dimension, word and column of each word, for messages about contradictions and repetitions.
         let mut positions: Vec<(&str, String, usize)> = Vec::new();
@@ -121,7 +123,7 @@ impl FromStr for ShaderKey {
         for piece in lower.split('.') {
             let unknown = |part: &str, column: usize, expected: String| KeyTextError::Unknown {
                 text: text(),
-                part: echo_within(part, PART_ECHO),
+                part: echo_within(part, PART_ECHO_CHARS),
                 column,
                 expected,
             };
@@ -180,7 +182,7 @@ mod tests {
         }
     }
 
-    /// Parts, and the words of a part, in an order drawn at random: the same key. The order itself changes nothing that is written.
+    /// Parts in random order give the same key. The written order does not depend on the order that was parsed.
     #[test]
     fn parts_are_read_in_any_order() {
         let mut state = 0x2545_f491_4f6c_dd1d_u64;
@@ -203,7 +205,7 @@ mod tests {
             assert_eq!((read, read.to_string()), (key, text), "{shuffled}");
         }
         assert!(moved > 10_000, "only {moved} keys were shuffled");
-        // A word of two parts would make the order matter.
+        // If a word belonged to two parts, the order would matter.
         let mut words = all_words();
         words.sort_unstable();
         let all = words.len();

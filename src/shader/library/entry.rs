@@ -1,9 +1,9 @@
 //! One entry on disk: an encoded module with a checksum.
 //!
-//! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module name,
-//! text, IR, source map and tape. Always: bytes that decode are complete, were written by the same generator for the requested module, and have
-//! valid IR and a tape that fits its entry points. The checksum is no signature: anyone who can write to the folder can write entries, of which
-//! only the form is checked. naga's encoding has no spans; they matter for error messages only.
+//! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module
+//! name, text, IR, source map and tape. Always: bytes that decode are complete, were written by the same generator for the requested
+//! module, and contain valid IR and a tape that fits its entry points. The checksum is not a signature: anyone who can write to the folder
+//! can write entries, and only their form is checked. naga's encoding has no spans, which matter only for error messages.
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
@@ -33,7 +33,7 @@ pub enum EntryError {
     Tape,
 }
 
-/// The start of an entry, which is decoded without the module.
+/// The start of an entry, which can be decoded without the module.
 #[derive(Serialize, Deserialize)]
 struct Head {
     generator: String,
@@ -94,7 +94,7 @@ pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
 
 /// The module in an entry.
 pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
-    // naga's arenas and postcard's readers of them expect what naga wrote.
+    // naga's and postcard's deserialization of arenas may panic on input that naga did not write.
     catch_panic(|| decode_unguarded(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
 }
 
@@ -126,7 +126,7 @@ fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], loweri
     Ok(ShaderModule { id: id.clone(), wgsl, module, info, layout, source_map, tape })
 }
 
-/// File name of a module's entry: the module's name, or, if that is too long for some file systems, its start and a digest.
+/// File name of a module's entry: the module's name, or its start and a digest if the name is too long for some file systems.
 pub fn file_name(id: &ModuleId) -> String {
     let name = id.to_string();
     if name.len() <= 180 {

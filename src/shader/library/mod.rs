@@ -1,8 +1,8 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
-//! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the generator
-//! would emit now, whatever the state of the disk; readers in any process see a complete entry or none; a disk error is reported once and is never
-//! fatal. Not here: which renderer runs the tape, and where messages go; the caller supplies both.
+//! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the
+//! generator would emit now, whatever the state of the disk; readers in any process see either a complete entry or none; a disk error is
+//! reported once and is never fatal. Not here: which renderer runs the tape, and where messages go; the caller supplies both.
 
 mod entry;
 
@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// Most bytes of an entry; the longest have some 300 kB.
+/// Maximum size of an entry in bytes; the longest entries have about 300 kB.
 pub const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
 type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
@@ -36,9 +36,9 @@ pub struct Origin {
 pub enum CacheOutcome {
     /// Read from a valid entry on disk.
     Read,
-    /// Emitted, since there was no entry.
+    /// Emitted because there was no entry.
     Emitted,
-    /// Emitted, since the entry was damaged or of another format; the entry was replaced.
+    /// Emitted because the entry was damaged or of another format; the entry was replaced.
     Rebuilt,
 }
 
@@ -47,13 +47,13 @@ pub enum CacheOutcome {
 pub struct Statistics {
     /// Modules that came from memory.
     pub from_memory: u64,
-    /// Modules that came from disk, and the seconds that took.
+    /// Modules that came from disk, and the time spent reading them in seconds.
     pub from_disk: u64,
     pub reading_s: f64,
-    /// Modules emitted, parsed, validated and lowered, and the seconds that took.
+    /// Modules emitted, parsed, validated and lowered, and the time spent on that in seconds.
     pub emitted: u64,
     pub emitting_s: f64,
-    /// Entries written, and the seconds that took.
+    /// Entries written, and the time spent writing them in seconds.
     pub written: u64,
     pub writing_s: f64,
     /// Entries on disk that were damaged or foreign and were replaced.
@@ -83,7 +83,7 @@ struct Damaged;
 /// The content of the disk cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskStatus {
-    /// Folder of this generator; `None` for a library in memory only.
+    /// Folder of this generator; `None` for a library that is only in memory.
     pub folder: Option<PathBuf>,
     pub entries: u64,
     pub bytes: u64,
@@ -94,7 +94,7 @@ pub struct DiskStatus {
     pub unreadable: Option<String>,
 }
 
-/// What [`ShaderLibrary::verify`] found.
+/// The result of [`ShaderLibrary::verify`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskCheck {
     pub whole: u64,
@@ -120,36 +120,36 @@ impl Generator {
 
 /// A cache of modules by name, in memory and on disk; shared between threads.
 pub struct ShaderLibrary {
-    /// `<cache>/orrery/shaders`; `None`: in memory only.
+    /// `<cache>/orrery/shaders`; `None` for a library that is only in memory.
     root: Option<PathBuf>,
     generator: RwLock<Generator>,
     lowering: Lowering,
     modules: Mutex<HashMap<ModuleId, Slot>>,
     counters: Counters,
-    say: Box<dyn Fn(&str) + Send + Sync>,
+    report: Box<dyn Fn(&str) + Send + Sync>,
     write_error_reported: AtomicBool,
     read_error_reported: AtomicBool,
 }
 
 impl ShaderLibrary {
-    /// A library below a cache directory, which need not exist. `say` receives one line for each problem.
-    pub fn open(cache: &Path, lowering: Lowering, say: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self::new(Some(cache.join("orrery").join("shaders")), lowering, Box::new(say))
+    /// A library in a cache directory, which need not exist. `report` receives one line for each problem.
+    pub fn open(cache: &Path, lowering: Lowering, report: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self::new(Some(cache.join("orrery").join("shaders")), lowering, Box::new(report))
     }
 
-    /// A library without a disk.
+    /// A library that is only in memory.
     pub fn in_memory(lowering: Lowering) -> Self {
         Self::new(None, lowering, Box::new(|_| {}))
     }
 
-    fn new(root: Option<PathBuf>, lowering: Lowering, say: Box<dyn Fn(&str) + Send + Sync>) -> Self {
+    fn new(root: Option<PathBuf>, lowering: Lowering, report: Box<dyn Fn(&str) + Send + Sync>) -> Self {
         Self {
             root,
             generator: RwLock::new(Generator::of(Fragments::default(), &lowering)),
             lowering,
             modules: Mutex::default(),
             counters: Counters::default(),
-            say,
+            report,
             write_error_reported: AtomicBool::new(false),
             read_error_reported: AtomicBool::new(false),
         }
@@ -169,7 +169,8 @@ impl ShaderLibrary {
         self.generator.read().clone()
     }
 
-    /// Builds modules from these fragments from now on, and drops the modules in memory. Modules of edited fragments are not written to disk.
+    /// From now on builds modules from these fragments, and drops the modules in memory. Modules of edited fragments are not written to
+    /// disk.
     pub fn set_fragments(&self, fragments: Fragments) {
         let generator = Generator::of(fragments, &self.lowering);
         *self.generator.write() = generator;
@@ -180,7 +181,8 @@ impl ShaderLibrary {
         Some(self.root.as_ref()?.join(&*self.disk_generator()?.digest))
     }
 
-    /// The generator, if its modules are written to disk: with edited fragments every edit would leave a folder behind.
+    /// The generator if its modules are written to disk. Modules of edited fragments are not, because every edit would leave a folder
+    /// behind.
     fn disk_generator(&self) -> Option<Generator> {
         Some(self.current_generator()).filter(|g| g.fragments.are_built_in())
     }
@@ -191,12 +193,12 @@ impl ShaderLibrary {
         Some(modules.get(id)?.get()?.as_ref().ok()?.1)
     }
 
-    /// Path of a module's entry, whether it exists or not.
+    /// Path of a module's entry, whether or not the file exists.
     pub fn entry_path(&self, id: &ModuleId) -> Option<PathBuf> {
         Some(self.folder()?.join(file_name(id)))
     }
 
-    /// The module. Concurrent requests for one module wait for the first of them.
+    /// Returns the module. Concurrent requests for one module wait for the first of them.
     pub fn get(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         let slot = {
             let mut modules = self.modules.lock();
@@ -245,7 +247,7 @@ impl ShaderLibrary {
             // Problems with the folder itself are reported when writing fails; an unreadable entry is reported here.
             Err(e) => {
                 if e.kind() != std::io::ErrorKind::NotADirectory && !self.read_error_reported.swap(true, Ordering::Relaxed) {
-                    (self.say)(&format!("shader library: {} cannot be read ({e}); its module is made anew", path.display()));
+                    (self.report)(&format!("shader library: {} cannot be read ({e}); its module is made anew", path.display()));
                 }
                 return None;
             }
@@ -257,14 +259,14 @@ impl ShaderLibrary {
             }
             Err(e) => {
                 self.counters.healed.fetch_add(1, Ordering::Relaxed);
-                (self.say)(&format!("shader library: {} is replaced: {e}", path.display()));
+                (self.report)(&format!("shader library: {} is replaced: {e}", path.display()));
                 Some(Err(Damaged))
             }
         }
     }
 
     fn write(&self, generator: &str, module: &ShaderModule, path: &Path) {
-        // After one failure no more writes are tried: on a full or read-only disk they would only cost time.
+        // After one failure nothing more is written: on a full or read-only disk further attempts would only cost time.
         if self.write_error_reported.load(Ordering::Relaxed) {
             return;
         }
@@ -275,7 +277,7 @@ impl ShaderLibrary {
             Err(e) => {
                 if !self.write_error_reported.swap(true, Ordering::Relaxed) {
                     let folder = path.parent().unwrap_or(path).display();
-                    (self.say)(&format!(
+                    (self.report)(&format!(
                         "shader library: {folder} cannot be written ({e}); modules are kept in memory only, --cache DIR names another place"
                     ));
                 }
@@ -290,7 +292,7 @@ impl ShaderLibrary {
             done();
             failure
         };
-        // Modules in memory are counted on this thread: the thread pool may be busy drawing.
+        // Modules in memory are handled on this thread, because the thread pool may be busy drawing.
         let (in_memory, missing): (Vec<&ModuleId>, Vec<&ModuleId>) = ids.iter().partition(|id| self.is_in_memory(id));
         let mut failures: Vec<ShaderError> = in_memory.into_iter().filter_map(load).collect();
         failures.par_extend(missing.into_par_iter().filter_map(load));
@@ -330,7 +332,7 @@ impl ShaderLibrary {
         status
     }
 
-    /// Reads every entry of this generator, builds its module again and compares both, on all cores.
+    /// Reads every entry of this generator, rebuilds its module and compares both, on all cores.
     pub fn verify(&self) -> DiskCheck {
         let mut check = DiskCheck { unreadable: self.unreadable(), ..DiskCheck::default() };
         let mut files: Vec<_> = self.folder().iter().flat_map(|f| entries_in(f)).collect();
@@ -358,8 +360,8 @@ impl ShaderLibrary {
         if entry::encode(&generator, &built).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
     }
 
-    /// Builds modules that came from disk again, and drops entries that differ from the built module, for callers that could not use a module.
-    /// Returns the number of dropped entries.
+    /// For callers that could not use a module: rebuilds modules that came from disk, and drops entries that differ from the rebuilt
+    /// module. Returns the number of dropped entries.
     pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
         let is_forged = |id: &&ModuleId| {
@@ -371,9 +373,9 @@ impl ShaderLibrary {
         let forged: Vec<&ModuleId> = ids.iter().filter(is_forged).collect();
         for id in &forged {
             let path = self.entry_path(id).unwrap_or_default();
-            (self.say)(&format!("shader library: {} is replaced: it is not what its key emits", path.display()));
+            (self.report)(&format!("shader library: {} is replaced: it is not what its key emits", path.display()));
             self.counters.healed.fetch_add(1, Ordering::Relaxed);
-            // Removed from disk and memory, it is built again at the next request.
+            // Removed from disk and memory, the module is rebuilt at the next request.
             drop(std::fs::remove_file(path));
             self.modules.lock().remove(id);
         }
@@ -388,7 +390,7 @@ impl ShaderLibrary {
                 std::fs::remove_file(&file)?;
                 removed += 1;
             }
-            // A folder that has other files stays.
+            // A folder that contains other files is kept.
             let _ = std::fs::remove_dir(&folder);
         }
         self.modules.lock().clear();
@@ -416,7 +418,7 @@ fn files_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path()).filter(|p| p.is_file())
 }
 
-/// Everything with the name of an entry, except folders: also pipes and links.
+/// Everything named like an entry, except folders; includes pipes and links.
 fn entries_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     let all = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
     all.filter(|p| p.extension().is_some_and(|e| e == EXTENSION) && !p.is_dir())

@@ -1,6 +1,6 @@
-//! Blocks of a fragment: parts of its text that one condition includes or omits.
+//! Blocks of a fragment: parts of its text that are included or omitted together, by one condition.
 //!
-//! In: the scanner appends them in the order of the text. Out: a tree by index; [`ROOT`] is the part without a condition.
+//! In: blocks from the scanner, in the order of the text. Out: a tree by index; [`ROOT`] is the part without a condition.
 
 use super::condition::Condition;
 
@@ -11,12 +11,12 @@ pub const ROOT: u32 = 0;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
     Root,
-    /// Emitted inside `parent` if the condition holds and none of the alternatives before it does.
+    /// Emitted as part of `parent` if the condition holds and none of the preceding alternatives does.
     When {
         parent: u32,
         condition: Condition,
         unless: Option<u32>,
     },
-    /// Emitted if any of these is: the comments above a chain of alternatives.
+    /// Emitted if any of these blocks is; used for the comments above a chain of alternatives.
     AnyOf(Vec<u32>),
 }

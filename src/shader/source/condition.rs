@@ -1,7 +1,7 @@
 //! The conditions of `@if` and `@elif`: features and predicates joined by `!`, `&&` and `||`.
 //!
-//! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a set of [`Features`]. Always: every name
-//! is that of a feature or of a predicate.
+//! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a set of [`Features`]. Always: every name in it is a
+//! feature or a predicate.
 
 use super::predicates::PREDICATES;
 use crate::shader::key::DIMENSIONS;
@@ -21,7 +21,7 @@ static FEATURES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     all
 });
 
-/// What each identifier of a condition stands for.
+/// The meaning of each identifier in a condition.
 static NAMES: LazyLock<HashMap<String, Condition>> = LazyLock::new(|| {
     let features = FEATURES.iter().enumerate().map(|(bit, name)| (identifier(name), Condition::Feature(bit)));
     let predicates = PREDICATES.iter().enumerate().map(|(k, p)| (p.name.to_owned(), Condition::Predicate(k)));
@@ -29,11 +29,11 @@ static NAMES: LazyLock<HashMap<String, Condition>> = LazyLock::new(|| {
 });
 
 static PREDICATE_CONDITIONS: LazyLock<Vec<Condition>> = LazyLock::new(|| {
-    // A mistake in the table is a condition that never holds; the unit tests find it.
+    // An invalid condition in the table becomes a condition that never holds; the unit tests detect it.
     PREDICATES.iter().map(|p| Condition::parse(p.condition).unwrap_or(Condition::Constant(false))).collect()
 });
 
-/// How WESL writes a feature: `air.pixel-8` is `air_pixel_8`.
+/// Spelling of a feature in WESL: `air.pixel-8` is `air_pixel_8`.
 pub fn identifier(feature: &str) -> String {
     feature.replace(['.', '-'], "_")
 }
@@ -43,7 +43,7 @@ pub fn identifier(feature: &str) -> String {
 pub struct Features(u128);
 
 impl Features {
-    /// Names that are no feature are ignored.
+    /// The set of these features; unknown names are ignored.
     pub fn of(names: &[&str]) -> Self {
         let bit = |name: &&str| FEATURES.iter().position(|f| f == name).map_or(0, |bit| 1_u128 << bit);
         Self(names.iter().map(bit).fold(0, |all, bit| all | bit))
@@ -54,7 +54,7 @@ impl Features {
     }
 }
 
-/// Every name (features as identifiers, and predicates) with its value for these features, as a WESL compiler takes them.
+/// Every name (features as identifiers, and predicates) with its value for these features, in the form that a WESL compiler takes.
 pub fn names_that_hold(features: Features) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }
@@ -125,7 +125,7 @@ impl Condition {
         }
     }
 
-    /// The same for a condition that does not hold: all its features.
+    /// The text to which the source map attributes a condition that does not hold: all its features.
     pub fn reason_against(&self) -> String {
         let mut names = Vec::new();
         self.collect(&mut names);

@@ -1,4 +1,4 @@
-//! A parsed fragment: its lines, divided into pieces that a module includes or omits.
+//! A parsed fragment: its lines, divided into pieces that a module may include or omit.
 
 use super::block::{Block, ROOT};
 use super::condition::{Condition, Features};
@@ -7,7 +7,7 @@ use super::scan::{Chain, Fault, Scan, scan};
 use crate::shader::ShaderError;
 use std::ops::Range;
 
-/// Owner of text that is never emitted: conditional attributes and imports.
+/// Block number of text that is never emitted: conditional attributes and imports.
 const REMOVED: u32 = u32::MAX;
 
 /// Part of a line that belongs to one block.
@@ -18,11 +18,12 @@ pub struct Piece {
     pub block: u32,
 }
 
-/// One line of a fragment without its attributes and imports.
+/// One line of a fragment, without its conditional attributes and imports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     pub pieces: Vec<Piece>,
-    /// Part of it was removed, or it belongs to several blocks: if the rest is empty, the line is not emitted.
+    /// A part was removed, or the line belongs to several blocks. Such a line is not emitted if the rest of it
+    /// is empty.
     pub cut: bool,
 }
 
@@ -45,11 +46,11 @@ pub struct Fragment {
     pub blocks: Vec<Block>,
     /// In the order of the text.
     pub imports: Vec<Import>,
-    /// Names of its declarations, whatever their conditions.
+    /// Names of its declarations, whatever their conditions are.
     pub declared: Vec<String>,
 }
 
-/// Line and column (in characters) of a byte, both from 1.
+/// Line and column (in characters) of a byte position, both from 1.
 fn line_and_column(text: &str, at: usize) -> (u32, u32) {
     let before = &text[..text.floor_char_boundary(at)];
     let line = before.matches('\n').count() + 1;
@@ -74,10 +75,10 @@ impl Fragment {
         Ok(Self::of(text, scan))
     }
 
-    /// Parses with the whole WESL grammar, which also checks parts that no key includes.
+    /// Parses with the entire WESL grammar, which also checks parts that no key includes.
     ///
     /// # Errors
-    /// As of [`Fragment::parse`], and the first error against the grammar, with line and column.
+    /// The errors of [`Fragment::parse`], and the first grammar error, with line and column.
     pub fn check(path: &str, text: &str) -> Result<Self, ShaderError> {
         if let Some((start, what)) = first_excess(text) {
             let (line, column) = line_and_column(text, start);
@@ -167,7 +168,7 @@ impl Fragment {
         }
     }
 
-    /// The block around a block.
+    /// The block that contains this block.
     pub fn parent(&self, block: u32) -> u32 {
         match &self.blocks[block as usize] {
             Block::When { parent, .. } => *parent,
@@ -176,7 +177,7 @@ impl Fragment {
     }
 }
 
-/// For each byte the block that it belongs to, or [`REMOVED`].
+/// For each byte, the block to which it belongs, or [`REMOVED`].
 fn owners(text: &str, scan: &Scan) -> Vec<u32> {
     let mut owners = vec![ROOT; text.len()];
     // Outer spans first, so that inner ones overwrite them.
@@ -205,7 +206,7 @@ fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |n| n + 1)
 }
 
-/// Start of the comment lines right above an item's line; only for an item that is the first of its line.
+/// Start of the comment lines directly above an item's line, if the item is the first on its line.
 fn comments_above(text: &str, at: usize) -> usize {
     let mut first = line_start(text, at);
     if !text[first..at].trim().is_empty() {
@@ -221,13 +222,13 @@ fn comments_above(text: &str, at: usize) -> usize {
     first
 }
 
-/// The end of an item, including a comment that follows it on its line.
+/// The end of an item, including a comment after it on the same line.
 fn end_with_comment(text: &str, end: usize) -> usize {
     let rest = text[end..].split('\n').next().unwrap_or_default();
     if rest.trim_start().starts_with("//") { end + rest.len() } else { end }
 }
 
-/// Position of the first directive in the syntax that fragments had before WESL.
+/// Position of the first directive in the syntax that fragments used before WESL.
 fn old_directive(text: &str) -> Option<usize> {
     let mut start = 0;
     for line in text.split('\n') {

@@ -1,16 +1,18 @@
-//! Limits for untrusted fragments: parsers, validators and lowerings recurse into nested syntax, and wgsl-parse 0.4 backtracks at each `<`.
+//! Limits for untrusted fragments. Parsers, validators and lowerings recurse into nested syntax, and wgsl-parse 0.4 backtracks at each `<`,
+//! so unlimited input could exhaust the stack or the time.
 //!
 //! In: a fragment's text. Out: the first position that exceeds a limit. Always: each byte is read once; comments do not count. The shipped
-//! fragments stay far below the limits (the deepest brackets are 7, the longest part of a statement has 600 bytes). Not here: whether it is WESL.
+//! fragments stay far below the limits (brackets nest at most 7 deep; the longest part of a statement has 600 bytes). Not here: whether the
+//! text is WESL.
 
-/// Most `<` without `>` in a statement. wgsl-parse reads ahead from each to see whether it opens a template list, and again inside each: the time
-/// doubles with every one.
+/// Most `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template list, and does so
+/// again inside each; every `<` doubles the time.
 const MAX_OPEN_ANGLES: usize = 12;
 /// Deepest nesting of brackets.
 const MAX_DEPTH: usize = 64;
-/// Most bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms is a syntax tree of that depth.
+/// Most bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms becomes a syntax tree that is as deep.
 const MAX_PART_BYTES: usize = 4096;
-/// Most `else` of one chain: each is nested in the one before.
+/// Most `else` in one chain: each is nested in the one before it.
 const MAX_ELSE: usize = 64;
 
 /// The text with its comments replaced by blanks of the same length.
@@ -48,7 +50,7 @@ fn without_comments(text: &str) -> Vec<u8> {
 pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
     let code = without_comments(text);
     let (mut angles, mut part) = (0, 0);
-    // For each open bracket, and for the fragment itself, the number of `else` in the current chain.
+    // The number of `else` in the current chain, for each open bracket and for the fragment itself.
     let mut chains = vec![0];
     for (at, byte) in code.iter().enumerate() {
         part = if byte.is_ascii_whitespace() { part } else { part + 1 };
@@ -104,13 +106,13 @@ mod tests {
     }
 
     #[test]
-    fn limits_are_where_they_say() {
+    fn limits_are_exact() {
         let excess = |text: &str| first_excess(text).map(|(at, what)| (at, what.split_whitespace().nth(2).unwrap_or_default().to_owned()));
         let number = |n: usize| n.to_string();
         for (unit, most) in [("(", MAX_DEPTH), ("f([", MAX_DEPTH / 2), ("{", MAX_DEPTH), ("vec2<", MAX_OPEN_ANGLES)] {
             assert_eq!(excess(&unit.repeat(most)), None, "{unit}");
             assert!(excess(&unit.repeat(most + 1)).is_some(), "{unit}");
-            // Comments that would close it do not.
+            // Closing brackets inside comments do not count.
             assert!(excess(&format!("{unit}/* ))]]}}}}>> */").repeat(most + 1)).is_some(), "{unit}");
             assert!(excess(&format!("{unit}// ))]]}}>>\r").repeat(most + 1)).is_some(), "{unit}");
         }

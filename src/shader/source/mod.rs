@@ -1,9 +1,9 @@
 //! Parsing of WESL fragments: their lines, conditions and imports.
 //!
-//! In: the text of a fragment of shaders/. Out: [`Fragment`]: its lines divided at the spans of conditional items, its imports and the
-//! names that it declares. [`condition`] parses and evaluates `@if` conditions; [`predicates`] names conditions that several
-//! fragments share. Always: a fragment is parsed once, however many modules contain it. Not here: the list of fragments
-//! (`shader::fragments`) and the emission of modules (`shader::emit`).
+//! In: the text of a fragment in shaders/. Out: [`Fragment`]: its lines divided at the spans of conditional items, its imports and the
+//! names that it declares. [`condition`] parses and evaluates `@if` conditions; [`predicates`] names conditions that several fragments
+//! share. Always: a fragment is parsed once, however many modules contain it. Not here: the list of fragments (`shader::fragments`)
+//! and the emission of modules (`shader::emit`).
 
 mod block;
 pub mod condition;

@@ -1,15 +1,15 @@
-//! Named conditions, for fragments that need the same condition several times.
+//! Named conditions, for conditions that fragments need several times.
 //!
-//! A fragment may use a predicate wherever it may use a feature of the key. Each is a WESL condition over features, evaluated
-//! for every key. The features themselves are those of the key's dimensions (`shader::key`), with `_` for `.` and `-`:
-//! `air.pixel-8` is `air_pixel_8`. A count switches on all lesser counts, so `lights_2` means two lights or more.
+//! A fragment may use a predicate wherever it may use a feature of the key. Each predicate is a WESL condition over features,
+//! evaluated for every key. The features are those of the key's dimensions (`shader::key`), with `_` in place of `.` and `-`:
+//! `air.pixel-8` is `air_pixel_8`. A count enables all lesser counts, so `lights_2` means two lights or more.
 
 /// A named condition.
 pub struct Predicate {
     pub name: &'static str,
     /// A condition over features.
     pub condition: &'static str,
-    /// Completes "holds where ...".
+    /// Completes the sentence "holds where ...".
     pub meaning: &'static str,
 }
 

@@ -1,8 +1,8 @@
 //! Finds the conditional items of a fragment by scanning its tokens.
 //!
-//! In: a fragment's text. Out: for each item with `@if`, `@elif` or `@else` the span of the item and of the attribute, and every
-//! import statement with its span. An item is a declaration, a struct member, a parameter, a statement or an import: it ends with a semicolon,
-//! a comma of its list or a closing brace. Not here: the division into lines (`fragment`).
+//! In: a fragment's text. Out: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, and every import
+//! statement with its span. An item is a declaration, a struct member, a parameter, a statement or an import. It ends with a semicolon, a
+//! comma of its list or a closing brace. Not here: the division into lines (`fragment`).
 
 use super::block::{Block, ROOT};
 use super::condition::Condition;
@@ -10,7 +10,7 @@ use std::ops::Range;
 use wgsl_parse::lexer::{Lexer, Token};
 use wgsl_parse::syntax::{Import as Path, ImportContent, ImportStatement, PathOrigin};
 
-/// An error at a byte of the text.
+/// An error at a byte position of the text.
 pub(super) struct Fault {
     pub at: usize,
     pub what: String,
@@ -22,7 +22,7 @@ pub(super) struct ConditionalSpan {
     pub block: u32,
 }
 
-/// An import statement: its position, and the items that it names as (path of the fragment, item).
+/// An import statement: its position, and the imported items as (path of the fragment, item).
 pub(super) struct Imported {
     pub at: usize,
     pub block: u32,
@@ -37,9 +37,9 @@ pub(super) struct Chain {
 
 #[derive(Default)]
 pub(super) struct Scan {
-    /// Blocks in order, each after its parent and after those that it is the alternative of. The first is [`ROOT`].
+    /// Blocks in order, each after its parent and after the alternatives that precede it. The first is [`ROOT`].
     pub blocks: Vec<Block>,
-    /// Inner spans before the outer ones.
+    /// Inner spans come before outer ones.
     pub owned: Vec<ConditionalSpan>,
     /// Conditional attributes and import statements, which are never emitted.
     pub cuts: Vec<Range<usize>>,
@@ -95,7 +95,7 @@ impl<'a> Scanner<'a> {
         self.tokens.get(self.next).map_or(self.text.len(), |(span, _)| span.start)
     }
 
-    /// End of the token before the next one.
+    /// End of the previous token.
     fn end(&self) -> usize {
         self.next.checked_sub(1).and_then(|k| self.tokens.get(k)).map_or(0, |(span, _)| span.end)
     }

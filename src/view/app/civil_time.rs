@@ -1,7 +1,8 @@
 //! Civil dates and times of an instant, in UTC or in the computer's time zone.
 //!
-//! In: instants, a zone. Out: dates and times of day, and back. Always: whole seconds; a time that the zone skips is moved past the gap, one that occurs twice means the earlier.
-//! Not here: leap seconds, which civil clocks do not show; the text of dates (`date_text`).
+//! In: instants or civil times, a zone. Out: the other of the two. Always: whole seconds; a civil time that the zone skips is moved past the gap;
+//! a civil time that occurs twice means the earlier instant. Not here: leap seconds, which civil clocks do not show; the text of dates
+//! (`date_text`).
 
 use crate::time::Instant;
 use chrono::{Duration, Local, LocalResult, NaiveDateTime, Offset, TimeZone, Utc};
@@ -71,7 +72,7 @@ mod tests {
     use chrono::FixedOffset;
 
     #[test]
-    fn clocks_of_all_zones_come_back() {
+    fn civil_times_of_all_zones_round_trip() {
         for hours in [-12.0, -3.5, 0.0, 5.5, 5.75, 14.0] {
             let zone = FixedOffset::east_opt((hours * 3600.0) as i32).expect("a zone");
             for text in

@@ -1,27 +1,27 @@
-//! How the window puts a picture together: one perspective frame, a dome, the whole sphere, or a stereo pair. The part of a view that a link keeps of it.
+//! The composition of a picture as a view stores it: one perspective frame, a dome, the entire sphere, or a stereo pair.
 //!
-//! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: a default one is a plain perspective picture, and is not written. Not here:
-//! the warp mesh, a file of the projector's own, which `orrery view --warp` gives.
+//! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a plain perspective picture,
+//! which links and files omit. Not here: the warp mesh, which belongs to a projector and is loaded by `orrery view --warp`.
 
 use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
 use crate::view::app::option_text;
 use serde::{Deserialize, Serialize};
 
-/// How the picture is put together.
+/// The stored fields of a composition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CompositionState {
     #[serde(with = "option_text::by_name")]
     pub projection: Projection,
-    /// Full angle of a fisheye's circle; other projections don't use it.
+    /// Full angle of a fisheye's circle; other projections do not use this field.
     pub fisheye_deg: f64,
-    /// A fisheye with the zenith in its middle.
+    /// The zenith is in the middle of a fisheye picture.
     pub dome_zenith: bool,
     pub dome_tilt_deg: f64,
     #[serde(with = "option_text::by_optional_name")]
     pub stereo: Option<StereoLayout>,
-    /// `None`: as wide as the view makes comfortable.
+    /// `None`: a separation that is comfortable for the view.
     pub eye_separation_km: Option<f64>,
 }
 
@@ -39,7 +39,7 @@ impl Default for CompositionState {
 }
 
 impl CompositionState {
-    /// Without its mesh.
+    /// The stored fields of a composition, without its warp mesh.
     pub(crate) fn of(composition: &Composition) -> Self {
         Self {
             projection: composition.projection,
@@ -55,7 +55,7 @@ impl CompositionState {
         *self == Self::default()
     }
 
-    /// What the picture is made as; what a projection does not use is left out.
+    /// The composition for a request; fields that the projection does not use are left at their defaults.
     pub(crate) fn composition(&self) -> Composition {
         let sphere = self.projection != Projection::Perspective;
         Composition {
@@ -67,7 +67,7 @@ impl CompositionState {
         }
     }
 
-    /// Each of its numbers that no picture can have.
+    /// Reports each number that is out of range.
     pub(super) fn faults(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         check(FISHEYE_RANGE_DEG.contains(&self.fisheye_deg), &|| {
             format!("composition.fisheye_deg {}: must be 1 to 360 degrees", self.fisheye_deg)

@@ -1,7 +1,8 @@
-//! Dates as people write them: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`; in German `8. April 2024`, `28. Mai 585 v. Chr.`, `jetzt`.
+//! Parser for typed dates: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`; in German
+//! `8. April 2024`, `28. Mai 585 v. Chr.`, `jetzt`.
 //!
-//! In: text, the current time. Out: an instant (UTC), or `None` if the text is no date. Always: ISO 8601 text has its ISO 8601 meaning. Not supported: dates of
-//! ambiguous order, such as 4/8/2024.
+//! In: text, the current time. Out: an instant (UTC), or `None` if the text is not a date. Always: ISO 8601 text has its ISO 8601 meaning. Not
+//! supported: dates of ambiguous order, such as 4/8/2024.
 
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -31,6 +32,7 @@ pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{clock}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
 }
 
+/// The parts of a date that have been read.
 #[derive(Default)]
 struct Parts<'t> {
     /// Astronomical year: 1 BC is 0.
@@ -46,7 +48,7 @@ fn put<T>(place: &mut Option<T>, part: T) -> Option<()> {
 }
 
 impl<'t> Parts<'t> {
-    /// `None`: a word is no part of a date, or a part occurs twice.
+    /// `None`: a word is not part of a date, or a part occurs twice.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut before_christ = false;
@@ -63,11 +65,11 @@ impl<'t> Parts<'t> {
         if before_christ {
             parts.year = Some(1 - parts.year.filter(|y| *y > 0)?);
         }
-        // A day needs a month; a lone number is a year of four digits.
+        // A day without a month is not a date, and neither is a number that was read as a day.
         (parts.day.is_none() || parts.month.is_some()).then_some(parts)
     }
 
-    /// A day such as `8` or `8th`, or a year.
+    /// Reads a day such as `8` or `8th`, or a year.
     fn number(&mut self, word: &str) -> Option<()> {
         let digits = word.trim_start_matches('-').trim_end_matches(|c: char| c.is_alphabetic() || c == '.');
         let value: i64 = digits.parse().ok().filter(|_| digits.len() <= 4)?;
@@ -85,7 +87,7 @@ impl<'t> Parts<'t> {
         if is_ordinal { None } else { put(&mut self.year, value) }
     }
 
-    /// `8.4.2024` as day, month, year; `2024/4/8` as year, month, day.
+    /// Reads `8.4.2024` as day, month, year, and `2024/4/8` as year, month, day.
     fn dotted(&mut self, word: &str) -> Option<()> {
         let fields: Vec<i64> = word.split(['.', '/']).map(|f| f.parse().ok().filter(|_| f.len() <= 4)).collect::<Option<_>>()?;
         let [first, middle, last] = fields[..] else { return None };
@@ -102,7 +104,7 @@ impl<'t> Parts<'t> {
     }
 }
 
-/// By its name or at least three letters of it.
+/// The number of a month from its name, or from at least the first three letters of its name.
 fn month(word: &str) -> Option<u32> {
     let word = word.trim_end_matches('.');
     let begins = |m: &&str| word.len() >= 3 && m.starts_with(word);
@@ -118,7 +120,7 @@ mod tests {
         Instant::parse("2026-11-22T23:00:00Z").expect("a time")
     }
 
-    /// Every day of leap years and common years, in every form, is the day of ISO 8601.
+    /// Every supported form of a day gives the same instant as ISO 8601, for every day of leap years and common years.
     #[test]
     fn every_form_of_a_day_is_that_day() {
         let endings = |d: u32| match d {
@@ -176,13 +178,13 @@ mod tests {
         ] {
             let (found, expected) = (parse_date(text, now()).expect(text), Instant::parse(iso).expect(iso));
             let off_s = found.tdb_seconds_past_j2000() - expected.tdb_seconds_past_j2000();
-            // A UTC day is no whole number of TDB seconds.
+            // A UTC day is not a whole number of TDB seconds.
             assert!(off_s.abs() < 1e-3, "{text}: {off_s} s");
         }
     }
 
     #[test]
-    fn what_is_no_date_is_none() {
+    fn other_texts_are_not_dates() {
         for text in [
             "",
             " ",

@@ -1,7 +1,8 @@
 //! Eclipses, transits and moons' events for the window: an incremental search, and the best view of each event.
 //!
-//! In: an instant, kinds, a direction in time. Out: events step by step, nearest first; the view that shows one. Always: a step takes well under a second, so that a
-//! search can be stopped and blocks nothing. Not here: the geometry (`events`), the thread, the list on screen.
+//! In: an instant, kinds of events, a direction in time. Out: events in steps, nearest first; the best view of an event. Always: a step takes
+//! well under a second, so that a search can be stopped and does not block other queries. Not here: the geometry (`events`), the thread, the
+//! list on screen.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{Observer, ObserverSky};
@@ -39,7 +40,7 @@ impl EventKind {
         }
     }
 
-    /// Length of one step, days: a few eclipses, a dozen events of moons.
+    /// Length of one step, days, chosen so that a step contains a few eclipses or a dozen events of moons.
     fn step_days(self) -> f64 {
         match self {
             Self::Solar | Self::Lunar => 1000.0,
@@ -68,10 +69,10 @@ pub struct ContactLine {
     pub is_up: bool,
 }
 
-/// Events of the given kinds whose greatest phase is in `from..to`, by time.
+/// Events of the given kinds whose greatest phase is in `from..to`, ordered by time.
 ///
 /// # Errors
-/// The ephemeris does not cover the span.
+/// If the ephemeris does not cover the span.
 pub fn events_between(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -110,9 +111,10 @@ fn seconds(t: Instant) -> f64 {
 pub struct EventSearch {
     kinds: Vec<EventKind>,
     start: Instant,
+    /// Length of the entire span.
     reach_s: f64,
     backward: bool,
-    /// Length searched so far.
+    /// Length of the span searched so far, from `start`.
     searched_s: f64,
 }
 
@@ -130,15 +132,15 @@ impl EventSearch {
         self.kinds.is_empty() || self.searched_s >= self.reach_s
     }
 
-    /// Searches the next step: what it finds, nearest first.
+    /// Searches the next part of the span; returns its events, nearest first.
     ///
     /// # Errors
-    /// The ephemeris does not reach so far.
+    /// If the ephemeris does not cover this part.
     pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
         let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
         let until_s = (self.searched_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
-        let [near, far] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
-        let (from, to) = if self.backward { (far, near) } else { (near, far) };
+        let [begin, end] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
+        let (from, to) = if self.backward { (end, begin) } else { (begin, end) };
         let mut found = events_between(catalog, ephemeris, &self.kinds, from, to)?;
         if self.backward {
             found.reverse();
@@ -150,7 +152,7 @@ impl EventSearch {
     /// Searches until the first event.
     ///
     /// # Errors
-    /// The ephemeris does not reach so far.
+    /// If the ephemeris does not cover a part that was searched.
     pub(crate) fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
         while !self.is_over() {
             if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
@@ -161,21 +163,22 @@ impl EventSearch {
     }
 }
 
-/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; the corona surrounds an eclipsed Sun.
+/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; the field around an eclipsed Sun includes the corona.
 const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
 const SUN_FOV_DEG: f64 = 0.8;
 const MOON_FOV_DEG: f64 = 0.8;
-/// Field of view for moons' events, in diameters of the planet; for mutual events, of the moon.
+/// Field of view for moons' events, in diameters of the planet.
 const PLANET_DIAMETERS: f64 = 2.2;
+/// Field of view for mutual events of moons, in diameters of the moon.
 const MOON_DIAMETERS: f64 = 12.0;
-/// Height of the camera where the Sun is near the horizon, km: the dip of the horizon is then 1.8 degrees.
+/// Height of the camera if the Sun is near the horizon, km: the dip of the horizon is then 1.8 degrees.
 const LOW_SUN_CAMERA_KM: f64 = 3.0;
 const GROUND_CAMERA_KM: f64 = 0.01;
 /// Altitude below which the Sun counts as low, degrees.
 const LOW_SUN_DEG: f64 = 2.0;
-/// Approximate real seconds in which *watch* plays an event.
+/// Approximate real seconds in which *Watch* plays an event.
 const PLAYBACK_S: f64 = 30.0;
-/// Fraction of an event's length that is shown before its first contact.
+/// Fraction of an event's length that is shown before its first contact and after its last contact.
 const LEAD_FRACTION: f64 = 0.05;
 
 impl SkyEvent {
@@ -197,7 +200,7 @@ impl SkyEvent {
         }
     }
 
-    /// Contacts for the Earth as a whole, by time.
+    /// Contacts for the entire Earth, ordered by time.
     pub(crate) fn contacts(&self) -> &[(&'static str, Instant)] {
         match self {
             Self::Solar(e) => &e.contacts,
@@ -207,7 +210,7 @@ impl SkyEvent {
         }
     }
 
-    /// Type and bodies of the event: `Total solar eclipse`.
+    /// Type and bodies of the event, such as `Total solar eclipse`.
     pub fn title(&self, catalog: &Catalog) -> String {
         let name = |id: NaifId| catalog.body(id).map_or("?", |b| body_name(&b.name));
         match self {
@@ -276,10 +279,10 @@ impl SkyEvent {
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
     }
 
-    /// The best view of it, paused at its greatest phase; other settings as in `base_view`.
+    /// The best view of the event, paused at its greatest phase; other settings come from `base_view`.
     pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
-        let widths = |id: NaifId, count: f64| {
+        let diameters_deg = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
             let distance_km = places.between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
@@ -288,13 +291,13 @@ impl SkyEvent {
             Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
             Self::Lunar(_) => from_earth(NaifId::MOON, MOON_FOV_DEG),
             Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
-            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, widths(e.moon, MOON_DIAMETERS)),
-            Self::Moons(e) => from_earth(e.planet, widths(e.planet, PLANET_DIAMETERS)),
+            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MOON_DIAMETERS)),
+            Self::Moons(e) => from_earth(e.planet, diameters_deg(e.planet, PLANET_DIAMETERS)),
         };
         base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
-    /// The view from a place on the Earth, where the body is at the given altitude.
+    /// The view of the event from a place on the Earth, where the observed body is at the given altitude.
     pub(crate) fn view_from(&self, place: Place, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
@@ -302,19 +305,19 @@ impl SkyEvent {
             Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
             Self::Moons(e) => (e.planet, 0.03),
         };
-        let eye_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_CAMERA_KM } else { GROUND_CAMERA_KM };
+        let camera_height_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_CAMERA_KM } else { GROUND_CAMERA_KM };
         let eye = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,
             longitude_deg: place.longitude_deg,
-            height_km: place.height_km.max(0.0) + eye_km,
+            height_km: place.height_km.max(0.0) + camera_height_km,
             azimuth_deg: 0.0,
             altitude_deg: 0.0,
         };
         base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
-    /// From shortly before the first contact to shortly after the last one, at a rate that takes half a minute.
+    /// Playback from shortly before the first contact to shortly after the last contact, at a rate that takes half a minute.
     pub(crate) fn playback(&self) -> Playback {
         let (first, last) = self.local_span();
         let length_s = (seconds(last) - seconds(first)).max(1.0);
@@ -325,7 +328,8 @@ impl SkyEvent {
         }
     }
 
-    /// The contacts seen in the best view: a solar eclipse at one place is shorter than for the whole Earth.
+    /// First and last contact in the best view. For a solar eclipse these are local, because at one place it is shorter than for the entire
+    /// Earth.
     fn local_span(&self) -> (Instant, Instant) {
         let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
         match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
@@ -334,10 +338,11 @@ impl SkyEvent {
         }
     }
 
-    /// Contacts as seen from a place, and whether any of it is above the horizon; no contacts if the event is not visible there.
+    /// Contacts as seen from a place, and whether any part of the event is above the horizon there; no contacts if the event does not occur at
+    /// that place.
     ///
     /// # Errors
-    /// The ephemeris does not cover the event.
+    /// If the ephemeris does not cover the event.
     pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactLine>, bool), EphemerisError> {
         let place = Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
         let seen = match self {

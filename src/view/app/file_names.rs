@@ -1,14 +1,14 @@
 //! Names of the files that the window saves: an existing name gets the next free number.
 //!
-//! In: the name in a field, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. It writes
-//! nothing: the writer takes the first name that it can create. Checking which names are free only chooses the first candidate.
+//! In: the name in a field, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. This module
+//! writes nothing: the writer uses the first name that it can create, because another program may take a free name in the meantime.
 
 use std::path::{Path, PathBuf};
 
-/// Digits of a frame's number if the name has no placeholder.
+/// Digits of the frame number if the name has no placeholder.
 const DIGITS: usize = 5;
 
-/// A name with an invalid number placeholder.
+/// The name has an invalid placeholder for the frame number.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: write the frame number as %d or %05d, once")]
 pub(crate) struct FrameNumberError {
@@ -16,7 +16,7 @@ pub(crate) struct FrameNumberError {
     pub name: String,
 }
 
-/// A name with a number placeholder.
+/// A name with a placeholder for the frame number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NumberedName {
     before: String,
@@ -31,10 +31,10 @@ fn split(name: &str) -> (&str, &str) {
 }
 
 impl NumberedName {
-    /// The placeholder of a name, `%d` or `%05d`; `None` without one.
+    /// Parses the placeholder of a name, `%d` or `%05d`; `None` if there is no placeholder.
     ///
     /// # Errors
-    /// How to write a placeholder.
+    /// If the placeholder is invalid; the message explains how to write it.
     pub(crate) fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
         let Some((before, rest)) = name.split_once('%') else { return Ok(None) };
         let found = rest.split_once('d').and_then(|(width, after)| {
@@ -49,25 +49,25 @@ impl NumberedName {
         format!("{before}{number:0digits$}{after}").into()
     }
 
-    /// The names of a sequence's frames: from the name itself, or if one of them exists, from the name with the least number for which none exists. A name without
-    /// a placeholder gets one before its extension.
+    /// The names of a sequence's frames. If one of these files exists, the name gets the smallest number for which none of them exists. A name
+    /// without a placeholder gets a placeholder before its extension.
     ///
     /// # Errors
-    /// How to write a placeholder.
+    /// If the placeholder is invalid; the message explains how to write it.
     pub(crate) fn of_sequence(name: &str, frames: u32) -> Result<Self, FrameNumberError> {
         let (before, after) = split(name);
-        let plain = || Self { before: format!("{before}-"), digits: DIGITS, after: after.to_owned() };
-        let first = Self::of(name)?.unwrap_or_else(plain);
+        let default_numbering = || Self { before: format!("{before}-"), digits: DIGITS, after: after.to_owned() };
+        let first = Self::of(name)?.unwrap_or_else(default_numbering);
         let of_series = |n: u32| if n == 1 { first.clone() } else { Self { before: format!("{}{n}-", first.before), ..first.clone() } };
         let is_free = |series: &Self| (0..frames).all(|k| !series.path(k).exists());
         Ok((1..=u32::MAX).map(of_series).find(is_free).unwrap_or(first))
     }
 }
 
-/// `orrery.png`, `orrery-2.png`, `orrery-3.png`...; a placeholder is counted up instead.
+/// Names to try in turn: `orrery.png`, `orrery-2.png`, `orrery-3.png`...; if the name has a placeholder, its number counts up from 0 instead.
 ///
 /// # Errors
-/// How to write a placeholder.
+/// If the placeholder is invalid; the message explains how to write it.
 pub(crate) fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn an_existing_name_is_followed_by_numbered_ones() {
+    fn an_existing_name_is_followed_by_numbered_names() {
         assert_eq!(first("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
         assert_eq!(first("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
         assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
@@ -106,11 +106,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name).display().to_string();
         let sequence = |name: &str, frames| NumberedName::of_sequence(&at(name), frames).expect(name);
-        // A plain name, the field's default, gets the number by itself.
+        // A name without a placeholder, such as the field's default, gets a frame number.
         assert_eq!(sequence("orrery.png", 100).path(7).display().to_string(), at("orrery-00007.png"));
         assert_eq!(sequence("x-%d.exr", 100).path(7).display().to_string(), at("x-7.exr"));
         std::fs::write(at("orrery-00099.png"), "").expect("a file");
-        assert_eq!(sequence("orrery.png", 99).path(0).display().to_string(), at("orrery-00000.png"), "frame 99 is not of it");
+        assert_eq!(
+            sequence("orrery.png", 99).path(0).display().to_string(),
+            at("orrery-00000.png"),
+            "frame 99 is not part of a sequence of 99 frames"
+        );
         assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-2-00000.png"));
         std::fs::write(at("orrery-2-00000.png"), "").expect("a file");
         assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-3-00000.png"));

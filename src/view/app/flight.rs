@@ -1,15 +1,15 @@
-//! A flight from one view to another: smooth, without overshoot, from metres to the Kuiper belt in the same two seconds.
+//! A flight of the camera from one view to another: smooth, without overshoot, two seconds long for any distance.
 //!
-//! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the distance changes
-//! monotonically on a logarithmic scale, the direction along a great circle, the gaze reaches the target in the first half; the ends are met exactly.
-//! It ignores bodies on the way.
+//! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the distance changes monotonically on a
+//! logarithmic scale; the direction changes along a great circle; the camera faces the target after the first half; the poses at the ends are
+//! exactly those given. The flight does not avoid bodies on the way.
 
 use glam::{DQuat, DVec3};
 
 /// Length of a flight, seconds.
 pub(crate) const FLIGHT_S: f64 = 2.0;
-/// Fraction of the time after which the camera faces the target.
-const GAZE_SETTLES: f64 = 0.5;
+/// Fraction of the flight after which the camera faces the target.
+const FACING_FRACTION: f64 = 0.5;
 
 /// Position and orientation of the camera, relative to the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,13 +26,13 @@ pub(crate) struct Flight {
     pub passed_s: f64,
 }
 
-/// Ease-in and ease-out: starts and ends at rest.
+/// Eases a fraction in and out, so that a motion starts and ends at rest.
 pub(super) fn ease_in_out(part: f64) -> f64 {
     let p = part.clamp(0.0, 1.0);
     p * p * p * (p * (6.0 * p - 15.0) + 10.0)
 }
 
-/// Spherical interpolation of unit vectors; opposite ones go through a third.
+/// Spherical interpolation of unit vectors; between opposite vectors the great circle is arbitrary.
 fn slerp(from: DVec3, to: DVec3, part: f64) -> DVec3 {
     DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), part) * from
 }
@@ -55,18 +55,19 @@ impl Flight {
         }
         let s = ease_in_out(part);
         let (a, b) = (self.from.offset_km, self.to.offset_km);
-        let (far, near) = (a.length().max(1e-6), b.length().max(1e-6));
-        let distance = far.ln() + (near.ln() - far.ln()) * s;
+        let (start_km, end_km) = (a.length().max(1e-6), b.length().max(1e-6));
+        let log_distance = start_km.ln() + (end_km.ln() - start_km.ln()) * s;
         let direction = slerp(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
-        let gaze = ease_in_out(part / GAZE_SETTLES);
-        // From halfway on the camera faces the target from wherever it is.
+        let turn = ease_in_out(part / FACING_FRACTION);
+        // In the second half the camera faces the target from its current position. If the final pose does not face the target exactly, that angle
+        // is approached gradually.
         let facing = (-b).try_normalize().unwrap_or(self.to.forward);
-        let aside = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), s);
-        let towards = (aside * -direction).normalize();
-        let forward = slerp(self.from.forward, towards, gaze);
+        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), s);
+        let towards_target = (final_turn * -direction).normalize();
+        let forward = slerp(self.from.forward, towards_target, turn);
         let up = self.from.up.lerp(self.to.up, s);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        Pose { offset_km: direction * distance.exp(), forward, up }
+        Pose { offset_km: direction * log_distance.exp(), forward, up }
     }
 }
 
@@ -83,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_are_met_exactly() {
+    fn the_poses_at_the_ends_are_exact() {
         let mut f = flight();
         let start = f.pose();
         assert!((start.offset_km - f.from.offset_km).length() < 1e-6 * 1.3e9 * 1e-6);
@@ -110,7 +111,7 @@ mod tests {
         assert!(last.offset_km.length() / f.to.offset_km.length() < 1.001);
     }
 
-    /// From halfway on the target is in front of the camera.
+    /// In the second half of the flight the target is in front of the camera.
     #[test]
     fn the_target_is_in_view_from_halfway() {
         let mut f = flight();

@@ -1,4 +1,4 @@
-//! The first view of a window: a body from its lit side.
+//! The first view of a window: a body seen from its lit side.
 //!
 //! In: a body, a time, positions. Out: a [`ViewState`].
 
@@ -10,13 +10,13 @@ use glam::{DQuat, DVec3};
 
 /// Distance of the first view, equatorial radii.
 const START_DISTANCE_RADII: f64 = 3.5;
-/// Angle from the Sun's direction, so that the terminator shows.
+/// Angle between the directions to the camera and to the Sun, chosen so that the terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
-/// Offset towards the pole, as a fraction of the distance.
+/// Offset of the camera towards the pole, as a fraction of the distance.
 const POLE_OFFSET: f64 = 0.25;
 
 /// # Errors
-/// One line: the catalog has no such body.
+/// If the catalog does not contain the body.
 pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
     let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);

@@ -1,7 +1,8 @@
-//! Events around a moving time: the known ones, and the next span to search.
+//! The events around the displayed time: those already found, and the next search for more.
 //!
-//! In: a span of time, found events. Out: the next short search; the known events by time. Always: the searched span has no gaps, and grows on the side where the wanted span is
-//! nearer to its middle; a span elsewhere starts again. Not here: the thread that searches, and the painting.
+//! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
+//! gaps. It grows first on the side where its end is closer to the middle of the displayed span. If the displayed span is elsewhere, the search
+//! starts again there. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -16,9 +17,9 @@ pub(crate) struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Distance from J2000, years, beyond which no theory reaches, and nothing is searched.
+/// Distance from J2000, years, beyond which no ephemeris is valid and nothing is searched.
 const MAX_YEARS: f64 = 3000.0;
-/// Number of events above which all are dropped, with their span.
+/// Number of events above which all events are dropped and the search starts again.
 const MAX_EVENTS: usize = 5000;
 
 /// The events of some kinds found so far.
@@ -26,14 +27,14 @@ const MAX_EVENTS: usize = 5000;
 pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
     step_s: f64,
-    /// TDB seconds past J2000, from and to.
+    /// Start and end of the searched span, TDB seconds past J2000.
     searched: Option<(f64, f64)>,
-    /// On this side the ephemeris ends.
+    /// Whether the ephemeris ends before the searched span, and after it.
     is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
 
-/// A short search, and the side that it extends.
+/// A short search, and the side on which it extends the searched span.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct NextSearch {
     pub search: EventSearch,
@@ -42,12 +43,12 @@ pub(crate) struct NextSearch {
 }
 
 impl KnownEvents {
-    /// `step_days`: length of one search.
+    /// An empty store of events. `step_days`: length of one search.
     pub(crate) fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
         Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
-    /// The next search for a span; `None` if the span is known.
+    /// The next search for a displayed span; `None` if the span has been searched.
     pub(crate) fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
         let middle_s = 0.5 * (from_s + to_s);
         let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
@@ -69,7 +70,7 @@ impl KnownEvents {
         Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, self.step_s, backward), backward, from_s: start_s })
     }
 
-    /// Takes the result of a search; `None`: outside the ephemeris. Results for a span that was left meanwhile are dropped.
+    /// Stores the result of a search; `None`: outside the ephemeris. The result is dropped if the search does not extend the current span.
     pub(crate) fn take(&mut self, of: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
         let end_s = if of.backward { first_s } else { last_s };
@@ -85,7 +86,7 @@ impl KnownEvents {
         self.events.sort_by(|a, b| a.tdb_s.total_cmp(&b.tdb_s));
     }
 
-    /// Known events of a span, by time.
+    /// The known events in a span, ordered by time.
     pub(crate) fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
         let at = |s: f64| self.events.partition_point(|e| e.tdb_s < s);
         self.events.get(at(from_s)..at(to_s)).unwrap_or_default()
@@ -113,14 +114,14 @@ mod tests {
         let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
         assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 10);
         assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 0);
-        assert_eq!(searched(&mut known, 30.0 * DAY, 120.0 * DAY), 2, "what is new at its end");
-        assert_eq!(searched(&mut known, -10.0 * DAY, 50.0 * DAY), 1, "what is new before it");
-        assert_eq!(searched(&mut known, 9000.0 * DAY, 9100.0 * DAY), 10, "elsewhere it begins anew");
+        assert_eq!(searched(&mut known, 30.0 * DAY, 120.0 * DAY), 2, "only the new part after the searched span");
+        assert_eq!(searched(&mut known, -10.0 * DAY, 50.0 * DAY), 1, "only the new part before the searched span");
+        assert_eq!(searched(&mut known, 9000.0 * DAY, 9100.0 * DAY), 10, "the search starts again elsewhere");
         assert_eq!(known.searched, Some((9000.0 * DAY, 9100.0 * DAY)));
     }
 
     #[test]
-    fn the_end_of_the_theories_is_not_asked_twice_and_late_answers_are_dropped() {
+    fn nothing_is_searched_beyond_the_ephemeris_and_late_results_are_dropped() {
         let mut known = KnownEvents::new(&[EventKind::Lunar], 10.0);
         let first = known.next(0.0, 20.0 * DAY).expect("a search");
         known.take(&first, None);

@@ -1,4 +1,4 @@
-//! The state behind the window: the view, its camera, time, history and settings. No window and no panel.
+//! The state behind the window: the view, its camera, time, history and settings. Not here: the window and the panels.
 
 pub mod civil_time;
 pub mod composition_state;

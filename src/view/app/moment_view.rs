@@ -8,7 +8,7 @@ use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 
-/// The view of a moment; settings that it leaves open (quality, effects) are those of `base_view`.
+/// The view of a moment; settings that the moment does not specify (quality, effects) come from `base_view`.
 pub(crate) fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
     let (eye, fov_deg) = match moment.vantage {

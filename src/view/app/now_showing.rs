@@ -1,6 +1,7 @@
 //! *What to see now*: five views for a user who has just started.
 //!
-//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality and layers are the user's; views outside the ephemeris or the catalog are left out.
+//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality and layers are those of the user; a view is omitted if
+//! the ephemeris does not cover its time or the catalog lacks its moment.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
@@ -19,15 +20,16 @@ use std::sync::Arc;
 const SATURN: NaifId = NaifId(699);
 /// Vertical field of view around the Moon, degrees.
 const MOON_FOV_DEG: f64 = 0.7;
-/// Distance from Saturn in equatorial radii at which its rings fit into a wide picture.
+/// Distance from Saturn, in equatorial radii, at which its rings fit into a wide picture.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
-/// Angle from the Sun's direction, and above the ring plane on the Sun's side.
+/// Angle between the camera and the Sun in azimuth.
 const SATURN_SUN_ANGLE_DEG: f64 = 35.0;
+/// Angle by which the camera is farther from the ring plane than the Sun, on the Sun's side.
 const SATURN_ELEVATION_DEG: f64 = 12.0;
 /// Length of the search for the next eclipse, seconds: a year has four to seven.
 const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
 
-/// The moment of the catalog whose shader is shown.
+/// Name in the catalog of the moment whose shader is shown.
 const ECLIPSE: &str = "Total eclipse over North America";
 
 /// The items of the row.
@@ -46,16 +48,16 @@ pub struct NowView {
     pub title: String,
     pub about: String,
     pub view: ViewState,
-    /// The view is of the time at which it is opened.
+    /// The view shows the time at which it is opened.
     pub is_now: bool,
-    /// The event that it shows, for the Events panel.
+    /// The event that the view shows, for the Events panel.
     pub event: Option<Arc<SkyEvent>>,
 }
 
 impl NowItem {
     pub const ALL: [Self; 5] = [Self::Moon, Self::Eclipse, Self::Saturn, Self::Shadows, Self::Shader];
 
-    /// The title until the view is known.
+    /// The title shown until the view is known.
     pub fn name(self) -> &'static str {
         match self {
             Self::Moon => text!("now-moon"),
@@ -66,12 +68,12 @@ impl NowItem {
         }
     }
 
-    /// The view; `None` if there is none.
+    /// The view of this item; `None` if it does not exist now.
     pub fn view(self, session: &Session, now: Instant, base_view: &ViewState) -> Option<NowView> {
         let (catalog, places) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
         let named = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // The clock keeps running.
+        // In these views time keeps running.
         let running = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };
@@ -95,7 +97,7 @@ impl NowItem {
                 let pole = places.body_from_icrf(SATURN, now)?.row(2);
                 let mut orbit = Orbit::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
                 orbit.azimuth_rad += SATURN_SUN_ANGLE_DEG.to_radians();
-                // On the lit side of the rings.
+                // The camera is on the lit side of the rings.
                 orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
                 let view = base_view.paused_view(now, SATURN, orbit_pose(SATURN, false, orbit), FOV_DEG);
                 running(text!("now-saturn-about").into(), view)
@@ -116,7 +118,7 @@ fn day_of(moment: &Moment) -> String {
     day_text(moment.time)
 }
 
-/// Illuminated fraction of a disc as seen from the Earth.
+/// Illuminated fraction of a body's disc as seen from the Earth.
 fn illuminated_fraction(places: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
     let towards = |to| places.between_km(body, to, time)?.try_normalize();
     Some(0.5 * (1.0 + towards(NaifId::SUN)?.dot(towards(NaifId::EARTH)?)))

@@ -1,6 +1,7 @@
-//! Options of a view as text, in links and files, by their names on the command line.
+//! Serialization of a view's options in links and files, as the names that the command line uses.
 //!
-//! In: serde. Out: names, and values from names of this version and of earlier ones. Always: an unknown name is an error that lists the known ones.
+//! In: values or text, from serde. Out: names, and the values of names of this and earlier versions. Always: an unknown name is an error that
+//! suggests a similar name or lists the known names.
 
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
@@ -9,10 +10,10 @@ use crate::wording::{echo_within, suggestion_or_list};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
 
-/// Longest unknown name that a message quotes, characters.
+/// Maximum number of characters of an unknown name that a message quotes.
 const MAX_ECHO_CHARS: usize = 60;
 
-/// A choice with a name for each value.
+/// A type with a name for each of its values.
 pub(crate) trait Named: Copy + 'static {
     fn names() -> Vec<&'static str>;
     fn name(self) -> &'static str;
@@ -37,7 +38,7 @@ macro_rules! named {
 
 named!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 
-/// A choice by its name, for `#[serde(with)]`.
+/// Stores a value as its name, for `#[serde(with)]`.
 pub mod by_name {
     use super::{Deserialize, Deserializer, Error, MAX_ECHO_CHARS, Named, Serializer, echo_within, suggestion_or_list};
 
@@ -54,7 +55,7 @@ pub mod by_name {
     }
 }
 
-/// A choice by its name, or none, for `#[serde(with)]`.
+/// Stores an optional value as its name, for `#[serde(with)]`.
 pub mod by_optional_name {
     use super::{Deserializer, Named, Serializer, by_name};
     use serde::{Deserialize, Serialize};
@@ -72,7 +73,7 @@ pub mod by_optional_name {
     }
 }
 
-/// Overrides as `--effects` takes them, for `#[serde(with)]`.
+/// Stores overrides in the syntax of `--effects`, for `#[serde(with)]`.
 pub mod effects {
     use super::{Deserialize, Deserializer, EffectOverrides, Error, Serializer};
 
@@ -85,7 +86,7 @@ pub mod effects {
     }
 }
 
-/// Layers in the syntax of `--layers`, for `#[serde(with)]`.
+/// Stores layers in the syntax of `--layers`, for `#[serde(with)]`.
 pub mod layers {
     use super::{Deserialize, Deserializer, Error, Layers, Serializer};
 

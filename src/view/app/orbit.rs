@@ -1,15 +1,15 @@
-//! The orbiting camera of the window: angles about the target's pole and a distance, moved by mouse and keys.
+//! The orbiting camera of the window: angles about the target's pole and a distance, changed by mouse and keys.
 //!
-//! In: drags in pixels, wheel notches, keys. Out: the camera's offset from the target in ICRF kilometres. It uses no window and no
-//! ephemeris; the pole is given. The frame does not rotate with the body: as time passes, the ground moves under the camera.
+//! In: drags in pixels, wheel notches, the target's pole. Out: the camera's offset from the target in ICRF kilometres. This module uses no
+//! window and no ephemeris. The frame does not rotate with the body: as time passes, the ground moves under the camera.
 
 use glam::{DMat3, DVec3};
 
-/// Closest approach, in radii from the centre: a metre above an Earth-sized sphere is 1.6e-7 radii.
+/// Smallest distance from the centre, in radii: a metre above an Earth-sized sphere is 1.6e-7 radii.
 const MIN_RADII: f64 = 1.0 + 1.6e-7;
-/// About 2000 au at the Earth's radius: beyond the Kuiper belt for every body.
+/// Largest distance from the centre, in radii: about 2000 au for the Earth's radius.
 const MAX_RADII: f64 = 5.0e7;
-/// Relative change of the height above the ground per wheel notch (e-fold: six notches).
+/// Relative change of the height above the ground per wheel notch; six notches are a factor of e.
 pub(crate) const ZOOM_PER_NOTCH: f64 = 1.0 / 6.0;
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
@@ -24,8 +24,8 @@ pub(crate) struct Orbit {
     pub distance_radii: f64,
 }
 
-/// Axes about a pole: z the pole, x the ascending node of its equator on the ICRF equator. Columns are the axes:
-/// `icrf_from_equator`.
+/// Rotation from equatorial axes about a pole to ICRF. Its columns are the axes: z is the pole, x the ascending node of its equator on the ICRF
+/// equator.
 pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
     let z = pole.try_normalize().unwrap_or(DVec3::Z);
     let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);
@@ -49,7 +49,7 @@ impl Orbit {
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// A drag in pixels. Near the ground a pixel of drag moves about a pixel of ground: the angle shrinks with the height.
+    /// Applies a drag in pixels. The angle shrinks with the height, so that near the ground a drag of a pixel moves the ground by about a pixel.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / height_px.max(1.0)) * height_radii.min(4.0);

@@ -1,4 +1,4 @@
-//! Places as short text for people.
+//! Short text for places on a body.
 //!
 //! In: latitudes, longitudes. Out: text. Not here: times (`language::dates`).
 
@@ -10,7 +10,7 @@ pub(crate) fn place_text(place: Place) -> String {
     place_degrees(place.latitude_deg, place.longitude_deg, 1)
 }
 
-/// Latitude and longitude with their directions in place of signs.
+/// Latitude and longitude with compass directions instead of signs.
 pub(crate) fn place_degrees(latitude_deg: f64, longitude_deg: f64, digits: usize) -> String {
     let side = |deg: f64, positive, negative| {
         let direction = named("direction", if deg < 0.0 { negative } else { positive });
@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_have_sides() {
+    fn places_have_compass_directions() {
         let place = |latitude_deg, longitude_deg| place_text(Place { latitude_deg, longitude_deg, height_km: 0.0 });
         assert_eq!(place(25.49, -104.13), "25.5° N, 104.1° W");
         assert_eq!(place(-33.0, 18.0), "33.0° S, 18.0° E");

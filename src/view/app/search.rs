@@ -1,6 +1,8 @@
-//! The meanings of a text in the search field: bodies, moments, stars, dates, events, cities, surface features, places, effects, shader keys.
+//! Interpretations of a text in the search field: bodies, moments, stars, dates, events, cities, surface features, places, effects, shader
+//! keys.
 //!
-//! In: the text, the catalog, the current time. Out: suggestions, the likeliest first; or similar names. Not here: what a choice does (`panels`).
+//! In: the text, the catalog, the current time. Out: suggestions, the likeliest first; or similar names. Not here: the effect of choosing a
+//! suggestion (`panels`).
 
 use crate::catalog::cities::{self, City};
 use crate::catalog::moments::Moment;
@@ -23,11 +25,11 @@ use crate::view::language::{body_name, decimal, named, text, translated};
 use crate::wording::nearest;
 use glam::DVec3;
 
-/// What a suggestion stands for.
+/// The object or action that a suggestion selects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     Body(NaifId),
-    /// By its name.
+    /// Name in the catalog.
     Moment(String),
     /// Hipparcos number.
     Star(u32),
@@ -37,7 +39,7 @@ pub enum Answer {
         kinds: Vec<EventKind>,
         from: Option<Instant>,
     },
-    /// On the selected body.
+    /// A place on the selected body.
     Place {
         latitude_deg: f64,
         longitude_deg: f64,
@@ -56,7 +58,7 @@ pub enum Answer {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suggestion {
     pub name: String,
-    /// The kind of thing, in words.
+    /// A short description of the object.
     pub about: String,
     pub answer: Answer,
 }
@@ -65,7 +67,7 @@ fn suggestion(name: impl Into<String>, about: impl Into<String>, answer: Answer)
     Suggestion { name: name.into(), about: about.into(), answer }
 }
 
-/// At most `most`, the likeliest first.
+/// At most `most` suggestions for a text, the likeliest first.
 pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) -> Vec<Suggestion> {
     let text = text.trim();
     if text.is_empty() {
@@ -75,11 +77,13 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     if let Some(time) = parse_date(text, viewer.now()) {
         found.push(suggestion(minute_text(time), text!("search-date"), Answer::Time(time)));
     }
-    found.extend(place(text).map(|(latitude_deg, longitude_deg)| {
+    found.extend(parse_place(text).map(|(latitude_deg, longitude_deg)| {
         let about = text!("search-place", body = viewer.name(viewer.selected));
         suggestion(text, about, Answer::Place { latitude_deg, longitude_deg })
     }));
-    found.extend(events(text).map(|(name, kinds, from)| suggestion(name, text!("search-events"), Answer::Events { kinds, from })));
+    found.extend(
+        parse_event_search(text).map(|(name, kinds, from)| suggestion(name, text!("search-events"), Answer::Events { kinds, from })),
+    );
     found.extend(
         viewer
             .completions(text, most)
@@ -105,16 +109,16 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
 }
 
 /// Names of bodies and stars similar to the text, nearest first.
-pub(crate) fn near_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
+pub(crate) fn similar_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
     nearest(text.trim(), names(viewer))
 }
 
 /// All names of bodies and stars.
 pub(crate) fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
-    // Those of the catalog, and where the window's language has another, that one too.
+    // Both the name in the catalog and, where it differs, the name in the window's language.
     let bodies = viewer.subjects().iter().flat_map(|b| {
         Some(body_name(&b.name))
-            .filter(|own| *own != b.name)
+            .filter(|translated_name| *translated_name != b.name)
             .into_iter()
             .chain([b.name.as_str()])
             .chain(b.aliases.iter().map(String::as_str))
@@ -129,7 +133,7 @@ fn about_body(body: &Subject, viewer: &Viewer) -> String {
     }
 }
 
-/// Named stars that begin with the text, and `HIP 32349`.
+/// Stars whose name begins with the text, or whose Hipparcos number it states, as in `HIP 32349`.
 fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let lower = text.to_lowercase();
     let stars = catalog.stars();
@@ -143,19 +147,19 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    // A few letters occur in many names.
-    let has = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
-    let named = moments.iter().filter(move |m| has(&m.name) || has(&translated(&m.name)));
+    // Fewer than three letters occur in too many names.
+    let matches = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
+    let named = moments.iter().filter(move |m| matches(&m.name) || matches(&translated(&m.name)));
     named.map(|m| suggestion(translated(&m.name), text!("search-moment", day = day_text(m.time)), Answer::Moment(m.name.clone())))
 }
 
-/// Surface features of all bodies whose name begins with the text, the most prominent of each first.
+/// Surface features whose name begins with the text, by body, the most prominent features of each body first.
 fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     let of_body = move |body: &'a Subject| {
         let lower = lower.clone();
-        let is_meant = move |f: &&'static Feature| lower.chars().count() >= 3 && f.name.to_lowercase().starts_with(&lower);
-        let features = nomenclature::features(&body.name).iter().filter(is_meant);
+        let is_match = move |f: &&'static Feature| lower.chars().count() >= 3 && f.name.to_lowercase().starts_with(&lower);
+        let features = nomenclature::features(&body.name).iter().filter(is_match);
         features.map(|feature| {
             suggestion(feature.name, text!("search-on", body = body_name(&body.name)), Answer::Feature { body: body.id, feature })
         })
@@ -163,11 +167,11 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
     viewer.subjects().iter().flat_map(of_body)
 }
 
-/// A feature from above, in a frame that rotates with its body; it fills a third of the picture's height.
+/// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the picture's height.
 pub(crate) fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewState) -> ViewState {
-    let above = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
+    let height_radii = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
-    let orbit = Orbit::from_offset(feature.direction * (1.0 + above), 1.0, DVec3::Z);
+    let orbit = Orbit::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
     ViewState {
         target: body.id,
         eye: orbit_pose(body.id, true, orbit),
@@ -181,23 +185,23 @@ pub(crate) fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewSt
 
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase().replace(' ', "-");
-    let wanted = Effect::ALL.into_iter().filter(move |e| lower.chars().count() >= 3 && e.name().contains(&lower));
-    wanted.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), Answer::Effect(e)))
+    let found = Effect::ALL.into_iter().filter(move |e| lower.chars().count() >= 3 && e.name().contains(&lower));
+    found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), Answer::Effect(e)))
 }
 
 /// `51.5, -0.1`: latitude and east longitude, degrees.
-fn place(text: &str) -> Option<(f64, f64)> {
+fn parse_place(text: &str) -> Option<(f64, f64)> {
     let (latitude, longitude) = text.split_once(',')?;
     let number = |part: &str, most: f64| part.trim().trim_end_matches('°').parse().ok().filter(|v: &f64| v.abs() <= most);
     Some((number(latitude, 90.0)?, number(longitude, 360.0)?))
 }
 
-/// Whether a word is an abbreviation of a known one, with at least `least` letters.
+/// Whether a word of at least `least` letters is the beginning of a known word.
 fn is_abbreviation(known: &str, least: usize, word: &str) -> bool {
     word.len() >= least && known.starts_with(word)
 }
 
-/// German words of a search for events, and the English ones that they stand for.
+/// German words in a search for events, and their English translations.
 const GERMAN_WORDS: [(&str, &str); 18] = [
     ("finsternis", "eclipse"),
     ("finsternisse", "eclipses"),
@@ -219,15 +223,16 @@ const GERMAN_WORDS: [(&str, &str); 18] = [
     ("von", "of"),
 ];
 
-/// A text with its German words for events in English.
+/// A text with its German words for events translated to English.
 fn in_english(lower: &str) -> String {
     let english =
         |word: &str| GERMAN_WORDS.iter().find(|(german, _)| *german == word).map_or(word.to_owned(), |(_, word)| (*word).to_owned());
     lower.split_whitespace().map(english).collect::<Vec<_>>().join(" ")
 }
 
-/// `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`.
-fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
+/// A search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`: its name, the kinds, and the start
+/// of the year if the text states one.
+fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     let lower = in_english(&text.to_lowercase());
     let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
     let year = words.last().filter(|w| w.len() == 4).and_then(|w| w.parse::<u32>().ok());
@@ -256,15 +261,16 @@ fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     Some((format!("{}{when}", names.join(text!("search-and"))), kinds, from))
 }
 
-/// Height above a feature, in its diameters, and limits in radii of the body.
+/// Height of the camera above a feature, in diameters of the feature.
 const FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
+/// Limits of this height, in radii of the body.
 const FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star, degrees.
 const STAR_FIELD_DEG: f64 = 20.0;
-/// The camera is between the Earth and the star, at this distance from the Earth's centre, radii.
+/// Distance of the camera from the Earth's centre, radii. The camera is between the Earth and the star.
 const STAR_CAMERA_RADII: f64 = 3.0;
 
-/// A star in the middle of the picture, with the Earth behind the camera. `None`: the ephemeris does not cover the time.
+/// The view of a star in the middle of the picture, with the Earth behind the camera. `None`: the ephemeris does not cover the time.
 pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;

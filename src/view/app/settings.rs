@@ -1,6 +1,6 @@
 //! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
-//! In: a file, if it exists. Out: [`Settings`], written back as a whole file. Always: an unreadable file is kept aside and reported, never
+//! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is renamed and reported, never
 //! overwritten; missing fields have their defaults.
 
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// Scale factors of text and controls.
 pub(crate) const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
-/// Largest settings file, bytes: thousands of bookmarks.
+/// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
 /// Number of recent views.
 const MAX_RECENT: usize = 20;
@@ -48,7 +48,7 @@ impl Default for Home {
     }
 }
 
-/// The hints that a user has followed and that are no longer shown.
+/// The hints that the user has followed, which are no longer shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct HintsUsed {
@@ -62,19 +62,23 @@ pub struct HintsUsed {
 #[serde(default)]
 pub struct PanelLayout {
     pub bodies_shown: bool,
-    /// Title of the open panel.
+    /// Name of the open panel.
     pub open: Option<String>,
-    /// Panels are on the left, beside the list of bodies.
+    /// Name of the panel that is kept open on the other side.
+    pub kept: Option<String>,
+    /// Panels are on the left, next to the list of bodies.
     pub on_left: bool,
-    /// Points; `None`: never changed.
+    /// Width of the list of bodies, points; `None`: never changed.
     pub bodies_width: Option<f32>,
     pub panel_width: Option<f32>,
-    /// For panels with source or two pictures.
+    /// Width of panels with source text or two pictures.
     pub wide_width: Option<f32>,
+    /// Width of the panel that is kept open.
+    pub kept_width: Option<f32>,
     pub timeline_shown: bool,
     /// Length of the timeline, seconds.
     pub timeline_span_s: f64,
-    /// *What to see now* is shown over the sky: until the first input of a new user.
+    /// *What to see now* is shown over the sky; false after the first input of a new user.
     pub now_shown: bool,
 }
 
@@ -83,10 +87,12 @@ impl Default for PanelLayout {
         Self {
             bodies_shown: true,
             open: None,
+            kept: None,
             on_left: false,
             bodies_width: None,
             panel_width: None,
             wide_width: None,
+            kept_width: None,
             timeline_shown: true,
             timeline_span_s: 2.0 * 365.25 * SECONDS_PER_DAY,
             now_shown: true,
@@ -94,7 +100,7 @@ impl Default for PanelLayout {
     }
 }
 
-/// A width from a settings file, if a panel can have it.
+/// A width from a settings file, or the default if the width is missing or impossible.
 pub fn valid_width(saved: Option<f32>, default: f32) -> f32 {
     saved.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(default)
 }
@@ -114,14 +120,14 @@ pub struct Settings {
     pub dark: Option<bool>,
     /// Scale of text and controls.
     pub zoom: f32,
-    /// `None`: that of the system.
+    /// `None`: the language of the system.
     #[serde(deserialize_with = "chosen_language")]
     pub language: Option<Language>,
     pub names: bool,
     pub markers: bool,
     /// Outline of the selected body, unless it is the target.
     pub outline: bool,
-    /// How the window is presented if a GPU draws.
+    /// The device that presents the window if a GPU draws the picture.
     pub shown_by: DisplayPreference,
     pub unit: Unit,
     pub home: Home,
@@ -158,46 +164,50 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Puts a view at the head of the recent ones.
+    /// Adds a view at the head of the list of recent views.
     pub(crate) fn remember(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// The settings of a file, and an error line if it could not be read: it is then renamed to end in `.broken`.
+    /// Reads settings from a file. If this fails, returns the default settings and an error line, and renames the file to end in `.broken`, so that saving
+    /// does not overwrite it.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return (Self::default(), None),
+            Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
         match serde_json::from_str(&text) {
             Ok(settings) => (settings, None),
-            Err(e) => {
-                let aside = PathBuf::from(format!("{}.broken", path.display()));
-                let kept = match std::fs::rename(path, &aside) {
-                    Ok(()) => format!("kept as {}", aside.display()),
-                    Err(e) => format!("it could not be set aside: {e}"),
-                };
-                (Self::default(), Some(format!("{}: {e}; {kept}", path.display())))
-            }
+            Err(e) => (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
         }
     }
 
-    /// Writes the whole file atomically.
+    /// Writes the file atomically.
     ///
     /// # Errors
-    /// The path and why.
+    /// If the folder or the file cannot be written; the error names the path and the reason.
     pub(crate) fn save(&self, path: &Path) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
         write_atomic(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
     }
 
-    /// The user's configuration folder.
+    /// The path of the settings file in the user's configuration folder.
     pub(crate) fn default_path() -> Option<PathBuf> {
         directories::BaseDirs::new().map(|dirs| dirs.config_dir().join("orrery").join("settings.json"))
+    }
+}
+
+/// Renames a file that cannot be used as settings; returns where it is now, or why it could not be renamed.
+fn set_aside(path: &Path) -> String {
+    let aside = PathBuf::from(format!("{}.broken", path.display()));
+    match std::fs::rename(path, &aside) {
+        Ok(()) => format!("kept as {}", aside.display()),
+        Err(e) => format!("it could not be set aside: {e}"),
     }
 }
 
@@ -225,7 +235,7 @@ mod tests {
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (MAX_RECENT, "again"));
         settings.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
-        // As earlier versions wrote views.
+        // Earlier versions wrote views under another field name.
         let text = std::fs::read_to_string(&path).expect("text");
         assert!(text.contains("\"view\":"));
         std::fs::write(&path, text.replace("\"view\":", "\"sight\":")).expect("a file");
@@ -249,7 +259,7 @@ mod tests {
         assert_eq!(read("{\"language\": \"de\", \"names\": false, \"zoom\": 1.5}"), (german.clone(), None));
         german.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (german, None));
-        // What is no JSON at all is still set aside.
+        // A file that is not JSON is still set aside.
         assert!(read("{\"language\": de}").1.is_some());
     }
 
@@ -258,10 +268,16 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
         std::fs::write(&path, "{\"zoom\": \"large\"}").expect("a file");
-        let (settings, said) = Settings::load(&path);
+        let (settings, error) = Settings::load(&path);
         assert_eq!(settings, Settings::default());
-        assert!(said.expect("a line").contains("settings.json.broken"));
+        assert!(error.expect("a line").contains("settings.json.broken"));
         assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
+        // Saving must not overwrite a file that cannot be read either.
+        let too_large = vec![b' '; MAX_BYTES as usize + 1];
+        std::fs::write(&path, &too_large).expect("a file");
+        let (settings, error) = Settings::load(&path);
+        assert!(settings == Settings::default() && error.expect("a line").contains("settings.json.broken"));
+        assert_eq!(std::fs::read(folder.path().join("settings.json.broken")).expect("kept"), too_large);
         // A file of an earlier version with fewer fields is valid.
         std::fs::write(&path, "{\"names\": false}").expect("a file");
         assert_eq!(Settings::load(&path), (Settings { names: false, ..Settings::default() }, None));

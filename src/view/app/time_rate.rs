@@ -1,15 +1,15 @@
 //! The rate of time in the window: forward, backward, faster, slower, paused.
 //!
-//! In: keys, and elapsed real seconds. Out: seconds of simulated time. It reads no clock.
+//! In: commands, and elapsed real seconds. Out: seconds of scene time. This module reads no clock.
 
 use crate::view::language::numbers::localised;
 use crate::view::language::{plain, text};
 
-/// The preset rates, scene seconds per real second: real time up to a year per second.
+/// The preset rates, scene seconds per real second: from real time to a year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// Longest real time that one frame advances, seconds, except at real-time rate: after a stall (a hidden window, a slow frame)
-/// a fast clock does not leap, while the current sky stays current.
-const LONGEST_STEP_S: f64 = 2.0;
+/// Longest real time by which one frame advances scene time, seconds, so that a fast clock does not jump after a stall (a hidden window, a slow
+/// frame). At the real-time rate there is no limit, so that a view of the current sky stays current.
+const MAX_STEP_S: f64 = 2.0;
 
 /// Limits of the rate, scene seconds per real second.
 pub(crate) const MIN_SPEED: f64 = PRESET_SPEEDS[0];
@@ -18,7 +18,7 @@ pub(crate) const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
 /// Rate and direction of scene time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRate {
-    /// Scene seconds per real second without sign, [`MIN_SPEED`] to [`MAX_SPEED`].
+    /// Scene seconds per real second without the sign of the direction, [`MIN_SPEED`] to [`MAX_SPEED`].
     speed: f64,
     backward: bool,
     paused: bool,
@@ -31,12 +31,13 @@ impl Default for TimeRate {
 }
 
 impl TimeRate {
-    /// The next preset.
+    /// Selects the next faster preset, and resumes paused time.
     pub fn faster(&mut self) {
         self.speed = PRESET_SPEEDS.into_iter().find(|step| *step > self.speed * (1.0 + 1e-9)).unwrap_or(MAX_SPEED);
         self.paused = false;
     }
 
+    /// Selects the next slower preset, and resumes paused time.
     pub(crate) fn slower(&mut self) {
         self.speed = PRESET_SPEEDS.into_iter().rev().find(|step| *step < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
         self.paused = false;
@@ -50,7 +51,7 @@ impl TimeRate {
         (self.backward, self.paused) = (true, false);
     }
 
-    /// Runs forward, or backward if the rate is negative.
+    /// Runs time at a rate, backward if the rate is negative.
     pub(crate) fn run_at(&mut self, rate: f64) {
         self.set_speed(rate.abs());
         (self.backward, self.paused) = (rate < 0.0, false);
@@ -76,7 +77,7 @@ impl TimeRate {
         self.paused = paused;
     }
 
-    /// Real time, forward.
+    /// Resets to real time, forward.
     pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }
@@ -94,17 +95,17 @@ impl TimeRate {
     /// Scene seconds that pass in `real_s` real seconds.
     pub(crate) fn scene_seconds(&self, real_s: f64) -> f64 {
         let rate = self.rate();
-        let longest_s = if rate == 1.0 { f64::INFINITY } else { LONGEST_STEP_S };
-        rate * real_s.clamp(0.0, longest_s)
+        let max_step_s = if rate == 1.0 { f64::INFINITY } else { MAX_STEP_S };
+        rate * real_s.clamp(0.0, max_step_s)
     }
 
-    /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
+    /// The text for the title bar: `paused`, `1 h/s`, `-1 d/s`.
     pub(crate) fn label(&self) -> String {
         if self.paused { text!("time-paused").into() } else { speed_text(self.rate()) }
     }
 }
 
-/// Scene time per real second, in the largest unit up to it: `6 h/s`, `2.5 min/s`.
+/// Scene time per real second, in the largest unit that gives a value of at least 1: `6 h/s`, `2.5 min/s`.
 pub(crate) fn speed_text(rate: f64) -> String {
     const UNITS: [(f64, &str); 6] = [
         (31_557_600.0, "unit-year"),
@@ -123,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_climb_and_descend_and_turn() {
+    fn commands_step_through_the_presets_and_reverse_time() {
         let mut time_rate = TimeRate::default();
         for _ in 0..99 {
             time_rate.faster();
@@ -142,12 +143,12 @@ mod tests {
     }
 
     #[test]
-    fn any_pace_within_the_limits_is_kept_and_the_ladder_goes_on_from_it() {
+    fn any_rate_within_the_limits_is_kept_and_steps_to_the_neighbouring_presets() {
         let mut time_rate = TimeRate::default();
-        for (wanted, got) in [(150.0, 150.0), (-150.0, 150.0), (0.01, MIN_SPEED), (1e12, MAX_SPEED), (f64::NAN, MAX_SPEED)] {
-            time_rate.run_at(wanted);
-            assert_eq!(time_rate.speed(), got, "{wanted}");
-            assert_eq!(time_rate.rate() < 0.0, wanted < 0.0);
+        for (requested, speed) in [(150.0, 150.0), (-150.0, 150.0), (0.01, MIN_SPEED), (1e12, MAX_SPEED), (f64::NAN, MAX_SPEED)] {
+            time_rate.run_at(requested);
+            assert_eq!(time_rate.speed(), speed, "{requested}");
+            assert_eq!(time_rate.rate() < 0.0, requested < 0.0);
         }
         time_rate.run_at(150.0);
         time_rate.faster();
@@ -165,14 +166,14 @@ mod tests {
     }
 
     #[test]
-    fn a_stall_leaps_only_at_the_real_time_rate() {
+    fn a_stall_is_made_up_only_at_the_real_time_rate() {
         let mut time_rate = TimeRate::default();
         assert_eq!((time_rate.scene_seconds(3600.0), time_rate.scene_seconds(-1.0)), (3600.0, 0.0));
         time_rate.faster();
-        assert_eq!(time_rate.scene_seconds(3600.0), 10.0 * LONGEST_STEP_S);
+        assert_eq!(time_rate.scene_seconds(3600.0), 10.0 * MAX_STEP_S);
         time_rate.reset();
         time_rate.backward();
-        assert_eq!(time_rate.scene_seconds(3600.0), -LONGEST_STEP_S);
+        assert_eq!(time_rate.scene_seconds(3600.0), -MAX_STEP_S);
         time_rate.toggle_pause();
         assert_eq!(time_rate.scene_seconds(3600.0), 0.0);
     }

@@ -1,7 +1,8 @@
 //! The axis of a timeline: the mapping between time and position, and the dates along it.
 //!
-//! In: the time at its middle, its span, its width. Out: positions of times, times of positions, calendar ticks. Always: linear in TDB; ticks are at whole hours, days, months or years of the displayed
-//! time zone, far enough apart for their labels. Not here: events (`known_events`), painting.
+//! In: the time at the middle of the axis, its span, its width. Out: positions of times, times of positions, calendar ticks. Always: the mapping
+//! is linear in TDB; ticks are at whole hours, days, months or years of the displayed time zone, far enough apart for their labels. Not here:
+//! events (`known_events`), painting.
 
 use super::civil_time::Clock;
 use crate::time::Instant;
@@ -15,9 +16,9 @@ const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
 /// Range of spans: a quarter of a day to four centuries.
 pub(crate) const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
-/// Least distance of ticks, points, so that labels do not touch.
+/// Minimum distance between ticks, points, so that their labels do not touch.
 const TICK_POINTS: f64 = 72.0;
-/// Largest number of ticks: a window of 4000 points has fewer.
+/// Maximum number of ticks; a window 4000 points wide has fewer.
 const MAX_TICKS: usize = 100;
 /// Zoom factor of a wheel notch.
 const ZOOM_PER_NOTCH: f64 = 1.3;
@@ -25,10 +26,10 @@ const ZOOM_PER_NOTCH: f64 = 1.3;
 /// Span and width of a timeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TimeAxis {
-    /// Time at its middle, TDB seconds past J2000.
+    /// Time at the middle of the axis, TDB seconds past J2000.
     pub middle_s: f64,
     pub span_s: f64,
-    /// Points.
+    /// Width of the axis, points.
     pub width: f64,
 }
 
@@ -39,7 +40,7 @@ pub(crate) struct Tick {
     pub label: String,
 }
 
-/// Calendar intervals between ticks.
+/// A calendar interval between ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Step {
     Hours(u32),
@@ -69,12 +70,12 @@ const STEPS: [Step; 18] = [
     Step::Years(200),
 ];
 
-/// A span, limited to the range.
+/// A stored span clamped to [`SPANS_S`]; two years if the stored value is not finite.
 pub(crate) fn usable_span_s(saved: f64) -> f64 {
     if saved.is_finite() { saved.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
 }
 
-/// The span after notches of the wheel; positive ones shorten it.
+/// The span after zooming by wheel notches; positive notches shorten it.
 pub(crate) fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
     usable_span_s(span_s * ZOOM_PER_NOTCH.powf(-notches))
 }
@@ -99,7 +100,7 @@ impl TimeAxis {
         self.middle_s + 0.5 * self.span_s
     }
 
-    /// Points from the left end; negative or above the width outside the axis.
+    /// The position of a time, points from the left end; outside the axis it is negative or larger than the width.
     pub(crate) fn position(&self, tdb_s: f64) -> f64 {
         (tdb_s - self.start_s()) / self.span_s * self.width
     }
@@ -114,10 +115,10 @@ impl TimeAxis {
         points / self.width * self.span_s
     }
 
-    /// Ticks along the axis, in a time zone; none outside the calendar.
+    /// Ticks along the axis, in a time zone; empty if the axis starts outside the calendar.
     pub(crate) fn ticks(&self, clock: Clock) -> Vec<Tick> {
-        let room = |step: &&Step| step.seconds() / self.span_s * self.width >= TICK_POINTS;
-        let step = STEPS.iter().find(room).copied().unwrap_or(Step::Years(200));
+        let is_wide_enough = |step: &&Step| step.seconds() / self.span_s * self.width >= TICK_POINTS;
+        let step = STEPS.iter().find(is_wide_enough).copied().unwrap_or(Step::Years(200));
         let Some(first) = clock.shown(Instant::from_tdb_seconds_past_j2000(self.start_s())).and_then(|civil| step.floor(civil)) else {
             return Vec::new();
         };
@@ -146,14 +147,14 @@ impl Step {
         match self {
             Self::Hours(n) => date.and_hms_opt(civil.hour() / n * n, 0, 0),
             Self::Days(1) => Some(midnight(date)),
-            // No tick on the 31st, since the 1st of a month follows.
+            // There is no tick on the 31st, since it would be next to the tick on the 1st.
             Self::Days(n) => date.with_day(1 + date.day0().min(29) / n * n).map(midnight),
             Self::Months(n) => date.with_day(1)?.with_month(1 + date.month0() / n * n).map(midnight),
             Self::Years(n) => NaiveDate::from_ymd_opt(date.year().div_euclid(n) * n, 1, 1).map(midnight),
         }
     }
 
-    /// The next tick.
+    /// The tick that follows a tick.
     fn after(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
@@ -202,9 +203,9 @@ mod tests {
         assert!((axis.seconds(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
     }
 
-    /// At every span ticks are in order, inside the axis, apart, and at midnight or a whole hour of the calendar.
+    /// For every span, ticks are in order, inside the axis, far enough apart, and at midnight or a whole hour of the calendar.
     #[test]
-    fn ticks_stand_at_whole_dates_and_have_room() {
+    fn ticks_are_at_whole_dates_and_far_enough_apart() {
         for middle in ["2024-02-29T18:17:00Z", "1582-10-10T00:00:00Z", "-0043-03-15T12:00:00Z", "2100-12-31T23:59:00Z"] {
             let mut span_s = SECONDS_PER_DAY;
             while span_s < *SPANS_S.end() {
@@ -230,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_are_of_the_step() {
+    fn labels_suit_the_step() {
         let labels = |middle, span_s| axis(middle, span_s, 400.0).ticks(Clock::Utc).into_iter().map(|t| t.label).collect::<Vec<_>>();
         assert_eq!(labels("2024-04-08T12:30:00Z", 1.2 * SECONDS_PER_DAY), ["8 Apr", "06:00", "12:00", "18:00", "9 Apr"]);
         assert_eq!(labels("2024-03-05T00:00:00Z", 20.0 * SECONDS_PER_DAY), ["26 Feb", "1 Mar", "6 Mar", "11 Mar"]);
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn spans_stay_within_what_can_be_shown() {
+    fn spans_stay_within_the_limits() {
         assert_eq!(zoomed_span_s(*SPANS_S.start(), 99.0), *SPANS_S.start());
         assert_eq!(zoomed_span_s(*SPANS_S.end(), -99.0), *SPANS_S.end());
         assert!((zoomed_span_s(zoomed_span_s(YEAR_S, 3.0), -3.0) / YEAR_S - 1.0).abs() < 1e-12);

@@ -1,7 +1,8 @@
-//! A tour: views with texts, and the camera path from each to the next.
+//! A tour: views with texts (stops), and the camera path from each stop to the next.
 //!
-//! In: JSON, a session. Out: the view and the text at a given time. Always: the camera starts and ends each path at rest and meets both ends; scene time runs from one view's to
-//! the other's without a jump; fields that a stop omits have the defaults of a link. A file with an error is refused, with the stop and the field. Not here: playback.
+//! In: JSON, a session. Out: the view and the text at a given time. Always: the camera starts and ends each path at rest, exactly at the views
+//! of the stops; along a path, scene time runs without a jump from the time of one view to that of the next; fields that a stop omits have the
+//! defaults of a link; a file with an error is rejected with a message that names the stop and the field. Not here: playback.
 
 use super::flight::{FLIGHT_S, Flight, Pose, ease_in_out};
 use super::places::{BodyPositions, SessionPositions};
@@ -14,12 +15,12 @@ use crate::view::link::view_from_text;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Largest tour, bytes; a stop has some 600.
+/// Largest tour file, bytes; a stop has about 600.
 pub(crate) const MAX_BYTES: u64 = 1 << 20;
 /// Longest tour, seconds: an hour.
 const MAX_LENGTH_S: f64 = 3600.0;
 
-/// Why a text is no tour, in one line.
+/// Why a text is not a valid tour, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum TourError {
     /// Not JSON, or not the fields of a tour.
@@ -46,19 +47,19 @@ struct StopFile {
     view: Value,
     #[serde(default)]
     text: String,
-    #[serde(default = "usual_hold_s")]
+    #[serde(default = "default_hold_s")]
     hold_s: f64,
-    #[serde(default = "usual_travel_s")]
+    #[serde(default = "default_travel_s")]
     travel_s: f64,
     #[serde(default)]
     time_rate: f64,
 }
 
-fn usual_hold_s() -> f64 {
+fn default_hold_s() -> f64 {
     6.0
 }
 
-fn usual_travel_s() -> f64 {
+fn default_travel_s() -> f64 {
     4.0
 }
 
@@ -66,10 +67,11 @@ fn usual_travel_s() -> f64 {
 struct Stop {
     view: ViewState,
     text: String,
-    /// Real seconds for which the camera stays, and scene seconds per real second meanwhile.
+    /// Real seconds for which the camera stays.
     hold_s: f64,
+    /// Scene seconds per real second while the camera stays.
     time_rate: f64,
-    /// Seconds of the path to this stop.
+    /// Real seconds of the camera path to this stop.
     travel_s: f64,
     /// `None`: the first stop, or a cut.
     camera_path: Option<CameraPath>,
@@ -81,22 +83,23 @@ struct CameraPath {
     flight: Flight,
     from_tdb_s: f64,
     from_fov_deg: f64,
-    /// Fraction by which the path is raised above the body's centre in its middle, so that it leads over the horizon and not through the ground.
+    /// Fraction by which the distance from the body's centre is increased in the middle of the path, so that the path does not lead through the
+    /// ground.
     lift: f64,
 }
 
 /// A path is raised if it starts or ends within this many radii of the body's centre.
 const NEAR_RADII: f64 = 1.2;
-/// How much it is raised in its middle, per radian around the body.
+/// Fraction by which a path is raised in its middle, per radian of the angle between its ends as seen from the body's centre.
 const LIFT_PER_RAD: f64 = 0.3;
 
 /// The state of a tour at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourMoment {
     pub view: ViewState,
-    /// Number of the stop, from 0; on a path the one that it leads to.
+    /// Number of the stop, from 0; on a camera path, the stop at its end.
     pub stop: usize,
-    /// The camera is moving between stops.
+    /// The view is changing: the camera moves between stops, or scene time runs.
     pub moves: bool,
 }
 
@@ -107,41 +110,47 @@ pub struct Tour {
 }
 
 impl Tour {
-    /// `now`: the time of stops without one.
+    /// Parses a tour file. `now`: the time of stops that specify no time.
     ///
     /// # Errors
-    /// The stop and the invalid field.
+    /// If the text is not a tour; the error names the stop and the invalid field.
     pub fn parse(text: &str, session: &Session, now: Instant) -> Result<Self, TourError> {
         let file: TourFile = serde_json::from_str(text)?;
         let mut stops: Vec<Stop> = Vec::new();
         let mut length_s = 0.0;
-        for (k, told) in file.stops.into_iter().enumerate() {
-            let wrong = |field: &'static str, why: String| TourError::Stop { stop: k + 1, field, why };
-            let words = match told.view {
+        for (k, stop_file) in file.stops.into_iter().enumerate() {
+            let error = |field: &'static str, why: String| TourError::Stop { stop: k + 1, field, why };
+            let view_text = match stop_file.view {
                 Value::String(link) => link,
                 fields => fields.to_string(),
             };
-            let view = view_from_text(&words, session, now).map_err(|e| wrong("view", e.to_string()))?;
-            for (field, value) in [("hold_s", told.hold_s), ("travel_s", told.travel_s)] {
+            let view = view_from_text(&view_text, session, now).map_err(|e| error("view", e.to_string()))?;
+            for (field, value) in [("hold_s", stop_file.hold_s), ("travel_s", stop_file.travel_s)] {
                 if !(0.0..=3600.0).contains(&value) {
-                    return Err(wrong(field, format!("{value} is not 0 to 3600 seconds")));
+                    return Err(error(field, format!("{value} is not 0 to 3600 seconds")));
                 }
             }
-            if !(-1e9..=1e9).contains(&told.time_rate) {
-                return Err(wrong("time_rate", format!("{} is not -1e9 to 1e9 seconds a second", told.time_rate)));
+            if !(-1e9..=1e9).contains(&stop_file.time_rate) {
+                return Err(error("time_rate", format!("{} is not -1e9 to 1e9 seconds a second", stop_file.time_rate)));
             }
-            let mut stop =
-                Stop { view, text: told.text, hold_s: told.hold_s, time_rate: told.time_rate, travel_s: told.travel_s, camera_path: None };
+            let mut stop = Stop {
+                view,
+                text: stop_file.text,
+                hold_s: stop_file.hold_s,
+                time_rate: stop_file.time_rate,
+                travel_s: stop_file.travel_s,
+                camera_path: None,
+            };
             match stops.last() {
                 Some(before) if stop.travel_s > 0.0 => {
-                    let camera_path = CameraPath::between(&before.left(), &stop.view, session).map_err(|why| wrong("view", why))?;
+                    let camera_path = CameraPath::between(&before.final_view(), &stop.view, session).map_err(|why| error("view", why))?;
                     stop.camera_path = Some(camera_path);
                 }
                 _ => stop.travel_s = 0.0,
             }
             length_s += stop.travel_s + stop.hold_s;
             if length_s > MAX_LENGTH_S {
-                return Err(wrong("hold_s", format!("the tour is longer than {MAX_LENGTH_S} s")));
+                return Err(error("hold_s", format!("the tour is longer than {MAX_LENGTH_S} s")));
             }
             stops.push(stop);
         }
@@ -163,7 +172,7 @@ impl Tour {
         self.stops.get(stop).map_or("", |s| s.text.as_str())
     }
 
-    /// When the camera arrives at a stop, seconds from the start.
+    /// Time at which the camera arrives at a stop, seconds from the start.
     pub fn arrival_s(&self, stop: usize) -> f64 {
         let before: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
         before + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
@@ -171,35 +180,38 @@ impl Tour {
 
     /// The state at a time, clamped to the tour.
     pub fn at(&self, passed_s: f64) -> TourMoment {
-        let mut left_s = passed_s.max(0.0);
+        let mut rest_s = passed_s.max(0.0);
         let last = self.stops.len() - 1;
         for (k, stop) in self.stops.iter().enumerate() {
-            if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| left_s < stop.travel_s) {
-                return TourMoment { view: camera_path.at(left_s / stop.travel_s, &stop.view), stop: k, moves: true };
+            if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| rest_s < stop.travel_s) {
+                return TourMoment { view: camera_path.at(rest_s / stop.travel_s, &stop.view), stop: k, moves: true };
             }
-            left_s -= stop.travel_s;
-            if left_s < stop.hold_s || k == last {
-                let held_s = left_s.clamp(0.0, stop.hold_s);
-                return TourMoment { view: stop.after(held_s), stop: k, moves: stop.time_rate != 0.0 && left_s < stop.hold_s };
+            rest_s -= stop.travel_s;
+            if rest_s < stop.hold_s || k == last {
+                let held_s = rest_s.clamp(0.0, stop.hold_s);
+                return TourMoment { view: stop.view_after(held_s), stop: k, moves: stop.time_rate != 0.0 && rest_s < stop.hold_s };
             }
-            left_s -= stop.hold_s;
+            rest_s -= stop.hold_s;
         }
-        // A tour has at least one stop.
-        TourMoment { view: self.stops[last].left(), stop: last, moves: false }
+        // A tour has at least one stop, so the index is valid.
+        TourMoment { view: self.stops[last].final_view(), stop: last, moves: false }
     }
 }
 
 impl Stop {
-    fn after(&self, held_s: f64) -> ViewState {
+    /// The view after the camera has stayed for `held_s` real seconds.
+    fn view_after(&self, held_s: f64) -> ViewState {
         ViewState { tdb_s: self.view.tdb_s + held_s * self.time_rate, paused: Some(true), ..self.view.clone() }
     }
 
-    fn left(&self) -> ViewState {
-        self.after(self.hold_s)
+    /// The view at which the camera leaves the stop.
+    fn final_view(&self) -> ViewState {
+        self.view_after(self.hold_s)
     }
 }
 
 impl CameraPath {
+    /// The path between two views, relative to the body of the second view.
     fn between(from: &ViewState, to: &ViewState, session: &Session) -> Result<Self, String> {
         let body = to.eye.body();
         let pose = |view: &ViewState| -> Result<Pose, String> {
@@ -208,13 +220,13 @@ impl CameraPath {
             let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
             let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
             let camera = viewer.camera;
-            let own = view.eye.body();
-            let own_km = match viewer.stands_on {
+            let camera_body = view.eye.body();
+            let camera_body_km = match viewer.stands_on {
                 Some((_, centre_km)) => centre_km,
-                None => ephemeris.light_time_position(own, camera.position_km, view.time()).map_err(|e| e.to_string())?.0,
+                None => ephemeris.light_time_position(camera_body, camera.position_km, view.time()).map_err(|e| e.to_string())?.0,
             };
             let offset_km = SessionPositions(session)
-                .offset_from_km(body, own, camera.position_km - own_km, view.time())
+                .offset_from_km(body, camera_body, camera.position_km - camera_body_km, view.time())
                 .ok_or_else(|| format!("no source knows where {} is", body.0))?;
             Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
         };
@@ -225,6 +237,7 @@ impl CameraPath {
         Ok(Self { flight: Flight::new(start, end), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg, lift })
     }
 
+    /// The view at a fraction of the path that leads to `to`.
     fn at(&self, part: f64, to: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { passed_s: part * FLIGHT_S, ..self.flight }.pose();
         let s = ease_in_out(part);

@@ -1,6 +1,6 @@
-//! One view as users save and share it: target, camera, time, field of view, exposure, effects. Links, files and bookmarks store this value.
+//! A view as users save and share it: target, camera, time, field of view, exposure, effects. Links, files and bookmarks store this value.
 //!
-//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. It draws nothing and keeps no history; `link` is its text form.
+//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. Not here: drawing, history, and the text form of a link (`link`).
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -37,7 +37,7 @@ pub enum ViewStateError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CameraPose {
-    /// Around a body, facing it, offset by yaw and pitch; elevation is above its equator.
+    /// In an orbit around a body: facing the body, then turned by yaw and pitch. The elevation is measured from the body's equator.
     Orbit {
         body: NaifId,
         /// The frame rotates with the body.
@@ -50,9 +50,9 @@ pub enum CameraPose {
     },
     /// On the surface, or above it.
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
-    /// At a body's centre, with that body hidden.
+    /// At a body's centre; this body is hidden.
     Centre { body: NaifId },
-    /// Anywhere, in any direction, ICRF: during flights.
+    /// At any position, facing any direction, in ICRF; used during flights and tours.
     Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
 }
 
@@ -106,14 +106,14 @@ pub struct ViewState {
     /// The body that is looked at and metered.
     pub target: NaifId,
     pub eye: CameraPose,
-    /// The camera follows the target; otherwise it faces as its angles say.
+    /// The camera faces the target; otherwise it faces the direction given by its angles.
     #[serde(default = "default_true")]
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
     #[serde(default)]
     pub roll_deg: f64,
-    /// Stops; `None`: automatic.
+    /// Exposure in stops; `None`: automatic exposure.
     #[serde(default)]
     pub exposure_stops: Option<f64>,
     #[serde(default, with = "option_text::by_name")]
@@ -136,7 +136,7 @@ pub struct ViewState {
     pub pixels: PixelView,
     #[serde(default, with = "option_text::by_name")]
     pub quality: Quality,
-    /// Dome, whole sphere or stereo pair.
+    /// Dome, entire sphere or stereo pair.
     #[serde(default, skip_serializing_if = "CompositionState::is_plain")]
     pub composition: CompositionState,
     /// Whether opening the view pauses time; `None` keeps the current state. Time controls track this separately.
@@ -154,7 +154,7 @@ pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
-    /// Around a body at `offset_km` (ICRF), facing it.
+    /// The view of a body from `offset_km` (ICRF) relative to its centre.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
         let o = Orbit::from_offset(offset_km, radius_km, pole);
         Self {
@@ -178,7 +178,7 @@ impl ViewState {
         }
     }
 
-    /// A body tracked from a camera at a paused instant, with automatic exposure; quality, effects and layers are kept.
+    /// A view that tracks a body at an instant with time paused and automatic exposure; quality, effects and layers are kept.
     pub(crate) fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
@@ -197,10 +197,10 @@ impl ViewState {
         Instant::from_tdb_seconds_past_j2000(self.tdb_s)
     }
 
-    /// The view as a request. `width` and `height` in pixels.
+    /// The request for this view. `width` and `height` in pixels.
     ///
     /// # Errors
-    /// One line that names the impossible field.
+    /// If the view cannot be drawn; the error is one line that names the impossible field.
     pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, ViewStateError> {
         if let Some(fault) = self.faults(catalog).into_iter().next() {
             return Err(ViewStateError::Field(fault));
@@ -225,7 +225,7 @@ impl ViewState {
         Ok(request)
     }
 
-    /// The angle that the height of the picture shows, degrees.
+    /// The angle spanned by the height of the picture, degrees.
     pub(crate) fn picture_fov_deg(&self) -> f64 {
         match self.composition.projection {
             Projection::Perspective => self.fov_deg,
@@ -234,7 +234,7 @@ impl ViewState {
         }
     }
 
-    /// Impossible values, field by field. Combinations (such as a camera inside a body) are not checked.
+    /// One line for each field with an impossible value. Combinations of fields (such as a camera inside a body) are not checked.
     pub(crate) fn faults(&self, catalog: &Catalog) -> Vec<String> {
         let mut faults = Vec::new();
         let mut check = |ok: bool, fault: &dyn Fn() -> String| {
@@ -264,43 +264,51 @@ impl ViewState {
         faults
     }
 
-    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Pose, ViewStateError> {
+    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
         let body = body_of(self.eye.body())?;
-        let turned = |id: NaifId| ephemeris.body_from_icrf(id, self.time());
+        let body_from_icrf = |id: NaifId| ephemeris.body_from_icrf(id, self.time());
         let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
-        let aside = self.target != body.id && self.tracks;
+        let tracks_other_body = self.target != body.id && self.tracks;
         Ok(match self.eye {
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
-                let pole = if fixed { DVec3::Z } else { turned(body.id)?.row(2) };
+                let pole = if fixed { DVec3::Z } else { body_from_icrf(body.id)?.row(2) };
                 let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 // About the body-fixed z axis the azimuth equals the longitude.
                 let offset_km = orbit.offset_km(body.radii_km.x, pole);
                 let position = Position::Offset { body: body.id, offset_km, axes };
-                if aside {
-                    return Ok(Pose { position, look: Look::Target, up: Up::Celestial });
+                if tracks_other_body {
+                    return Ok(RequestPose { position, look: Look::Target, up: Up::Celestial });
                 }
                 let forward = (-offset_km).try_normalize().unwrap_or(DVec3::X);
                 if yaw_deg == 0.0 && pitch_deg == 0.0 && self.roll_deg == 0.0 && self.target == body.id {
-                    return Ok(Pose { position, look: Look::Target, up: Up::North });
+                    return Ok(RequestPose { position, look: Look::Target, up: Up::North });
                 }
                 let (forward, up) = rotated_view(forward, pole, yaw_deg, pitch_deg);
-                Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
+                RequestPose {
+                    position,
+                    look: Look::Along { direction: forward, axes },
+                    up: Up::Along { direction: rolled(forward, up), axes },
+                }
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let position = Position::Ground { body: body.id, latitude_deg, longitude_deg, height_km };
-                if aside {
-                    return Ok(Pose { position, look: Look::Target, up: Up::Zenith });
+                if tracks_other_body {
+                    return Ok(RequestPose { position, look: Look::Target, up: Up::Zenith });
                 }
                 let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
                 let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
                 let axes = Axes::BodyFixed;
-                Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
+                RequestPose {
+                    position,
+                    look: Look::Along { direction: forward, axes },
+                    up: Up::Along { direction: rolled(forward, up), axes },
+                }
             }
-            CameraPose::Centre { .. } => Pose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
-            CameraPose::Free { offset_km, forward, up, .. } => Pose {
+            CameraPose::Centre { .. } => RequestPose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
+            CameraPose::Free { offset_km, forward, up, .. } => RequestPose {
                 position: Position::Offset { body: body.id, offset_km, axes: Axes::Icrf },
                 look: Look::Along { direction: forward, axes: Axes::Icrf },
                 up: Up::Along { direction: up, axes: Axes::Icrf },
@@ -309,7 +317,8 @@ impl ViewState {
     }
 }
 
-struct Pose {
+/// The camera's pose in the terms of a request.
+struct RequestPose {
     position: Position,
     look: Look,
     up: Up,
@@ -330,7 +339,7 @@ pub(crate) fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
 /// Height of the camera when it is placed on the ground, km.
 const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 
-/// On the ground, facing south over the horizon.
+/// A camera on the ground that faces south, above the horizon.
 pub(crate) fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
     CameraPose::Ground {
         body,
@@ -342,7 +351,7 @@ pub(crate) fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> C
     }
 }
 
-/// Forward and up vectors, turned from `forward` by `yaw` to the right and `pitch` upwards.
+/// Forward and up vectors of a camera turned from `forward` by `yaw_deg` to the right and `pitch_deg` upwards.
 pub(crate) fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
     let up = right.cross(forward);
@@ -352,7 +361,7 @@ pub(crate) fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_d
     (level * cos_p + up * sin_p, up * cos_p - level * sin_p)
 }
 
-/// Forward and up vectors at a place with zenith `normal`; up is as near the zenith as possible.
+/// Forward and up vectors at a place with the zenith `normal`; up is as close to the zenith as possible.
 pub(crate) fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
     let axes = horizon_axes(normal);
     let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
@@ -388,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn an_orbit_fixed_to_the_body_counts_longitude() {
+    fn the_azimuth_of_a_body_fixed_orbit_is_the_longitude() {
         let orbit = Orbit { azimuth_rad: 0.7, elevation_rad: 0.0, distance_radii: 2.0 };
         let offset = orbit.offset_km(1.0, DVec3::Z);
         assert!((offset.y.atan2(offset.x) - 0.7).abs() < 1e-12, "{offset}");

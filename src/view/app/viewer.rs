@@ -1,7 +1,7 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
-//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
-//! it is relative to; time advances only by its rate; going back restores the previous view. It reads no clock but the one it is given.
+//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: the camera stays outside the body that its
+//! position is relative to; time runs only at its rate; going back restores the previous view; the current time comes from the given clock.
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -24,7 +24,7 @@ pub struct Subject {
     pub aliases: Vec<String>,
     pub kind: BodyKind,
     pub parent: Option<NaifId>,
-    /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
+    /// Semi-axes: x through the prime meridian, y at 90 degrees east, z through the pole.
     pub radii_km: DVec3,
 }
 
@@ -45,24 +45,24 @@ impl Subject {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     Select(NaifId),
-    /// The next body of the list (1), or the previous one (-1).
+    /// Fly to the next body of the list (1), or to the previous body (-1).
     SelectNext(i32),
     FlyTo(NaifId),
-    /// Drag in pixels, right and down.
+    /// A drag in pixels, right and down.
     Turn(f64, f64),
-    /// Look around, in pixels.
+    /// Turn the camera by pixels, right and down.
     LookAround(f64, f64),
-    /// Degrees, clockwise.
+    /// Roll the camera by degrees, clockwise.
     Roll(f64),
-    /// Wheel notches; positive moves closer.
+    /// Zoom by wheel notches; positive moves closer.
     Zoom(f64),
-    /// Wheel notches; positive narrows the field of view.
+    /// Zoom by wheel notches; positive narrows the field of view.
     ChangeFov(f64),
     /// Stand at a latitude and an east longitude of the selected body, degrees.
     StandOn(f64, f64),
     /// Look at another body from the current position.
     LookAt(NaifId),
-    /// Look at the selected body from the centre of another.
+    /// Look at the selected body from the centre of another body.
     LookFrom(NaifId),
     /// Rotate with the body (body-fixed), or keep to the ICRF.
     RotateWithBody(bool),
@@ -71,11 +71,11 @@ pub enum Action {
     /// Face the selected body again and reset the roll.
     FaceSelected,
     SetTime(Instant),
-    /// Scene seconds.
+    /// Change the time by scene seconds.
     Step(f64),
-    /// Forward, at scene seconds per real second.
+    /// Run time at a rate, scene seconds per real second.
     RunAt(f64),
-    /// Scene seconds per real second, keeping the direction.
+    /// Set the rate in scene seconds per real second, and keep the direction.
     SetSpeed(f64),
     Faster,
     Slower,
@@ -85,17 +85,17 @@ pub enum Action {
     Now,
     PreviousView,
     NextView,
-    /// A whole view: a bookmark, a link, a moment.
+    /// Show a complete view: a bookmark, a link, a moment.
     Show(Box<ViewState>),
 }
 
 /// Distance at arrival, in radii of the body.
 const ARRIVAL_RADII: f64 = 3.5;
-/// The same for the Sun, which is bright enough from further away.
+/// Distance at arrival for the Sun, in radii: larger, because the Sun is bright enough from further away.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
-/// Angle from the Sun's direction at arrival, so that the terminator shows.
+/// Angle between the camera and the Sun in azimuth at arrival, so that the terminator is visible.
 const ARRIVAL_SUN_ANGLE_DEG: f64 = 35.0;
-/// Angle above the equator at arrival.
+/// Angle at arrival by which the camera is farther from the equator than the Sun.
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 const MAX_HISTORY: usize = 64;
 
@@ -103,9 +103,9 @@ const MAX_HISTORY: usize = 64;
 pub struct Viewer {
     pub view: ViewState,
     pub time_rate: TimeRate,
-    /// Highlighted, and described by the panels.
+    /// The body that is highlighted, and described by the panels.
     pub selected: NaifId,
-    /// A tour moves the view, so every frame differs.
+    /// A tour is changing the view, so every frame needs a new image.
     pub is_in_tour: bool,
     subjects: Vec<Subject>,
     flight: Option<(Flight, ViewState)>,
@@ -115,7 +115,7 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Starts with `view`; `subjects` in the usual order of naming.
+    /// Starts with `view`; `subjects` is in the order in which lists show the bodies.
     pub fn new(subjects: Vec<Subject>, mut view: ViewState, clock: fn() -> Instant) -> Self {
         let selected = view.target;
         let mut time_rate = TimeRate::default();
@@ -145,7 +145,7 @@ impl Viewer {
         body_name(self.catalog_name(id))
     }
 
-    /// The name by which the catalog, effects and links know a body.
+    /// The name of a body in the catalog, in effects and in links.
     pub(crate) fn catalog_name(&self, id: NaifId) -> &str {
         self.subject(id).map_or("?", |s| s.name.as_str())
     }
@@ -167,24 +167,22 @@ impl Viewer {
         !self.forward_history.is_empty()
     }
 
-    /// Bodies whose name or alias begins with, then contains, the text; at most `most`.
+    /// At most `most` bodies with a name or alias that begins with the text, followed by those with a name that contains it.
     pub(crate) fn completions(&self, text: &str, most: usize) -> Vec<&Subject> {
-        let wanted = text.trim().to_lowercase();
-        if wanted.is_empty() {
+        let query = text.trim().to_lowercase();
+        if query.is_empty() {
             return Vec::new();
         }
         let names = |s: &Subject| {
             [body_name(&s.name), &s.name].into_iter().chain(s.aliases.iter().map(String::as_str)).map(str::to_lowercase).collect::<Vec<_>>()
         };
-        let begins = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&wanted)));
-        let contains = self
-            .subjects
-            .iter()
-            .filter(|s| names(s).iter().all(|n| !n.starts_with(&wanted)) && names(s).iter().any(|n| n.contains(&wanted)));
+        let begins = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&query)));
+        let contains =
+            self.subjects.iter().filter(|s| names(s).iter().all(|n| !n.starts_with(&query)) && names(s).iter().any(|n| n.contains(&query)));
         begins.chain(contains).take(most).collect()
     }
 
-    /// Applies an action. `height_px` is the picture's height.
+    /// Applies an action. `height_px`: the picture's height.
     pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
@@ -227,7 +225,7 @@ impl Viewer {
         }
     }
 
-    /// Advances by `real_s` real seconds.
+    /// Advances scene time and a flight by `real_s` real seconds.
     pub(crate) fn advance(&mut self, real_s: f64) {
         self.view.tdb_s += self.time_rate.scene_seconds(real_s);
         let Some((flight, goal)) = &mut self.flight else { return };
@@ -241,7 +239,7 @@ impl Viewer {
         }
     }
 
-    /// Interval of frames due to time alone, seconds: `None` when paused, one in real time, else 0.
+    /// Interval between frames that time and motion require, seconds: `None` when paused, 1 at real time, else 1/60.
     pub(crate) fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
             _ if self.flight.is_some() || self.is_in_tour => Some(1.0 / 60.0),
@@ -251,15 +249,15 @@ impl Viewer {
         }
     }
 
-    /// Whether every frame differs.
+    /// Whether every frame needs a new image.
     pub fn is_animating(&self) -> bool {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
 
-    /// Remembers the view, then changes it.
-    fn change(&mut self, how: impl FnOnce(&mut ViewState)) {
+    /// Stores the view in the history, then changes it.
+    fn change(&mut self, modify: impl FnOnce(&mut ViewState)) {
         self.remember();
-        how(&mut self.view);
+        modify(&mut self.view);
     }
 
     fn remember(&mut self) {
@@ -274,7 +272,7 @@ impl Viewer {
         self.forward_history.clear();
     }
 
-    /// The view itself; during a flight its destination.
+    /// The current view; during a flight, its destination.
     pub fn destination(&self) -> &ViewState {
         self.flight.as_ref().map_or(&self.view, |(_, goal)| goal)
     }
@@ -310,36 +308,36 @@ impl Viewer {
     /// Position and orientation of the camera relative to a body.
     fn pose_from(&self, body: NaifId, places: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
-        let carrier = self.view.eye.body();
-        let icrf_from_body = places.body_from_icrf(carrier, time)?.transpose();
+        let camera_body = self.view.eye.body();
+        let icrf_from_body = places.body_from_icrf(camera_body, time)?.transpose();
         let (offset_km, forward, up) = match self.view.eye {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
-                let offset = orbit.offset_km(self.radius_km(carrier), pole);
+                let offset = orbit.offset_km(self.radius_km(camera_body), pole);
                 let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
                 (turn * offset, turn * forward, turn * up)
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
-                let radii_km = self.subject(carrier).map_or(DVec3::ONE, |s| s.radii_km);
+                let radii_km = self.subject(camera_body).map_or(DVec3::ONE, |s| s.radii_km);
                 let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
                 let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
                 let offset_km = icrf_from_body * offset;
                 let target = self.view.target;
-                let followed = if self.view.tracks && target != carrier { places.between_km(carrier, target, time) } else { None };
+                let followed = if self.view.tracks && target != camera_body { places.between_km(camera_body, target, time) } else { None };
                 match followed.and_then(|to| (to - offset_km).try_normalize()) {
                     Some(forward) => (offset_km, forward, icrf_from_body * normal),
                     None => (offset_km, icrf_from_body * forward, icrf_from_body * up),
                 }
             }
             CameraPose::Centre { .. } => {
-                let away = places.between_km(carrier, self.view.target, time)?.try_normalize()?;
-                (away * self.radius_km(carrier) * 1.5, away, DVec3::Z)
+                let away = places.between_km(camera_body, self.view.target, time)?.try_normalize()?;
+                (away * self.radius_km(camera_body) * 1.5, away, DVec3::Z)
             }
         };
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        Some(Pose { offset_km: places.offset_from_km(body, carrier, offset_km, time)?, forward, up })
+        Some(Pose { offset_km: places.offset_from_km(body, camera_body, offset_km, time)?, forward, up })
     }
 
     fn fly_to(&mut self, id: NaifId, places: &dyn BodyPositions) {
@@ -348,7 +346,7 @@ impl Viewer {
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_from(id, places);
-        // The lit side; for the Sun the side from which it is seen.
+        // The camera arrives on the lit side; at the Sun, on the side where it is now.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
         let mut orbit = Orbit::from_offset(side * radii * radius_km, radius_km, pole);
@@ -382,7 +380,7 @@ impl Viewer {
         }
     }
 
-    /// Ends a flight at its destination, so that a drag has an orbit to change.
+    /// Ends a flight at its destination, which has an orbit that a drag can change.
     fn end_flight(&mut self) {
         if let Some((_, goal)) = self.flight.take() {
             self.view = ViewState { tdb_s: self.view.tdb_s, ..goal };
@@ -406,7 +404,7 @@ impl Viewer {
         }
     }
 
-    /// The picture follows the mouse: a drag to the right turns the camera to the left.
+    /// Turns the camera by a motion in pixels, right and down. A drag passes the negative motion, so that the picture follows the mouse.
     fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
         self.end_flight();
         let deg_per_px = self.view.picture_fov_deg() / height_px.max(1.0);
@@ -445,7 +443,7 @@ impl Viewer {
         let (angle_deg, range_deg) = match self.view.composition.projection {
             Projection::Perspective => (&mut self.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG),
             Projection::Fisheye => (&mut self.view.composition.fisheye_deg, FISHEYE_RANGE_DEG),
-            // The whole sphere is always shown.
+            // An equirectangular picture always shows the entire sphere.
             Projection::Equirectangular => return,
         };
         *angle_deg = (*angle_deg * (-notches * 0.15).exp()).clamp(*range_deg.start(), *range_deg.end());
@@ -464,25 +462,25 @@ impl Viewer {
         if from == target {
             return;
         }
-        // Wide enough for the disc and its surroundings.
+        // A field of view of one degree shows the disc and its surroundings.
         self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (CameraPose::Centre { body: from }, target, true, 1.0, 0.0));
     }
 
-    fn rotate_with_body(&mut self, want: bool, places: &dyn BodyPositions) {
+    fn rotate_with_body(&mut self, make_fixed: bool, places: &dyn BodyPositions) {
         self.end_flight();
         let CameraPose::Orbit { body, fixed, .. } = self.view.eye else { return };
-        if fixed == want {
+        if fixed == make_fixed {
             return;
         }
         let Some(pose) = self.pose_from(body, places) else { return };
         let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
-        let orbit = if want {
+        let orbit = if make_fixed {
             Orbit::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z)
         } else {
             Orbit::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2))
         };
-        self.view.eye = orbit_pose(body, want, orbit);
+        self.view.eye = orbit_pose(body, make_fixed, orbit);
     }
 
     fn face_selected(&mut self) {

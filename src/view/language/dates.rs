@@ -1,18 +1,18 @@
-//! Dates as the window's language writes them.
+//! Formats dates as is usual in the window's language.
 //!
-//! In: instants, ISO 8601 text, dates of a calendar. Out: text. Always: the messages `date-*` choose order, marks and names of months; what ISO 8601 cannot write (a Julian date)
-//! stays as it is. Not here: what a user types (`date_text`).
+//! In: instants, ISO 8601 text, calendar dates. Out: text. Always: the messages `date-*` determine order, punctuation and names of months; a date
+//! outside ISO 8601 (written as a Julian date) stays unchanged. Not here: parsing of typed dates (`date_text`).
 
 use super::numbers::localised;
 use super::{named, text};
 use crate::time::Instant;
 use chrono::{Datelike, NaiveDate};
 
-/// An instant in UTC, to the millisecond if it has any.
+/// An instant in UTC, with milliseconds if they are not zero.
 pub(crate) fn instant_text(t: Instant) -> String {
     let iso = t.to_utc_iso();
     match iso.trim_end_matches('Z').split_once('T') {
-        Some((date, clock)) => text!("date-instant", date = day_of(date), clock = localised(clock.to_owned())),
+        Some((date, clock)) => text!("date-instant", date = date_text_of(date), clock = localised(clock.to_owned())),
         None => iso,
     }
 }
@@ -21,12 +21,12 @@ pub(crate) fn instant_text(t: Instant) -> String {
 pub(crate) fn minute_text(t: Instant) -> String {
     let iso = t.plus_seconds(30.0).to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
-        Some((date, clock)) => text!("date-minute", date = day_of(date), clock = clock),
+        Some((date, clock)) => text!("date-minute", date = date_text_of(date), clock = clock),
         None => iso,
     }
 }
 
-/// The same in digits, for names.
+/// Date in digits, hour and minute of an instant in UTC (not rounded), for names.
 pub(crate) fn minute_in_digits(t: Instant) -> String {
     let iso = t.to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
@@ -35,7 +35,7 @@ pub(crate) fn minute_in_digits(t: Instant) -> String {
     }
 }
 
-/// Month, day and time of day in UTC, rounded to the second: for lists of one event's instants.
+/// Month, day and time of day in UTC, rounded to the second, for the contacts of an event.
 pub(crate) fn month_day_second_text(t: Instant) -> String {
     let iso = t.plus_seconds(0.5).to_utc_iso();
     let parts = iso.split_once('T').and_then(|(date, clock)| Some((fields(date)?, clock.get(.."hh:mm:ss".len())?)));
@@ -50,23 +50,23 @@ pub(crate) fn month_day_second_text(t: Instant) -> String {
 /// The day of an instant, UTC.
 pub(crate) fn day_text(t: Instant) -> String {
     let iso = t.to_utc_iso();
-    iso.split_once('T').map_or(iso.clone(), |(date, _)| day_of(date))
+    iso.split_once('T').map_or(iso.clone(), |(date, _)| date_text_of(date))
 }
 
-/// An ISO 8601 date for reading.
-fn day_of(date: &str) -> String {
+/// An ISO 8601 date in the language's usual form.
+fn date_text_of(date: &str) -> String {
     let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
     let month_name = named("month", month.trim_start_matches('0'));
     text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = number(day))
 }
 
-/// An ISO 8601 date in digits, as in a field that can be edited.
+/// An ISO 8601 date in digits, for fields that can be edited.
 pub(crate) fn date_in_digits(date: &str) -> String {
     let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
     text!("date-digits", year = year_text(year), month = month, day = day)
 }
 
-/// The fields of an ISO 8601 date.
+/// Year, month and day of an ISO 8601 date, as written there.
 struct Fields<'d> {
     year: &'d str,
     month: &'d str,
@@ -83,7 +83,7 @@ fn number(digits: &str) -> u32 {
     digits.parse().unwrap_or_default()
 }
 
-/// An ISO 8601 year: the language chooses by `era` how it writes those up to 0, which are before Christ.
+/// The text of an ISO 8601 year. Years up to 0 are before Christ (0 is 1 BC); a message determines how the language writes them.
 fn year_text(iso: &str) -> String {
     match iso.trim_start_matches('+').parse::<i64>() {
         Ok(year) if year <= 0 => text!("date-iso-year-bc", iso = iso, year = 1 - year),
@@ -96,7 +96,7 @@ pub(crate) fn month_name(date: NaiveDate) -> &'static str {
     named("month", month_number(date))
 }
 
-/// A few letters of it.
+/// The short name of a date's month.
 pub(crate) fn month_short(date: NaiveDate) -> &'static str {
     named("month-short", month_number(date))
 }
@@ -108,7 +108,7 @@ fn month_number(date: NaiveDate) -> &'static str {
 
 /// Day, month and year: `8 April 2024`.
 pub(crate) fn long_date(date: NaiveDate) -> String {
-    // Years before 1 as chrono counts them, as everywhere in the calendar.
+    // Years before 1 are counted as in chrono and in the rest of the calendar.
     text!("date-long", day = date.day(), month = month_name(date), year = date.format("%Y").to_string())
 }
 

@@ -1,8 +1,9 @@
-//! Texts that other layers make in English: reasons of the scene, what the catalogs say of moments, tours and estimates.
+//! Translates texts that other layers produce in English: reasons of the scene, and descriptions in the catalogs (moments, tours, estimates).
 //!
-//! In: an English text. Out: the same in the language of the running window. Always: the message is found by its English text, in which an argument stands for any number, name or
-//! text that has a message itself; parts between semicolons are found one by one; a part without a message stays as it is. So the layers below need no languages, and their texts
-//! are the same in the window and on the command line. Not here: errors, and the user's own catalogs.
+//! In: an English text. Out: the text in the window's language. Always: the message is found by matching its English text, where an argument of the
+//! message matches a number, a name, or a text that is itself a message; parts between semicolons are translated one by one; a part without a
+//! message stays English. Hence the layers below need no languages, and their texts are the same on the command line. Not here: errors, and the
+//! user's own catalogs.
 
 use super::dates::instant_text;
 use super::numbers::localised;
@@ -19,7 +20,7 @@ struct Template {
 }
 
 impl Template {
-    /// Of a line of a file that has a message.
+    /// The template on a line of a Fluent file; `None` if no message begins there.
     fn of(line: &'static str) -> Option<Self> {
         let id = files::ids(line).next()?;
         let (_, text) = line.split_once('=')?;
@@ -34,11 +35,11 @@ impl Template {
         Some(Self { id, fixed, arguments })
     }
 
-    /// What a text has in place of the arguments, if it is this message.
+    /// The parts of `text` in place of the arguments; `None` if the text is not an instance of this message.
     fn arguments_in<'t>(&self, text: &'t str) -> Option<Vec<&'t str>> {
         let rest = text.strip_prefix(self.fixed[0])?;
         let mut found = Vec::new();
-        between(rest, &self.fixed[1..], &mut found).then_some(found)
+        split_arguments(rest, &self.fixed[1..], &mut found).then_some(found)
     }
 
     fn fixed_length(&self) -> usize {
@@ -46,8 +47,9 @@ impl Template {
     }
 }
 
-/// Fills in what stands before each of the fixed parts, none of it empty or of two parts of a text; whether the text ends with the last of them.
-fn between<'t>(text: &'t str, fixed: &[&str], found: &mut Vec<&'t str>) -> bool {
+/// Splits `text` into arguments, each followed by the next of the `fixed` parts, and appends them to `found`. Returns whether this is possible such
+/// that the text ends with the last fixed part and every argument is valid ([`is_argument`]). Backtracks, since a fixed part may occur repeatedly.
+fn split_arguments<'t>(text: &'t str, fixed: &[&str], found: &mut Vec<&'t str>) -> bool {
     let Some((next, later)) = fixed.split_first() else { return text.is_empty() };
     if later.is_empty() {
         return text.strip_suffix(next).filter(|argument| is_argument(argument)).is_some_and(|argument| {
@@ -58,7 +60,7 @@ fn between<'t>(text: &'t str, fixed: &[&str], found: &mut Vec<&'t str>) -> bool 
     text.match_indices(next).filter(|(at, _)| is_argument(&text[..*at])).any(|(at, _)| {
         let known = found.len();
         found.push(&text[..at]);
-        let fits = between(&text[at + next.len()..], later, found);
+        let fits = split_arguments(&text[at + next.len()..], later, found);
         if !fits {
             found.truncate(known);
         }
@@ -66,18 +68,19 @@ fn between<'t>(text: &'t str, fixed: &[&str], found: &mut Vec<&'t str>) -> bool 
     })
 }
 
+/// Whether an argument may have this text: not empty, and within one part between semicolons.
 fn is_argument(text: &str) -> bool {
     !text.is_empty() && !text.contains("; ")
 }
 
 static TEMPLATES: LazyLock<Vec<Template>> = LazyLock::new(|| {
     let mut all: Vec<Template> = files::ENGLISH_ELSEWHERE.iter().flat_map(|file| file.lines()).filter_map(Template::of).collect();
-    // The most specific first.
+    // The most specific template comes first.
     all.sort_by_key(|template| std::cmp::Reverse(template.fixed_length()));
     all
 });
 
-/// A text of another layer in the language of the window.
+/// The translation of another layer's English text into the window's language.
 pub fn translated(text: &str) -> Cow<'_, str> {
     if current() == Language::English {
         return Cow::Borrowed(text);
@@ -85,7 +88,7 @@ pub fn translated(text: &str) -> Cow<'_, str> {
     message(text).map_or_else(|| Cow::Owned(text.split("; ").map(part).collect::<Vec<_>>().join("; ")), Cow::Owned)
 }
 
-/// The message that a text is, in the language of the window.
+/// The translation of a text that is an instance of a message; `None` if no message matches.
 fn message(text: &str) -> Option<String> {
     TEMPLATES.iter().find_map(|template| {
         let values = template.arguments_in(text)?;
@@ -97,12 +100,12 @@ fn message(text: &str) -> Option<String> {
     })
 }
 
-/// A part of a text: a message, or as it is.
+/// The translation of a part of a text, or the part itself if no message matches.
 fn part(text: &str) -> String {
     message(text).unwrap_or_else(|| text.to_owned())
 }
 
-/// A number, a time, a message, or names of models and bodies between commas.
+/// The translation of an argument: a number, a time, a message, or names of models and bodies separated by commas.
 fn argument(text: &str) -> String {
     if text.parse::<f64>().is_ok() {
         return localised(text.to_owned());
@@ -124,7 +127,7 @@ mod tests {
         assert_eq!(template.arguments_in("1e-3 of black against 2, says the Sun"), None);
         assert_eq!(template.arguments_in(" of white against 2, says the Sun"), None, "an argument is never empty");
         assert_eq!(template.arguments_in("a of white against b, says "), None);
-        // The first place that fits need not be the right one.
+        // The first occurrence of a fixed part need not be the right one.
         let twice = Template::of("some-id = { $a } of { $b } end").expect("a template");
         assert_eq!(twice.arguments_in("x of y of z end"), Some(vec!["x", "y of z"]));
         let fixed = Template::of("some-id = set by you").expect("a template");

@@ -1,6 +1,7 @@
-//! The Fluent files that are built in, and what can be read from their text.
+//! The built-in Fluent files, and the ids of the messages in them.
 //!
-//! In: nothing. Out: per language the same list of files. Always: a message's id begins its line, as Fluent demands; what follows it is indented.
+//! In: nothing. Out: the texts of the same list of files for each language. Always: as Fluent requires, a message's id begins a line, and
+//! continuation lines are indented.
 
 use super::Language;
 
@@ -33,7 +34,7 @@ files!(
     "viewport",
 );
 
-/// English texts that other layers make: messages are found by them.
+/// The English files for texts of other layers; their messages are found by text rather than by id.
 pub(super) const ENGLISH_ELSEWHERE: [&str; 2] = [include_str!("en/catalog.ftl"), include_str!("en/reasons.ftl")];
 
 /// The files of a language.

@@ -1,10 +1,11 @@
-//! The window's texts, in the languages of `en/` and `de/`: Fluent files, one per panel.
+//! The window's texts in English and German, from the Fluent files in `en/` and `de/`, one file per panel.
 //!
-//! In: the id of a message, its arguments. Out: the text in the language of the running window. Always: a message that a language lacks is the English one, and one that no
-//! file has is its id; nothing panics. Texts without arguments are formatted once, so that a panel looks them up at no cost worth naming. Not here: texts of the command line, of
-//! links and of saved files, which are the same in every language.
+//! In: the id of a message and its arguments. Out: the text in the window's language. Always: a message that is missing in a language is shown in
+//! English, and a message that is missing everywhere as its id; nothing panics. Texts without arguments are formatted once, so that panels can look
+//! them up in every frame. Not here: texts of the command line, of links and of saved files, which are the same in every language.
 //!
-//! [`Language::Marked`] is English with `«»` around each message and `‹›` around each text that is filled in: what a panel shows without them does not come from these files.
+//! [`Language::Marked`] is English with `«»` around each message and `‹›` around each text argument. Text that a panel shows without these marks does
+//! not come from the Fluent files.
 
 pub mod choice;
 pub(crate) mod dates;
@@ -22,7 +23,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 thread_local! {
-    /// The language of what this thread draws or answers: one window has one thread, and several tests run beside each other.
+    /// The language of the texts that this thread produces. Per thread, because several tests run in parallel.
     static CURRENT: Cell<Language> = const { Cell::new(Language::English) };
 }
 
@@ -47,7 +48,7 @@ macro_rules! text {
 }
 pub(crate) use text;
 
-/// What a message's argument may be: text, or a count that chooses a plural form. Numbers with decimals are texts by [`decimal`] or [`signed`].
+/// An argument of a message: text, or a count that chooses a plural form. Numbers with decimals are passed as text from [`decimal`] or [`signed`].
 pub(crate) trait Argument {
     fn value(&self) -> FluentValue<'_>;
 }
@@ -95,9 +96,9 @@ counts!(u8, u16, u32, u64, usize, i32, i64);
 
 /// The messages of a language.
 struct Messages {
-    /// Each text is shown between marks.
+    /// Messages and text arguments get marks, as in [`Language::Marked`].
     marked: bool,
-    /// Those without arguments, ready to show.
+    /// The formatted messages without arguments, by id.
     plain: HashMap<String, String>,
     bundle: FluentBundle<FluentResource>,
 }
@@ -105,12 +106,12 @@ struct Messages {
 impl Messages {
     fn of(language: Language) -> Self {
         let mut bundle = FluentBundle::new_concurrent(vec![language.identifier()]);
-        // Marks around arguments for mixed directions of writing would show as boxes.
+        // The Unicode isolation marks that Fluent puts around arguments would show as boxes.
         bundle.set_use_isolating(false);
         let marked = language == Language::Marked;
         let mut plain = HashMap::new();
         for file in files::of(language) {
-            // What is wrong in a file is left out of it; a test finds it.
+            // Invalid entries of a file are skipped here; a test finds them.
             let resource = FluentResource::try_new((*file).to_owned()).unwrap_or_else(|(resource, _)| resource);
             let _ = bundle.add_resource(resource);
         }
@@ -142,7 +143,7 @@ fn message_marked(text: &str) -> String {
     format!("«{text}»")
 }
 
-/// Numbers stay as they are: they choose plural forms.
+/// Marks a text argument. Numbers stay unchanged, because they choose plural forms.
 fn argument_marked<'v>(value: &FluentValue<'v>) -> FluentValue<'v> {
     match value {
         FluentValue::String(text) => format!("‹{text}›").into(),
@@ -154,7 +155,7 @@ static ENGLISH: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::Eng
 static GERMAN: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::German));
 static MARKED: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::Marked));
 
-/// Read at the first use of a language: a window has one.
+/// The messages of a language, read when it is first used, since a window normally uses one language.
 fn messages(language: Language) -> &'static Messages {
     match language {
         Language::English => &ENGLISH,
@@ -163,20 +164,20 @@ fn messages(language: Language) -> &'static Messages {
     }
 }
 
-/// What the current language has, else English.
-fn in_turn<T>(find: impl Fn(&'static Messages) -> Option<T>) -> Option<T> {
+/// The result of `find` for the current language, or else for English.
+fn with_fallback<T>(find: impl Fn(&'static Messages) -> Option<T>) -> Option<T> {
     find(messages(current())).or_else(|| find(messages(Language::English)))
 }
 
 /// A message without arguments.
 pub(crate) fn plain(id: &'static str) -> &'static str {
-    in_turn(|messages| messages.plain.get(id)).map_or(id, String::as_str)
+    with_fallback(|messages| messages.plain.get(id)).map_or(id, String::as_str)
 }
 
 /// A message with its arguments.
 pub(crate) fn filled(id: &'static str, arguments: &[(&'static str, FluentValue<'_>)]) -> String {
     let arguments: FluentArgs<'_> = arguments.iter().map(|(name, value)| (*name, value.clone())).collect();
-    in_turn(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
+    with_fallback(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
 }
 
 /// A message whose arguments are texts.
@@ -185,10 +186,10 @@ fn filled_by_text(id: &'static str, arguments: &[(&'static str, String)]) -> Str
     filled(id, &arguments)
 }
 
-/// What a thing is called whose name comes from elsewhere (an effect, a body): the message `kind-name`, else the name itself.
+/// The translated name of a thing that another layer names (an effect, a body): the message `kind-name`, or else the given name.
 pub(crate) fn named<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
-    in_turn(|messages| messages.plain.get(&id)).map_or(name, String::as_str)
+    with_fallback(|messages| messages.plain.get(&id)).map_or(name, String::as_str)
 }
 
 /// The name of a body of the catalog.

@@ -1,17 +1,17 @@
-//! Numbers as the window's language writes them.
+//! Formats and parses numbers as is usual in the window's language.
 //!
-//! In: a number and its digits, typed text. Out: text with the language's decimal mark and grouping, or the number. Always: a decimal point is understood in every language, its own
-//! mark besides. Not for files, links or the command line.
+//! In: a number and its number of decimals, or typed text. Out: text with the language's decimal mark, or the number. Always: typed numbers may have a
+//! decimal point in every language, or the language's own decimal mark. Not for files, links or the command line.
 
 use super::text;
 use std::fmt::Display;
 
-/// A number with fixed decimals.
+/// A number with a fixed number of decimals.
 pub(crate) fn decimal(value: impl Display, digits: usize) -> String {
     localised(format!("{value:.digits$}"))
 }
 
-/// The same, with its sign.
+/// A number with its sign and a fixed number of decimals.
 pub(crate) fn signed(value: impl Display, digits: usize) -> String {
     localised(format!("{value:+.digits$}"))
 }
@@ -24,7 +24,7 @@ pub(crate) fn localised(number: String) -> String {
     }
 }
 
-/// What separates thousands.
+/// The mark that separates thousands.
 pub(crate) fn group_mark() -> &'static str {
     text!("number-group-mark")
 }
@@ -38,7 +38,7 @@ pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) 
 pub(crate) fn typed_number(text: &str) -> Option<f64> {
     let plain: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
     match text!("number-decimal-mark") {
-        // A text with the decimal mark of the language may have its group marks, too.
+        // A text with the language's decimal mark may also contain its thousands separators.
         mark if mark != "." && plain.contains(mark) => plain.replace(group_mark(), "").replace(mark, ".").parse().ok(),
         _ => plain.parse().ok(),
     }

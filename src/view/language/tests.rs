@@ -1,4 +1,4 @@
-//! The files of all languages have the same messages with the same arguments, and each message is used.
+//! Tests that the files of all languages have the same messages with the same arguments, and that each message is used.
 
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,14 +24,14 @@ fn messages<'f>(files: &[&'f str], faults: &mut Vec<String>) -> BTreeMap<&'f str
     found
 }
 
-/// What one language has and the other lacks.
+/// The messages and arguments that only one of two languages has.
 fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
     let mut faults = Vec::new();
     let [first, second] = [first, second].map(|files| messages(files, &mut faults));
     for (id, arguments) in &first {
         match second.get(id) {
             None => faults.push(format!("{id} is missing in the second")),
-            // Dates are made of those of the offered parts that a language needs.
+            // Messages for dates use only those of the offered arguments that the language needs.
             Some(others) if id.starts_with("date-") && !others.is_empty() && !arguments.is_empty() => {}
             Some(others) if others != arguments => faults.push(format!("{id} has other arguments: {arguments:?}, {others:?}")),
             Some(_) => {}
@@ -75,7 +75,7 @@ fn every_file_is_valid_fluent() {
     assert!(FluentResource::try_new("one = { $\n".to_owned()).is_err(), "a broken file is found");
 }
 
-/// Prefixes of messages for names that come from elsewhere: [`named`] looks them up.
+/// Prefixes of messages for names from other layers, which [`named`] looks up.
 const NAMED: [&str; 15] = [
     "body",
     "contact",
@@ -94,7 +94,7 @@ const NAMED: [&str; 15] = [
     "tone",
 ];
 
-/// Sources of the window, without this folder.
+/// Appends the sources below a folder of the window, except for the folder `language`.
 fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
         if entry.is_dir() && !entry.ends_with("language") {
@@ -134,7 +134,7 @@ fn each_message_is_used_and_each_used_one_exists() {
     let is_used = |id: &str| {
         let quoted = format!("\"{id}\"");
         let is_named = NAMED.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
-        // Found by their text.
+        // These messages are found by their text.
         let is_elsewhere = files::ENGLISH_ELSEWHERE.iter().any(|file| files::ids(file).any(|known| known == id));
         is_named || is_elsewhere || sources.iter().any(|(_, code)| code.contains(&quoted))
     };
@@ -144,7 +144,7 @@ fn each_message_is_used_and_each_used_one_exists() {
     assert_eq!(ids_in_calls("f(text!(\"a-b\"), text!(\"c\", n = 1))").collect::<Vec<_>>(), ["a-b", "c"]);
 }
 
-/// Calls that show their text.
+/// Calls whose argument is shown as text.
 const SHOWN: [&str; 20] = [
     "label(",
     "button(",
@@ -168,17 +168,17 @@ const SHOWN: [&str; 20] = [
     ".text(",
 ];
 
-/// Units, names of files and examples of what is typed, which are the same in every language.
+/// Units, file names and examples of input that are the same in every language.
 const SAME_IN_ALL: [&str; 5] = ["ms", "tour.json", "shaders/{}:{}", "+eclipse=linear,-normal", "lambert.albedo.sun1.ellipsoid"];
 
-/// Literals with a word in calls that show them.
+/// String literals with at least one word in calls that show them.
 fn shown_literals(code: &str) -> Vec<String> {
     let mut found = Vec::new();
     for call in SHOWN {
         for rest in code.split(call).skip(1) {
             let first = rest.trim_start().trim_start_matches(['&', '(']);
             let literal = first.strip_prefix('"').or_else(|| first.strip_prefix("format!(\"")).and_then(|rest| rest.split('"').next());
-            // What a format fills in is no literal.
+            // Placeholders of a format string do not count as words.
             let words = |text: &str| {
                 let plain: String = text.split('{').map(|part| part.rsplit('}').next().unwrap_or_default()).collect::<Vec<_>>().join(" ");
                 plain.split_whitespace().filter(|word| word.chars().filter(|c| c.is_alphabetic()).count() > 1).count()
@@ -202,9 +202,9 @@ fn no_panel_shows_a_text_of_its_own() {
     );
 }
 
-/// A message that a language lacks is English; one that none has shows its id; nobody panics about arguments.
+/// A message that a language lacks is shown in English, an unknown message as its id; missing arguments cause no panic.
 #[test]
-fn what_is_missing_falls_back() {
+fn missing_messages_fall_back() {
     set(Language::German);
     assert_eq!(plain("tab-effects"), "Effekte");
     assert_eq!(plain("no-such-message"), "no-such-message");

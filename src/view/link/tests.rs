@@ -12,7 +12,7 @@ fn view() -> ViewState {
     s
 }
 
-/// A view that differs from the written ones.
+/// A default view that differs from `view()`.
 fn defaults() -> ViewState {
     let time = Instant::from_tdb_seconds_past_j2000(5.0);
     ViewState::around(NaifId::MOON, DVec3::new(0.0, 6e3, 1e3), 1737.4, DVec3::Z, time)
@@ -23,13 +23,13 @@ fn catalog() -> &'static Catalog {
     CATALOG.get_or_init(Catalog::embedded)
 }
 
-fn over_usual(mut given: PartialView) -> Result<ViewState, String> {
-    given.name_bodies(catalog());
+fn with_test_defaults(mut given: PartialView) -> Result<ViewState, String> {
+    given.resolve_body_names(catalog());
     given.with_defaults(&defaults(), catalog()).map_err(|e| e.to_string())
 }
 
 fn of_link(link: &str) -> Result<ViewState, String> {
-    over_usual(PartialView::of_link(link))
+    with_test_defaults(PartialView::of_link(link))
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn links_and_files_restore_the_view_to_the_last_bit() {
     for (eye, paused) in eyes.into_iter().zip([None, Some(true), Some(false), Some(true)]) {
         let view = ViewState { eye, paused, ..view() };
         assert_eq!(of_link(&view.to_link()).as_ref(), Ok(&view), "{}", view.to_link());
-        assert_eq!(over_usual(PartialView::json_error_text(&view.to_json())), Ok(view));
+        assert_eq!(with_test_defaults(PartialView::of_json(&view.to_json())), Ok(view));
     }
     let link = view().to_link();
     assert!(link.contains("target=699&"), "{link}");
@@ -61,9 +61,9 @@ fn links_and_files_restore_the_view_to_the_last_bit() {
 }
 
 #[test]
-fn what_a_link_leaves_out_is_as_the_window_begins() {
+fn omitted_fields_have_the_defaults_of_a_new_window() {
     assert_eq!(of_link("orrery://view"), Ok(defaults()));
-    // Both ways to request these two layers set the window's switches for them.
+    // Requesting these two layers by `layers` or by their own fields sets the same switches of the window.
     let with_both = ViewState { orbits: true, bloom: true, ..defaults() };
     assert_eq!(of_link("orrery://view?layers=%2Borbits,%2Bbloom"), Ok(with_both.clone()));
     assert_eq!(of_link("orrery://view?orbits=true&bloom=true"), Ok(with_both));
@@ -81,10 +81,10 @@ fn what_a_link_leaves_out_is_as_the_window_begins() {
 }
 
 #[test]
-fn the_body_and_the_time_of_a_link_are_found_first() {
+fn body_and_time_of_a_link_are_read_before_the_other_fields() {
     let given = |query: &str| {
         let mut given = PartialView::of_link(&format!("orrery://view?{query}"));
-        given.name_bodies(catalog());
+        given.resolve_body_names(catalog());
         given
     };
     assert_eq!(given("").target(), NaifId::EARTH);
@@ -100,7 +100,7 @@ fn the_body_and_the_time_of_a_link_are_found_first() {
     }
 }
 
-/// Every body by its name, in capitals, by each of its aliases and its code, as target and as the camera's body.
+/// Every body is found by its name, its name in capitals, its aliases and its code, as target and as the camera's body.
 #[test]
 fn bodies_are_named_or_given_by_code() {
     for body in catalog().bodies() {
@@ -111,7 +111,7 @@ fn bodies_are_named_or_given_by_code() {
             assert_eq!((view.target, view.eye.body()), (body.id, body.id), "{link}");
             let json = format!("{{\"target\": {}}}", Value::from(name.as_str()));
             assert!(
-                name.parse::<i32>().is_ok() || over_usual(PartialView::json_error_text(&json)).is_ok_and(|s| s.target == body.id),
+                name.parse::<i32>().is_ok() || with_test_defaults(PartialView::of_json(&json)).is_ok_and(|s| s.target == body.id),
                 "{json}"
             );
         }
@@ -123,7 +123,7 @@ fn bodies_are_named_or_given_by_code() {
     }
 }
 
-/// As earlier versions wrote them.
+/// Values as earlier versions wrote them.
 #[test]
 fn names_of_earlier_versions_are_read() {
     let old = of_link("orrery://view?tone_map=plain&pixels=shaded&quality=reference&effects=-rings").expect("a view");
@@ -134,7 +134,7 @@ fn names_of_earlier_versions_are_read() {
 }
 
 #[test]
-fn slips_in_a_link_are_told_with_what_may_have_been_meant() {
+fn misspelt_words_in_a_link_get_a_suggestion() {
     for (slip, meant) in [
         ("target=satrun", "`Saturn`"),
         ("eye.body=jupitr", "`Jupiter`"),
@@ -170,16 +170,16 @@ fn broken_links_are_refused_in_one_line() {
         (format!("orrery://view?{}", "a=1&".repeat(30_000)), "bytes"),
         ("orrery://view?quality=be%0Ast".into(), "quality"),
     ] {
-        let why = over_usual(PartialView::of(&bad)).expect_err(names);
+        let why = with_test_defaults(PartialView::of(&bad)).expect_err(names);
         assert!(why.contains(names) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
     }
     assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
     for bad in ["", "[1]", "{\"target\":", "7"] {
-        assert!(over_usual(PartialView::json_error_text(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
+        assert!(with_test_defaults(PartialView::of_json(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
     }
 }
 
-/// Any combination of a few of these errors is reported completely, each once, by the field's name.
+/// In every combination of these errors that is tried, each error is reported exactly once, with its field's name.
 #[test]
 fn all_faults_of_a_link_are_listed() {
     let faults = [
@@ -200,13 +200,13 @@ fn all_faults_of_a_link_are_listed() {
         ("orbits=%zz", "orbits"),
     ];
     for chosen in (1_u32..1 << faults.len()).filter(|bits| bits.count_ones() == 2 || bits.count_ones() > 13) {
-        let of_these = |k: &usize| chosen & (1 << k) != 0;
-        let pairs: Vec<&str> = (0..faults.len()).filter(of_these).map(|k| faults[k].0).collect();
+        let is_chosen = |k: &usize| chosen & (1 << k) != 0;
+        let pairs: Vec<&str> = (0..faults.len()).filter(is_chosen).map(|k| faults[k].0).collect();
         let link = format!("orrery://view?{}", pairs.join("&"));
         let why = of_link(&link).expect_err(&link);
         assert!(why.starts_with(&format!("{} faults: ", pairs.len())), "{link}: {why}");
         for (k, (_, name)) in faults.iter().enumerate() {
-            assert_eq!(why.contains(name), of_these(&k), "{link}: `{name}` in {why}");
+            assert_eq!(why.contains(name), is_chosen(&k), "{link}: `{name}` in {why}");
         }
     }
     let many: String = (0..500).map(|k| format!("f{k}=1&")).collect();

@@ -1,7 +1,8 @@
-//! The angle between two places of the picture: Ctrl and a click on each.
+//! The angle between two places of the picture that the user clicks while holding Ctrl.
 //!
-//! The places are directions from the camera, so that the line stays in place on the sky while the view rotates. A click near a star or a small body means its centre. After two places a third
-//! starts again; Escape removes the line. Two bodies also have a distance, between their apparent positions.
+//! The places are stored as directions from the camera, so that the line stays in place on the sky while the view rotates. A click near a star
+//! or a small body selects its centre. A third place starts a new measurement; Escape removes the line. For two bodies, the distance between
+//! their apparent positions is also shown.
 
 use super::fact::grouped;
 use super::information::degrees;
@@ -36,7 +37,7 @@ pub(super) struct SeenBody {
 }
 
 impl MeasuredAngle {
-    /// Adds the place in an ICRF direction (a unit vector); what to say about it.
+    /// Adds the place in an ICRF direction (a unit vector); returns the message for the user.
     pub(super) fn add(&mut self, direction: DVec3, body: Option<SeenBody>) -> String {
         if self.places.len() >= 2 {
             self.places.clear();
@@ -47,7 +48,7 @@ impl MeasuredAngle {
             .map_or_else(|| text!("angle", angle = angle), |distance| text!("angle-and-distance", angle = angle, distance = distance))
     }
 
-    /// Removes the line; whether there was one.
+    /// Removes the line; returns whether there was a line.
     pub(super) fn clear(&mut self) -> bool {
         !std::mem::take(&mut self.places).is_empty()
     }
@@ -70,15 +71,15 @@ impl MeasuredAngle {
         })
     }
 
-    /// Draws the places, the great circle between them and its length. `seen`: where the window shows an ICRF direction.
-    pub(super) fn paint(&self, painter: &egui::Painter, seen: impl Fn(DVec3) -> Option<Pos2>) {
-        for place in self.places.iter().filter_map(|place| seen(place.direction)) {
+    /// Draws the places, the great circle between them and its length. `project`: gives the window position of an ICRF direction.
+    pub(super) fn paint(&self, painter: &egui::Painter, project: impl Fn(DVec3) -> Option<Pos2>) {
+        for place in self.places.iter().filter_map(|place| project(place.direction)) {
             painter.circle_stroke(place, 4.0, Stroke::new(1.5, COLOUR));
         }
         let ([Place { direction: a, .. }, Place { direction: b, .. }], Some(text)) = (&self.places[..], self.text()) else { return };
         let angle = angle_rad(*a, *b);
-        let Some(across) = (b - a * a.dot(*b)).try_normalize() else { return };
-        let on_arc = |part: f64| seen(*a * (angle * part).cos() + across * (angle * part).sin());
+        let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
+        let on_arc = |part: f64| project(*a * (angle * part).cos() + tangent * (angle * part).sin());
         let points: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
         for run in points.split(Option::is_none).filter(|run| run.len() > 1) {
             painter.add(Shape::line(run.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
@@ -114,9 +115,9 @@ mod tests {
         camera.ray(camera.clip_from_pixel(DVec2::new(x, y))).normalize()
     }
 
-    /// From the middle to the edge it is half the field of view, at any field; a third click begins anew.
+    /// The angle from the middle to the edge is half the field of view, at any field of view; a third click starts a new measurement.
     #[test]
-    fn an_angle_is_that_of_the_field_of_view() {
+    fn the_angle_from_middle_to_edge_is_half_the_field_of_view() {
         for half_deg in [1.0 / 120.0, 0.5, 20.0, 45.0, 80.0] {
             let camera = camera(f64::to_radians(half_deg).tan());
             let mut angle = MeasuredAngle::default();

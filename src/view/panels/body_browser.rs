@@ -1,6 +1,7 @@
 //! The tree of bodies.
 //!
-//! In: clicks. Out: actions. Always: the pressed row is the one that is selected, and nothing expands while a button is held. It moves only its own rows.
+//! In: clicks. Out: actions. Always: the row under the pointer at the press is the row that is selected, because no branch expands while a
+//! button is held. The tree moves only its own rows.
 
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
@@ -11,18 +12,18 @@ use egui::{Id, ScrollArea, UiBuilder};
 
 #[derive(Default)]
 pub(crate) struct BodyBrowser {
-    /// The selection for which the tree was last expanded.
+    /// The selected body for which the tree was last expanded.
     expanded_for: Option<NaifId>,
-    /// The selection was made in the tree, so it need not scroll.
+    /// The body that was selected in the tree; the tree does not scroll to it.
     clicked: Option<NaifId>,
-    /// Scrolled to until its branch has expanded.
-    shown: Option<NaifId>,
+    /// The body to which the tree scrolls until its branch has expanded.
+    scroll_target: Option<NaifId>,
 }
 
-/// The Sun, its planets each with its moons, then the other bodies.
+/// Shows the Sun, the planets, each with its moons, and then the other bodies.
 pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let news = branch_to_expand(interface, ui);
-    let before = actions.len();
+    let to_expand = branch_to_expand(interface, ui);
+    let actions_before = actions.len();
     let mut is_opening = false;
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
         let subjects = interface.viewer.subjects();
@@ -35,7 +36,7 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
             }
             let id = ui.make_persistent_id(("moons of", body.id.0));
             let mut fold = CollapsingState::load_with_default_open(ui.ctx(), id, false);
-            if news.is_some_and(|selected| selected == body.id || moons.iter().any(|m| m.id == selected)) {
+            if to_expand.is_some_and(|selected| selected == body.id || moons.iter().any(|m| m.id == selected)) {
                 fold.set_open(true);
             }
             is_opening |= fold.is_open() && fold.openness(ui.ctx()) < 1.0;
@@ -51,18 +52,18 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
         }
     });
     if !is_opening {
-        interface.browse.shown = None;
+        interface.body_browser.scroll_target = None;
     }
-    if let Some(Action::Select(id) | Action::FlyTo(id)) = actions[before..].last() {
-        interface.browse.clicked = Some(*id);
+    if let Some(Action::Select(id) | Action::FlyTo(id)) = actions[actions_before..].last() {
+        interface.body_browser.clicked = Some(*id);
     }
 }
 
-/// The body of a new selection whose branch must be expanded; once, so that the user can collapse it again. Between press and release
-/// nothing expands: a selection made meanwhile is handled after it.
+/// The newly selected body, whose branch must be expanded. Returned once for a selection, so that the user can collapse the branch again.
+/// While a button is held no branch expands; a selection made meanwhile is handled after the release.
 fn branch_to_expand(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     let selected = interface.viewer.selected;
-    let browse = &mut interface.browse;
+    let browse = &mut interface.body_browser;
     if browse.expanded_for == Some(selected) {
         return None;
     }
@@ -71,16 +72,16 @@ fn branch_to_expand(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> 
         return None;
     }
     browse.expanded_for = Some(selected);
-    browse.shown = (browse.clicked.take() != Some(selected)).then_some(selected);
+    browse.scroll_target = (browse.clicked.take() != Some(selected)).then_some(selected);
     Some(selected)
 }
 
 fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut Vec<Action>) {
-    // The id of a row depends on its body, not on its position: otherwise rows that expand above it would move the press to another body.
+    // The id of a row depends on its body, not on its position: otherwise, if rows expand above it, a press would count for another body.
     let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;
     let response = ui.scope_builder(row, |ui| ui.selectable_label(is_selected, body_name(&body.name))).inner;
-    if interface.browse.shown == Some(body.id) {
+    if interface.body_browser.scroll_target == Some(body.id) {
         response.scroll_to_me(None);
     }
     if response.double_clicked() {

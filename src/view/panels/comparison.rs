@@ -1,6 +1,6 @@
-//! Sizes and distances to scale, in the Information panel: the selected body beside another, and the planets along a line from the Sun.
+//! Sizes and distances to scale, in the Information panel: the selected body next to another, and the planets along a line from the Sun.
 //!
-//! In: radii, distances at the displayed time. Out: two drawings, each with an equivalent sentence. Always: one scale within a drawing.
+//! In: radii, distances at the displayed time. Out: two drawings, each with an equivalent sentence. Always: each drawing has a single scale.
 
 use super::Interface;
 use super::fact::grouped;
@@ -15,14 +15,14 @@ use glam::DVec3;
 
 const SIZES_HEIGHT: f32 = 110.0;
 const DISTANCES_HEIGHT: f32 = 44.0;
-/// Smallest radius of a drawn body, points.
-const MIN_RADIUS: f32 = 1.0;
+/// Smallest diameter of a drawn body, points.
+const MIN_DIAMETER: f32 = 1.0;
 /// Vertices of an ellipse.
 const ELLIPSE_VERTICES: usize = 96;
 const MARK: Color32 = Color32::from_rgb(255, 206, 110);
 const GREY: Color32 = Color32::from_gray(190);
 
-/// The body to compare with; `None`: the Earth, or the Moon for the Earth.
+/// The body with which the selected body is compared; `None`: the Earth, or the Moon if the Earth is selected.
 #[derive(Default)]
 pub(crate) struct Comparison {
     with: Option<NaifId>,
@@ -30,8 +30,8 @@ pub(crate) struct Comparison {
 
 impl Comparison {
     fn other(&self, selected: NaifId) -> NaifId {
-        let usual = if selected == NaifId::EARTH { NaifId::MOON } else { NaifId::EARTH };
-        self.with.filter(|with| *with != selected).unwrap_or(usual)
+        let default_body = if selected == NaifId::EARTH { NaifId::MOON } else { NaifId::EARTH };
+        self.with.filter(|with| *with != selected).unwrap_or(default_body)
     }
 }
 
@@ -57,12 +57,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let time = viewer.view.time();
     let places = SessionPositions(worker.session());
     let distance_km = |id: NaifId| places.between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
-    // A moon is marked at its planet.
-    let carrier = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
-    let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == carrier && s.id != NaifId::SUN);
-    let along: Vec<(&str, f64, bool)> = planets.map(|s| (body_name(&s.name), distance_km(s.id) / KM_PER_AU, s.id == carrier)).collect();
-    distances(ui, &along);
-    ui.label(distance_text(viewer.name(carrier), distance_km(carrier) / KM_PER_AU));
+    // For a selected moon, its planet is marked.
+    let marked = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
+    let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
+    let by_distance: Vec<(&str, f64, bool)> =
+        planets.map(|s| (body_name(&s.name), distance_km(s.id) / KM_PER_AU, s.id == marked)).collect();
+    distances(ui, &by_distance);
+    ui.label(distance_text(viewer.name(marked), distance_km(marked) / KM_PER_AU));
 }
 
 /// `Saturn is 9.45 times as wide as Earth and has 764 times its volume.`
@@ -93,7 +94,7 @@ fn distance_text(name: &str, au: f64) -> String {
 /// Light time per au (IAU 2012 au, speed of light).
 const MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
 
-/// The background of a drawing; `description`: its accessible description.
+/// Draws the background of a drawing; `description`: its accessible description.
 fn background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, description));
@@ -101,21 +102,22 @@ fn background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     rect
 }
 
-/// Points per kilometre at which two discs fit side by side.
-fn scale(room: [f64; 2], a: DVec3, b: DVec3) -> f64 {
-    let across = 2.0 * (a.x + b.x);
-    let down = 2.0 * a.z.max(b.z);
-    (room[0] / across).min(room[1] / down)
+/// Points per kilometre at which the discs of two bodies with semi-axes `a` and `b` fit side by side into an area of `size` points.
+fn scale(size: [f64; 2], a: DVec3, b: DVec3) -> f64 {
+    let width_km = 2.0 * (a.x + b.x);
+    let height_km = 2.0 * a.z.max(b.z);
+    (size[0] / width_km).min(size[1] / height_km)
 }
 
+/// Draws two bodies next to each other.
 fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
     let rect = background(ui, SIZES_HEIGHT, &text!("sizes-picture", first = body_name(&a.name), second = body_name(&b.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
-    let points = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
+    let points_per_km = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
     for (body, colour) in [(a, MARK), (b, GREY)] {
-        let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points) as f32).max(0.5 * MIN_RADIUS));
+        let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points_per_km) as f32).max(0.5 * MIN_DIAMETER));
         let centre = pos2(left + half_width, inner.center().y);
         ui.painter().add(ellipse(centre, half_width, half_height, disc_colour(catalog, body.id)));
         let at = pos2(centre.x.clamp(rect.left() + 24.0, rect.right() - 24.0), rect.bottom() - 2.0);
@@ -140,9 +142,10 @@ fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
-    let farthest = along.iter().map(|p| p.1).fold(1.0, f64::max);
-    let description: Vec<String> = along.iter().map(|(name, au, _)| format!("{name} {}", decimal(au, 2))).collect();
+/// Draws bodies along a line from the Sun. `bodies`: name, distance in au, and whether the body is marked.
+fn distances(ui: &mut Ui, bodies: &[(&str, f64, bool)]) {
+    let farthest = bodies.iter().map(|p| p.1).fold(1.0, f64::max);
+    let description: Vec<String> = bodies.iter().map(|(name, au, _)| format!("{name} {}", decimal(au, 2))).collect();
     let rect = background(ui, DISTANCES_HEIGHT, &text!("distances-picture", list = description.join(", ")));
     let line = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
@@ -151,25 +154,25 @@ fn distances(ui: &mut Ui, along: &[(&str, f64, bool)]) {
     painter.hline(from..=to, line, Stroke::new(1.0, Color32::from_gray(90)));
     painter.circle_filled(pos2(from, line), 4.0, Color32::from_rgb(255, 235, 170));
     let font: FontId = TextStyle::Small.resolve(ui.style());
-    let mut free = from + 6.0;
-    // The selected body is labelled first, so that no other label displaces its own.
-    let mut order: Vec<&(&str, f64, bool)> = along.iter().collect();
+    let mut last_label_end = from + 6.0;
+    // The marked body is labelled first, so that its label is always shown.
+    let mut order: Vec<&(&str, f64, bool)> = bodies.iter().collect();
     order.sort_by(|a, b| b.2.cmp(&a.2).then(a.1.total_cmp(&b.1)));
-    let mut taken: Option<(f32, f32)> = None;
-    for (name, au, is_selected) in order {
+    let mut marked_label: Option<(f32, f32)> = None;
+    for (name, au, is_marked) in order {
         let x = at(*au);
-        painter.circle_filled(pos2(x, line), 2.5, if *is_selected { MARK } else { GREY });
+        painter.circle_filled(pos2(x, line), 2.5, if *is_marked { MARK } else { GREY });
         let width = painter.layout_no_wrap((*name).to_owned(), font.clone(), GREY).size().x;
         let (left, right) = (x - 0.5 * width, x + 0.5 * width);
-        let collides = left < free || taken.is_some_and(|(a, b)| left < b + 4.0 && right > a - 4.0);
-        if *is_selected || !collides {
-            let colour = if *is_selected { MARK } else { GREY };
+        let collides = left < last_label_end || marked_label.is_some_and(|(a, b)| left < b + 4.0 && right > a - 4.0);
+        if *is_marked || !collides {
+            let colour = if *is_marked { MARK } else { GREY };
             let middle = x.clamp(rect.left() + 0.5 * width + 2.0, rect.right() - 0.5 * width - 2.0);
             painter.text(pos2(middle, rect.bottom() - 4.0), Align2::CENTER_BOTTOM, *name, font.clone(), colour);
-            if *is_selected {
-                taken = Some((left, right));
+            if *is_marked {
+                marked_label = Some((left, right));
             } else {
-                free = right + 4.0;
+                last_label_end = right + 4.0;
             }
         }
     }
@@ -190,22 +193,22 @@ mod tests {
         }
     }
 
-    /// Volumes by NASA's planetary fact sheets: Saturn 8.2713e14, the Earth 1.08321e12 km³.
+    /// Volumes from NASA's planetary fact sheets: Saturn 8.2713e14, the Earth 1.08321e12 km³.
     #[test]
     fn sizes_match_the_fact_sheets() {
         let (saturn, earth) = (body("Saturn", 60_268.0, 54_364.0), body("Earth", 6378.137, 6356.752));
         let description = size_text(&saturn, &earth);
         assert_eq!(description, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
-        assert_eq!(size_text(&earth, &saturn), description, "the larger one is told of");
+        assert_eq!(size_text(&earth, &saturn), description, "the sentence is always about the larger body");
         assert!((82_713.0 / 108.321_f64 - 764.0).abs() < 1.0);
         assert!(distance_text("Earth", 1.0).contains("8.3 minutes"));
     }
 
     #[test]
-    fn both_discs_have_room() {
+    fn both_discs_fit_into_the_area() {
         for (a, b) in [(1.0, 1.0), (700_000.0, 1.0), (1.0, 9.4)] {
-            let points = scale([300.0, 80.0], DVec3::splat(a), DVec3::splat(b));
-            assert!(2.0 * (a + b) * points <= 300.0 + 1e-9 && 2.0 * a.max(b) * points <= 80.0 + 1e-9);
+            let points_per_km = scale([300.0, 80.0], DVec3::splat(a), DVec3::splat(b));
+            assert!(2.0 * (a + b) * points_per_km <= 300.0 + 1e-9 && 2.0 * a.max(b) * points_per_km <= 80.0 + 1e-9);
         }
     }
 }

@@ -1,6 +1,7 @@
-//! How the picture is put together: projection, dome, stereo pair.
+//! Controls for the composition of the picture: projection, dome, stereo pair.
 //!
-//! In: the view. Out: the view with another composition. Always: projection and stereo, which do not go together, switch each other off.
+//! In: the view. Out: the view with another composition. Always: at most one of stereo and a projection other than perspective is on; choosing
+//! one switches the other off.
 
 use super::Interface;
 use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_RANGE_DEG};
@@ -10,14 +11,14 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{plain, text};
 use egui::{ComboBox, Slider, Ui};
 
-/// What each projection is called in the window, and what it is for: ids of texts.
+/// Text ids of the name and the tooltip of each projection.
 const PROJECTIONS: [(Projection, &str, &str); 3] = [
     (Projection::Perspective, "projection-perspective", "projection-perspective-hint"),
     (Projection::Fisheye, "projection-fisheye", "projection-fisheye-hint"),
     (Projection::Equirectangular, "projection-sphere", "projection-sphere-hint"),
 ];
 
-/// The same of the ways in which two eyes share a picture.
+/// Text ids of the name and the tooltip of each stereo layout.
 const STEREO: [(Option<StereoLayout>, &str, &str); 4] = [
     (None, "stereo-off", "stereo-off-hint"),
     (Some(StereoLayout::Anaglyph), "stereo-anaglyph", "stereo-anaglyph-hint"),
@@ -25,7 +26,7 @@ const STEREO: [(Option<StereoLayout>, &str, &str); 4] = [
     (Some(StereoLayout::Interlaced), "stereo-interlaced", "stereo-interlaced-hint"),
 ];
 
-/// The controls, folded.
+/// Shows the controls below a heading that folds them away.
 pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
     let composition = &mut interface.viewer.view.composition;
     egui::CollapsingHeader::new(text!("projection-heading")).show(ui, |ui| {
@@ -67,7 +68,7 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
     });
 }
 
-/// A list with a label; what is chosen now.
+/// Shows a list with a label; returns the chosen value.
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, mut chosen: T, all: &[(T, &'static str, &'static str)]) -> T {
     ui.horizontal(|ui| {
         ui.label(label);

@@ -1,7 +1,7 @@
-//! Files dropped on the window: layers of data over the sky or the target's surface.
+//! Data files dropped on the window, which become layers over the sky or over the target's surface.
 //!
-//! In: the files of a frame. Out: layers of the session, a message about how they were read or what is wrong, and a new picture. Always: files are read off the drawing thread; an invalid
-//! one changes nothing.
+//! In: the files dropped in this frame. Out: layers of the session, a message about each file (how it was read, or its error), and a request
+//! for a new picture. Always: files are read on the query worker; an invalid file changes nothing.
 
 use super::Interface;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -12,7 +12,7 @@ pub(crate) struct DroppedFiles {
     reading: Vec<Pending<Result<String, String>>>,
 }
 
-/// Takes the files dropped in this frame, and shows those that have been read.
+/// Starts to read the files dropped in this frame, and shows the layers of the files that have been read.
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);
@@ -30,11 +30,11 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     });
     for answer in answers {
         interface.message = match answer {
-            Ok(what) => {
+            Ok(description) => {
                 interface.viewer.view.layers.data = true;
-                // The same view now gives another picture.
+                // The same view now gives another picture, so the picture is requested again.
                 interface.viewport.requested = None;
-                what
+                description
             }
             Err(why) => why,
         };

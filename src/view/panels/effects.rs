@@ -1,4 +1,5 @@
-//! The Effects panel: each effect with the scene's decision, its reason, and its cost in time and light; renderer, exposure, quality.
+//! The Effects panel: each effect with the scene's decision, the reason for it, and the effect's cost in time and light; also the choice of
+//! renderer, exposure and quality.
 
 use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
@@ -79,11 +80,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
     measure_costs(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
+        let edited = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
         // Effects that are drawn or were switched by hand come first; the rest follows in short form.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()
-            .partition(|e| asked.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
+            .partition(|e| edited.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
         for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.feature == effect.name());
@@ -93,7 +94,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                     decision.map(|d| (d.on, translated(&d.description()).into_owned())),
                     interface.effect_costs.known.known(&effect),
                     short,
-                    asked,
+                    edited,
                 );
             }
             ui.separator();
@@ -106,18 +107,18 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     interface.viewer.view.effects = overrides;
 }
 
-/// Measured costs of the effects in a view at rest.
+/// Measured costs of the effects, while the view does not change.
 #[derive(Default)]
 pub(crate) struct EffectCosts {
-    /// The view, and the body if the switches apply to one body.
-    of: Option<(ViewRequest, Option<String>)>,
+    /// The measured view, and the body if the switches apply to one body.
+    measured: Option<(ViewRequest, Option<String>)>,
     known: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
-/// Delay after which a view at rest is measured, seconds.
+/// Time without a change of the view after which measuring starts, seconds.
 const MEASURE_DELAY_S: f64 = 1.0;
 
-/// Measures one effect at a time while the view is at rest, so that a click waits for one at most.
+/// Measures one effect at a time while the view does not change, so that a click waits for one measurement at most.
 fn measure_costs(
     interface: &mut Interface,
     ctx: &egui::Context,
@@ -129,8 +130,8 @@ fn measure_costs(
     let request = &drawing.job.request;
     let stops = drawing.scene.exposure.stops;
     let effect_costs = &mut interface.effect_costs;
-    if effect_costs.of.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
-        *effect_costs = EffectCosts { of: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
+    if effect_costs.measured.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
+        *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
     }
     let rested_s = interface.viewport.last_s - interface.viewport.moved_s;
     if interface.viewer.is_animating() {
@@ -149,7 +150,7 @@ fn measure_costs(
     }
 }
 
-/// Choice of the renderer and of the presentation.
+/// Shows the choice of the renderer, and of the device that presents the picture.
 fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut DisplayPreference) {
     let (choices, now) = worker.session().renderers();
     if choices.len() < 2 {
@@ -164,7 +165,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
                 RendererPreference::Software => text!("effects-renderer-software"),
             };
             if ui.selectable_label(now == preference, named("renderer", preference.name())).on_hover_text(hover).clicked() {
-                // Off this thread, since the device may be busy.
+                // On the query worker, since the device may be busy.
                 worker.run(Box::new(move |session| session.set_renderer_preference(preference)));
             }
         }
@@ -185,12 +186,12 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
     });
 }
 
-/// What the window calls an effect.
+/// The translated name of an effect.
 fn effect_name(effect: Effect) -> &'static str {
     named("effect", effect.name())
 }
 
-/// The row of one effect: its switch, model, cost and reason; in one line if `short`.
+/// Shows the row of one effect: its switch, model, cost and reason; in one line if `short`.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
@@ -201,8 +202,8 @@ fn row(
 ) {
     let reason = decided.as_ref().map_or(text!("effects-not-available"), |d| d.1.as_str());
     let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
-    let asked = overrides.override_of(effect);
-    let mut on = asked.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
+    let chosen = overrides.override_of(effect);
+    let mut on = chosen.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
     ui.horizontal(|ui| {
         let hover = text!("effects-switch-hint", effect = effect_name(effect));
         if ui.checkbox(&mut on, effect_name(effect)).on_hover_text(hover).clicked() {
@@ -214,19 +215,19 @@ fn row(
                 for way in effect.variants() {
                     let is_chosen = overrides.variant(effect) == Some(*way);
                     if ui.selectable_label(is_chosen, named("model", way)).clicked() {
-                        // The list only has models of this effect.
+                        // This cannot fail, because the list contains only models of this effect.
                         let _ = overrides.choose(effect, way);
                     }
                 }
             });
-            let said = || egui::WidgetInfo {
+            let info = || egui::WidgetInfo {
                 current_text_value: Some(now.to_owned()),
                 ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, text!("effects-method", effect = effect_name(effect)))
             };
-            choice.response.widget_info(said);
+            choice.response.widget_info(info);
             choice.response.on_hover_text(text!("effects-method-hint", effect = effect_name(effect)));
         }
-        if asked.is_some() && ui.small_button("×").on_hover_text(text!("effects-reset-one", effect = effect_name(effect))).clicked() {
+        if chosen.is_some() && ui.small_button("×").on_hover_text(text!("effects-reset-one", effect = effect_name(effect))).clicked() {
             overrides.clear_override(effect);
         }
         if let Some(Ok(cost)) = cost {
@@ -242,7 +243,7 @@ fn row(
     }
 }
 
-/// Formats as `+1.2 ms, -3.9 % light (4.1 %)`.
+/// A cost such as `+1.2 ms, -3.9 % light (4.1 %)`.
 fn cost_text(cost: &EffectCost) -> String {
     let [light, moved] = [cost.light.net, cost.light.moved].map(|p| 100.0 * p);
     let digits = if moved.abs() < 0.1 { 3 } else { 1 };

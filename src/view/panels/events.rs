@@ -1,7 +1,7 @@
 //! The Events panel: eclipses, transits and moons' events around the displayed date, searched in the background.
 //!
-//! In: kinds, a range, clicks. Out: actions that show an event, play it, or show it from a place. Always: rows are only appended, nearest event
-//! first, so that none moves under the pointer; a search continues while the panel is closed, and stops on request.
+//! In: kinds of events, a range of dates, clicks. Out: actions that show an event, play it, or show it from a place. Always: rows are only
+//! appended, nearest event first, so that no row moves under the pointer; a search continues while the panel is closed, and stops on request.
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
@@ -22,11 +22,11 @@ use std::sync::Arc;
 /// Ranges of the search around the displayed date, days, and the ids of their names.
 const RANGES_DAYS: [(f64, &str); 4] =
     [(30.0, "range-month"), (365.25, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
-/// Index into [`RANGES_DAYS`].
-const DEFAULT_RANGE: usize = 1;
+/// Index of the year in [`RANGES_DAYS`].
+const YEAR_RANGE: usize = 1;
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Height of the contacts of an event, points: five, and the line above them.
+/// Height of the table of an event's contacts, points: five rows, and the line above them.
 const CONTACTS_HEIGHT: f32 = 146.0;
 /// Largest number of rows.
 const MAX_ROWS: usize = 1000;
@@ -38,15 +38,18 @@ struct Row {
     summary: String,
 }
 
-/// The answer of one search step: the advanced search, and what it found.
+/// The result of one search step: the advanced search, and the events that it found.
 type StepAnswer = (EventSearch, Result<Vec<Row>, String>);
+
+/// The contacts of an event at a place, and whether the event is visible there.
+type LocalContacts = Result<(Vec<ContactLine>, bool), String>;
 
 /// The chosen event as seen from a place.
 struct LocalView {
     event: Arc<SkyEvent>,
     home: Home,
-    answer: Pending<Result<(Vec<ContactLine>, bool), String>>,
-    seen: Option<Result<(Vec<ContactLine>, bool), String>>,
+    pending: Pending<LocalContacts>,
+    contacts: Option<LocalContacts>,
 }
 
 pub(crate) struct EventsPanel {
@@ -54,9 +57,10 @@ pub(crate) struct EventsPanel {
     /// Index into [`RANGES_DAYS`].
     range: usize,
     backward: bool,
+    /// The running search step, and the fraction of the search that was done before it.
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// The direction and the beginning of the search that the rows belong to.
+    /// Whether the search that found the rows runs backward, and where it starts.
     searched: Option<(bool, Instant)>,
     failure: Option<String>,
     chosen: Option<Arc<SkyEvent>>,
@@ -70,7 +74,7 @@ impl EventsPanel {
         self.chosen.as_ref().map(|event| event.playback())
     }
 
-    /// Writes the rows anew, in the language that the window has now.
+    /// Writes the texts of the rows again, in the current language.
     pub(crate) fn rename(&mut self, catalog: &Catalog) {
         for row in &mut self.rows {
             (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
@@ -106,7 +110,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     list(interface, ui, worker, actions);
 }
 
-/// Kinds, direction and range; returns whether to search again.
+/// Shows the controls for kinds, direction and range; returns whether to search again.
 fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     let panel = &mut interface.events;
     let mut changed = false;
@@ -134,7 +138,7 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     changed
 }
 
-/// Starts a search from the displayed date; a running one is dropped.
+/// Starts a search from the displayed date; a running search is dropped.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
     begin_at(interface, worker, interface.viewer.destination().time());
 }
@@ -149,14 +153,14 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     panel.running = next_step(search, worker);
 }
 
-/// Searches for some kinds: in the year that begins at `from`, or else from the displayed date on.
+/// Searches for some kinds of events in the year after `from`; without `from`, after the displayed date.
 pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
     panel.backward = false;
     match from {
         Some(start) => {
-            panel.range = DEFAULT_RANGE;
+            panel.range = YEAR_RANGE;
             begin_at(interface, worker, start);
         }
         None => begin(interface, worker),
@@ -178,7 +182,8 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
     Some((ask(worker, step), done))
 }
 
-/// Takes the results of a step and starts the next; stops playback at the end of its event. Runs every frame, whether the panel is open or not.
+/// Takes the results of a step and starts the next; stops playback at the end of its event. Runs in every frame, also while the panel is
+/// closed.
 pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
     let panel = &mut interface.events;
     if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
@@ -196,19 +201,19 @@ pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
         }
     }
     if let Some(local) = &mut panel.local
-        && let Some(seen) = local.answer.take()
+        && let Some(contacts) = local.pending.take()
     {
-        local.seen = Some(seen);
+        local.contacts = Some(contacts);
     }
     end_playback(interface);
 }
 
-/// Pauses time at the end of a played event, unless the user has gone to another time meanwhile.
+/// Pauses time at the end of a played event, unless the user has set another time meanwhile.
 fn end_playback(interface: &mut Interface) {
     let Some(playback) = interface.events.playback else { return };
     let view = &mut interface.viewer.view;
     let rate = interface.viewer.time_rate.rate();
-    // A slow frame passes the end by some seconds of real time.
+    // A slow frame can overshoot the end by some seconds of real time.
     let past_s = view.tdb_s - playback.to_tdb_s;
     if past_s >= 0.0 && past_s <= 10.0 * playback.rate && rate > 0.0 {
         view.tdb_s = playback.to_tdb_s;
@@ -219,7 +224,7 @@ fn end_playback(interface: &mut Interface) {
     }
 }
 
-/// Progress or result of a search; of constant height, so that the list below stays in place.
+/// Shows the progress or the result of a search, at constant height, so that the list below stays in place.
 fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     let stopped = ui.horizontal(|ui| {
         ui.set_min_height(STATUS_HEIGHT);
@@ -252,7 +257,7 @@ fn status_text(panel: &EventsPanel) -> (String, &'static str) {
     }
 }
 
-/// A row of two lines: the event; its time, size and place. The list says that times are UTC.
+/// Shows a row of two lines: the event; its time, size and place. The row omits ` UTC`, which its tooltip and accessible name contain.
 fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     let response = ui.add_sized([ui.available_width(), height], Button::selectable(is_chosen, ""));
     let visuals = ui.visuals();
@@ -275,10 +280,10 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
     let mut clicked = None;
     let panel = &interface.events;
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, row_height, panel.rows.len(), |ui, shown| {
-        for of_event in &panel.rows[shown] {
-            let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| Arc::ptr_eq(chosen, &of_event.event));
-            if row(ui, of_event, row_height, is_chosen).clicked() {
-                clicked = Some(Arc::clone(&of_event.event));
+        for event_row in &panel.rows[shown] {
+            let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| Arc::ptr_eq(chosen, &event_row.event));
+            if row(ui, event_row, row_height, is_chosen).clicked() {
+                clicked = Some(Arc::clone(&event_row.event));
             }
         }
     });
@@ -289,6 +294,7 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
     }
 }
 
+/// The view of an event from its best standpoint.
 fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent) -> ViewState {
     let session = worker.session();
     event.view(session.catalog(), &SessionPositions(session), &interface.viewer.view)
@@ -301,16 +307,16 @@ pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: 
     interface.events.chosen = Some(event);
 }
 
-/// The chosen event: its actions, and its contacts.
+/// Shows the chosen event: buttons for its actions, and its contacts.
 fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>, actions: &mut Vec<Action>) {
     ui.add_space(4.0);
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary());
     let home = interface.information.home;
-    let is_visible = interface.events.local.as_ref().and_then(|l| l.seen.as_ref()).and_then(|s| s.as_ref().ok()).cloned();
+    let local = interface.events.local.as_ref().and_then(|l| l.contacts.as_ref()).and_then(|c| c.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {
-        let playback = icons::button(ui, Icon::Watch, text!("events-watch"));
-        if ui.add(playback).on_hover_text(text!("events-watch-hint")).clicked() {
+        let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
+        if ui.add(watch).on_hover_text(text!("events-watch-hint")).clicked() {
             let playback = event.playback();
             let view = best_view(interface, worker, event);
             actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
@@ -321,9 +327,9 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
             actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
         }
         let from_home = icons::button(ui, Icon::Stand, text!("events-from-place"));
-        let can_see = is_visible.as_ref().is_some_and(|(_, visible)| *visible);
+        let can_see = local.as_ref().is_some_and(|(_, is_visible)| *is_visible);
         if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
-            let best = is_visible.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
+            let best = local.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
             let altitude_deg = best.map_or(45.0, |l| l.altitude_deg);
             let place = crate::events::Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
             let mut view = event.view_from(place, altitude_deg, &interface.viewer.view);
@@ -332,7 +338,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // Of constant height, so that no button moves when a place is chosen.
+    // The height is constant, so that no button moves when a place is chosen.
     ui.allocate_ui(vec2(ui.available_width(), CONTACTS_HEIGHT), |ui| {
         ui.set_min_height(CONTACTS_HEIGHT);
         contacts(interface, ui, worker, event);
@@ -340,7 +346,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.add_space(4.0);
 }
 
-/// The contacts at the chosen place, or those of the whole Earth if the event is not visible there.
+/// Shows the contacts at the chosen place, or those for the entire Earth if the event has none there.
 fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;
@@ -348,12 +354,12 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         let of = Arc::clone(event);
         let question =
             move |session: &crate::session::Session| of.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| e.to_string());
-        panel.local = Some(LocalView { event: Arc::clone(event), home, answer: ask(worker, question), seen: None });
+        panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
     }
-    let seen = panel.local.as_ref().and_then(|l| l.seen.as_ref());
-    let (lines, is_visible) = match seen {
+    let found = panel.local.as_ref().and_then(|l| l.contacts.as_ref());
+    let (lines, is_visible) = match found {
         None => {
-            accessible::coming(ui, text!("events-contacts-coming"));
+            accessible::spinner(ui, text!("events-contacts-coming"));
             return;
         }
         Some(Err(why)) => {

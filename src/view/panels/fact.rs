@@ -1,7 +1,8 @@
-//! One fact in a two-column grid: a label and its value in a monospaced font; large numbers with grouped digits.
+//! A row of a two-column grid of facts: a label, and a value in a monospaced font. Also formats large numbers with grouped digits.
 
 use crate::view::language::numbers::{group_mark, localised};
 
+/// Adds one row to the grid.
 pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.label(what);
     ui.add(egui::Label::new(egui::RichText::new(value.into()).monospace()).wrap());

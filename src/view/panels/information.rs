@@ -1,4 +1,4 @@
-//! The Information panel: facts about the selected body now, and its place in the sky of an observer on the Earth.
+//! The Information panel: facts about the selected body at the displayed time, and its position in the sky of an observer on the Earth.
 
 use super::comparison::{self, Comparison};
 use super::fact::{grouped, line};
@@ -47,13 +47,14 @@ impl Unit {
 /// Largest number of suggested cities.
 const CITIES: usize = 4;
 
-/// Answers for one body, place and minute.
+/// The position of one body in the sky of one place at one minute, and the day's events there.
 struct SkyReport {
     apparent: Option<ApparentPlace>,
-    /// `None` for the Earth itself, on which the observer stands.
+    /// Altitude and azimuth, degrees. `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
-    /// `None` as above.
+    /// `None` for the Earth.
     day: Option<Result<RiseSetTimes, String>>,
+    /// The solar eclipse of the day, if any.
     passage: Result<Option<DiscPassage>, String>,
     /// The radii of the Sun and the Moon used for the eclipse.
     radii: String,
@@ -63,7 +64,8 @@ struct SkyReport {
 #[derive(Clone, Copy, PartialEq)]
 struct ReportInputs {
     body: NaifId,
-    place: [f64; 2],
+    /// Latitude and longitude, degrees.
+    place_deg: [f64; 2],
     minute: i64,
 }
 
@@ -72,7 +74,7 @@ pub(crate) struct InformationPanel {
     pub unit: Unit,
     pub home: Home,
     pub comparison: Comparison,
-    /// Text in the field for a city.
+    /// Text in the city field.
     city: String,
     requested: Option<ReportInputs>,
     pending: Option<Pending<SkyReport>>,
@@ -112,6 +114,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
 }
 
+/// An angle in degrees, arcminutes or arcseconds, by its size.
 pub(super) fn degrees(value: f64) -> String {
     match value.abs() {
         v if v >= 1.0 => format!("{}°", decimal(value, 3)),
@@ -120,7 +123,7 @@ pub(super) fn degrees(value: f64) -> String {
     }
 }
 
-/// As seen from the camera.
+/// Shows facts about a body as seen from the camera, and its constant properties.
 fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
@@ -155,6 +158,7 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog
     });
 }
 
+/// A duration in a unit that suits its length.
 fn seconds(s: f64) -> String {
     match s {
         s if s < 1.0 => format!("{} ms", decimal(s * 1e3, 1)),
@@ -164,13 +168,14 @@ fn seconds(s: f64) -> String {
     }
 }
 
+/// Shows the body's position in the sky of the observer's place, which a query computes.
 fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
     let inputs = ReportInputs {
         body: body.id,
-        place: [panel.home.latitude_deg, panel.home.longitude_deg],
+        place_deg: [panel.home.latitude_deg, panel.home.longitude_deg],
         minute: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
     };
     if let Some(report) = panel.pending.as_ref().and_then(Pending::take) {
@@ -214,7 +219,7 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     eclipse(ui, report);
 }
 
-/// The observer's place, shared by all panels that need one: a city, or degrees.
+/// Shows the fields for the observer's place, which all panels share: a city, or latitude and longitude.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.city).hint_text(text!("place-city")).desired_width(110.0);
@@ -247,7 +252,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     });
 }
 
-/// The solar eclipse of that day at the place, if any.
+/// Shows the solar eclipse of that day at the place, if any.
 fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     ui.add_space(6.0);
     ui.strong(text!("eclipse-today"));
@@ -275,8 +280,9 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     }
 }
 
+/// Computes a report; runs on the query worker.
 fn report(session: &Session, of: ReportInputs, time: Instant) -> SkyReport {
-    let place = Observer { body: NaifId::EARTH, latitude_deg: of.place[0], longitude_deg: of.place[1], height_km: 0.0 };
+    let place = Observer { body: NaifId::EARTH, latitude_deg: of.place_deg[0], longitude_deg: of.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
     let message = |e: crate::ephemeris::EphemerisError| e.to_string();
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
@@ -312,7 +318,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_formatted_for_people() {
+    fn numbers_are_formatted_readably() {
         assert_eq!(grouped(-1_234_567.8, 1), "-1 234 567.8");
         assert_eq!(grouped(12.0, 0), "12");
         assert_eq!(Unit::AstronomicalUnits.format_length(KM_PER_AU, 1.0), "1.000000 au");

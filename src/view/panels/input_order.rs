@@ -1,23 +1,24 @@
 //! The order of keyboard input in slow frames.
 //!
-//! In: the events of a frame. Out: as many of them as one pass of the interface can take; the rest in the passes that follow. Always: no event is lost, none overtakes another.
-//! Reason: egui moves the keyboard focus once in a pass, and drops it for an Escape before any field has read its text. Where a frame takes a second, `/`, a word, Enter and Escape
-//! arrive together; without the cut the word's letters would act as shortcuts.
+//! In: the input events of a frame. Out: as many of these events as one pass of the interface can handle; the rest follows in later passes.
+//! Always: no event is lost, and the order of events is kept. Reason: egui moves the keyboard focus once in a pass, and removes it on Escape
+//! before any field has read its text. Where a frame takes a second, `/`, a word, Enter and Escape arrive together; without the split into
+//! passes the word's letters would act as shortcuts.
 
 use egui::{Context, Event, Key, Plugin, RawInput, Ui};
 
-/// Holds back what follows an event that can move the keyboard focus.
+/// Delays events whose effect depends on an earlier event that can move the keyboard focus.
 #[derive(Default)]
 pub(crate) struct InputOrder {
     waiting: Vec<Event>,
 }
 
-/// Text and keys: what the focus decides about. A released key does nothing.
+/// Whether an event goes to the control with the keyboard focus: text and pressed keys. A key release has no effect.
 fn is_typed(event: &Event) -> bool {
     matches!(event, Event::Text(_) | Event::Key { pressed: true, .. } | Event::Paste(_) | Event::Copy | Event::Cut | Event::Ime(_))
 }
 
-/// Takes the focus from a field, or may: egui does so before the field reads what was typed.
+/// Whether an event takes the focus from a text field, or may do so. egui moves the focus before the field reads the typed text.
 fn ends_field(event: &Event) -> bool {
     match event {
         Event::Key { key, pressed, .. } => *pressed && matches!(key, Key::Escape | Key::Tab | Key::Enter),
@@ -26,13 +27,14 @@ fn ends_field(event: &Event) -> bool {
     }
 }
 
-/// Moves the focus for the next pass; `/` puts it in the search field.
+/// Whether an event can move the focus for the next pass; `/` moves it to the search field.
 fn moves_focus(event: &Event) -> bool {
     ends_field(event) || matches!(event, Event::Text(text) if text == "/")
 }
 
-/// Number of events that one pass takes: up to where a typed one and one that moves the focus meet.
-fn taken(events: &[Event]) -> usize {
+/// Number of events that one pass can handle. A pass ends before a typed event that follows a move of the focus, and before an event that ends
+/// a field in which text was typed.
+fn events_in_pass(events: &[Event]) -> usize {
     let (mut typed, mut moved) = (false, false);
     for (k, event) in events.iter().enumerate() {
         if (moved && is_typed(event)) || (typed && ends_field(event)) {
@@ -51,7 +53,7 @@ impl Plugin for InputOrder {
 
     fn input_hook(&mut self, _: &Context, input: &mut RawInput) {
         self.waiting.append(&mut input.events);
-        let rest = self.waiting.split_off(taken(&self.waiting));
+        let rest = self.waiting.split_off(events_in_pass(&self.waiting));
         input.events = std::mem::replace(&mut self.waiting, rest);
     }
 
@@ -85,17 +87,17 @@ mod tests {
     }
 
     #[test]
-    fn a_search_that_arrives_in_one_frame_is_taken_in_its_order() {
+    fn a_search_that_arrives_in_one_frame_is_handled_in_order() {
         let text = |t: &str| Event::Text(t.into());
         let events = [key(Key::Slash), text("/"), text("s"), key(Key::E), text("e"), key(Key::Enter), key(Key::Escape), text("5")];
         let taken = passes(&events);
         assert_eq!(taken.concat(), events, "an event is lost or overtakes another");
-        // A word stays whole: a pass for each letter would be slow where passes are slow.
+        // All letters of a word share one pass: a pass for each letter would be slow where passes are slow.
         assert_eq!(taken.iter().map(Vec::len).collect::<Vec<_>>(), [2, 3, 1, 1, 1], "{taken:?}");
     }
 
     #[test]
-    fn a_drag_and_a_wheel_are_one_pass() {
+    fn a_drag_and_a_zoom_share_one_pass() {
         let at = egui::pos2(1.0, 2.0);
         let button = |pressed| Event::PointerButton { pos: at, button: egui::PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
         let events = [Event::PointerMoved(at), button(true), Event::PointerMoved(at), button(false), Event::Zoom(1.0)];

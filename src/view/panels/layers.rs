@@ -1,4 +1,4 @@
-//! Switches of the layers (stars, Milky Way, lines), each with the scene's decision about it.
+//! Switches of the layers (stars, Milky Way, lines). The tooltip of each states the scene's decision about the layer.
 
 use super::Interface;
 use crate::scene::request::Layers;
@@ -6,7 +6,7 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{plain, text, translated};
 use egui::Slider;
 
-/// Name of a layer, and the ids of its label and of what it shows.
+/// Name of each layer, and the text ids of its label and its tooltip.
 const SWITCHES: [(&str, &str, &str); 16] = [
     ("stars", "sky-stars", "sky-stars-hint"),
     ("milky-way", "sky-milky-way", "sky-milky-way-hint"),
@@ -26,7 +26,7 @@ const SWITCHES: [(&str, &str, &str); 16] = [
     ("data", "sky-data", "sky-data-hint"),
 ];
 
-/// The switches, and the brightening of stars and diffuse light.
+/// Shows the switches, and the slider that brightens stars and diffuse light.
 pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
     let decisions = interface.viewport.drawing.as_ref().map(|d| d.scene.sky.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_switch_is_a_layer_with_words_of_its_own() {
+    fn every_switch_is_a_layer_with_a_unique_label() {
         let mut layers = Layers::default();
         for (k, (name, title, hover)) in SWITCHES.into_iter().enumerate() {
             assert!(layers.by_name(name).is_some() && !hover.is_empty(), "{name}");

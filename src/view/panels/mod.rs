@@ -1,7 +1,8 @@
-//! The whole interface, as egui draws it: the viewport with its labels, and the panels around it.
+//! The complete user interface, drawn with egui: the viewport with its labels, and the panels around it.
 //!
-//! In: finished images, egui's input. Out: shapes, and jobs for the next image. Always: the panels change only the [`Viewer`], the settings and
-//! their own state; after a failure the last valid image stays, with the reason. It needs no window, so tests press its buttons by name.
+//! In: finished images, egui's input. Out: egui shapes, and jobs for the next image. Always: the panels change only the [`Viewer`], the
+//! settings and their own state; after a failure the last valid image stays visible, together with the reason. The interface needs no
+//! window, so tests press its buttons by name.
 
 mod accessible;
 mod angle;
@@ -25,6 +26,7 @@ mod search;
 mod shader;
 mod share;
 mod shortcuts;
+mod side_panels;
 mod standpoint;
 mod star;
 mod theme;
@@ -40,7 +42,7 @@ pub use self::share::dialog::{FileDialog, FileRequest};
 use crate::scene::request::WarpMesh;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
 use crate::view::app::places::SessionPositions;
-use crate::view::app::settings::{Settings, valid_width};
+use crate::view::app::settings::Settings;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
 use crate::view::language::dates::{instant_text, minute_in_digits};
@@ -49,7 +51,7 @@ use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
 use std::sync::Arc;
 
-/// The panels on the right.
+/// The panels at the sides of the sky.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tab {
     Moments,
@@ -66,7 +68,7 @@ impl Tab {
     pub const ALL: [Self; 8] =
         [Self::Moments, Self::Events, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
 
-    /// As settings keep it.
+    /// The name under which the settings store the panel.
     fn name(self) -> &'static str {
         match self {
             Self::Moments => "Moments",
@@ -93,7 +95,7 @@ impl Tab {
         }
     }
 
-    /// Explanation for the tooltip.
+    /// The tooltip of the panel's button.
     fn about(self) -> &'static str {
         match self {
             Self::Moments => text!("tab-moments-about"),
@@ -106,30 +108,22 @@ impl Tab {
             Self::Share => text!("tab-share-about"),
         }
     }
-
-    fn is_wide(self) -> bool {
-        matches!(self, Self::Shader | Self::Compare)
-    }
-
-    fn width_points(self) -> f32 {
-        if self.is_wide() { 560.0 } else { 330.0 }
-    }
 }
 
-/// Least widths of the left and the right panel, points; a temporarily small window does not change the remembered widths.
-const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
-/// How long a message of the session is shown.
+/// Display time of a message of the session.
 const NOTICE_S: f64 = 8.0;
-/// How long the reply to a user's action is shown: long enough to read a path.
+/// Display time of the reply to a user's action: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
 /// State of the interface: the viewer and the panels.
 pub struct Interface {
     pub viewer: Viewer,
     pub settings: Settings,
-    /// The language of all texts.
+    /// The language requested for all texts.
     pub language: Language,
     /// The open panel, if any.
     pub tab: Option<Tab>,
+    /// A second panel, which stays open on the other side of the sky.
+    pub kept_tab: Option<Tab>,
     pub bodies_shown: bool,
     pub help_shown: bool,
     /// Effect switches apply to the selected body only.
@@ -138,33 +132,33 @@ pub struct Interface {
     pub quit_requested: bool,
     /// The window should be fullscreen.
     pub fullscreen: bool,
-    /// The window is presented by the GPU that draws: images may stay there.
+    /// The GPU that renders the images also presents the window, so images need not be copied to the CPU.
     pub on_gpu: bool,
-    /// Why the window shows another view than the requested one, until the message is closed.
+    /// Why the window shows another view than the requested one; `None` once the user has closed the message.
     pub warning: Option<String>,
-    /// The mesh onto which a projector's picture is drawn.
+    /// The warp mesh for a projector.
     pub warp: Option<Arc<WarpMesh>>,
-    /// Opens file dialogs of the desktop, if available.
+    /// Function that opens a file dialog of the desktop, if available.
     pub file_dialog: Option<FileDialog>,
     /// The language of the last frame.
-    spoken: Language,
-    /// The context has the styles of both themes.
+    last_language: Language,
+    /// The styles of both themes have been applied to the egui context.
     is_styled: bool,
     /// A control has the keyboard focus.
     has_keyboard: bool,
     /// The reply to the user's last action, for the line below the sky.
     pub message: String,
-    /// The displayed reply, and until when.
+    /// The displayed reply, and the time at which it disappears, interface seconds.
     message_shown: (String, f64),
     /// Why there is no picture of the current view.
     no_picture: Option<String>,
     /// Messages of the session: a fallback, a map that cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
-    /// The last of them, and until when it is shown.
+    /// The last of these messages, and the time at which it disappears, interface seconds.
     notice: Option<(String, f64)>,
-    browse: body_browser::BodyBrowser,
+    body_browser: body_browser::BodyBrowser,
     search: search::SearchField,
-    clock: time_bar::TimeBar,
+    time_bar: time_bar::TimeBar,
     timeline: timeline::Timeline,
     shader: shader::ShaderPanel,
     compare: compare::ComparePanel,
@@ -185,10 +179,12 @@ pub struct Interface {
 
 impl Interface {
     pub fn new(viewer: Viewer, settings: Settings) -> Self {
+        let panel_named = |name: Option<&str>| Tab::ALL.into_iter().find(|tab| name == Some(tab.name()));
         Self {
             viewer,
             information: information::InformationPanel::with(&settings),
-            tab: Tab::ALL.into_iter().find(|tab| settings.panels.open.as_deref() == Some(tab.name())),
+            tab: panel_named(settings.panels.open.as_deref()),
+            kept_tab: panel_named(settings.panels.kept.as_deref()),
             bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
             effects_of_one: false,
@@ -205,12 +201,12 @@ impl Interface {
             no_picture: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
-            spoken: settings.language.unwrap_or_default(),
+            last_language: settings.language.unwrap_or_default(),
             settings,
             notice: None,
-            browse: body_browser::BodyBrowser::default(),
+            body_browser: body_browser::BodyBrowser::default(),
             search: search::SearchField::default(),
-            clock: time_bar::TimeBar::default(),
+            time_bar: time_bar::TimeBar::default(),
             timeline: timeline::Timeline::default(),
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
@@ -229,15 +225,15 @@ impl Interface {
         }
     }
 
-    /// One frame: advances time, receives pictures, shows panels, requests the next picture.
+    /// Runs one frame: advances time, receives pictures, shows panels, requests the next picture.
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
-        self.speak(worker);
+        self.apply_language(worker);
         let now_s = ui.input(|i| i.time);
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
         self.viewer.advance(passed_s);
         tour::advance(self, ui.ctx(), passed_s);
-        // Messages about drivers go to the Performance panel, not over the picture.
+        // Messages about drivers appear in the Performance panel, not over the picture.
         let (about_drivers, others): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
@@ -261,7 +257,7 @@ impl Interface {
             None => egui::ThemePreference::System,
         };
         ui.ctx().set_theme(theme_preference);
-        // A slider must not move away from the pointer while it is dragged.
+        // The scale changes only after the drag, because otherwise the slider would move away from the pointer.
         if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
             ui.ctx().set_zoom_factor(self.settings.zoom);
         }
@@ -274,7 +270,7 @@ impl Interface {
         events::update(self, worker);
         egui::Panel::top("top").show(ui, |ui| top_bar::bar(self, ui, worker, &mut actions));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, &mut actions));
-        self.side_panels(ui, worker, &mut actions);
+        side_panels::show(self, ui, worker, &mut actions);
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
             shortcuts::help(self, ui.ctx());
@@ -309,72 +305,22 @@ impl Interface {
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    /// Takes the window's language for this frame; after a change of it, texts that were made before are made anew.
-    fn speak(&mut self, worker: &dyn RenderWorker) {
+    /// Sets the language for this frame; after a change of language, discards or rewrites the stored texts.
+    fn apply_language(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
-        if std::mem::replace(&mut self.spoken, self.language) != self.language {
+        if std::mem::replace(&mut self.last_language, self.language) != self.language {
             self.timeline = timeline::Timeline::default();
             self.now = now::NowShowing::default();
             self.events.rename(worker.session().catalog());
         }
     }
 
-    /// The list of bodies, and the open panel. Their widths are remembered as the user set them.
-    fn side_panels(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-        // A width that a small window enforces is not the user's choice.
-        let most = 0.5 * ui.ctx().content_rect().width();
-        let remember_width = |width: f32, kept: &mut Option<f32>| {
-            if width <= most {
-                *kept = Some(width);
-            }
-        };
-        if self.bodies_shown {
-            let width = valid_width(self.settings.panels.bodies_width, MIN_WIDTHS[0]);
-            let shown = egui::Panel::left("bodies").default_size(width).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
-                // In a low window each part has its own scroll area.
-                let most = 0.6 * ui.available_height();
-                egui::Panel::bottom("stance").show(ui, |ui| {
-                    egui::ScrollArea::vertical()
-                        .max_height(most)
-                        .min_scrolled_height(most)
-                        .show(ui, |ui| standpoint::panel(self, ui, actions));
-                });
-                body_browser::tree(self, ui, actions);
-            });
-            remember_width(shown.response.rect.width(), &mut self.settings.panels.bodies_width);
-        }
-        if let Some(tab) = self.tab {
-            let kept = if tab.is_wide() { self.settings.panels.wide_width } else { self.settings.panels.panel_width };
-            // egui keeps a panel's width by its name: source needs more space than a list.
-            let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
-            let panel = if self.settings.panels.on_left { egui::Panel::left(name) } else { egui::Panel::right(name) };
-            let width = valid_width(kept, tab.width_points());
-            let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
-                ui.heading(tab.title());
-                match tab {
-                    Tab::Moments => moments::panel(self, ui, worker, actions),
-                    Tab::Events => events::panel(self, ui, worker, actions),
-                    Tab::Effects => effects::panel(self, ui, worker),
-                    Tab::Shader => shader::panel(self, ui, worker),
-                    Tab::Compare => compare::panel(self, ui, worker),
-                    Tab::Information => information::panel(self, ui, worker),
-                    Tab::Performance => performance::panel(self, ui),
-                    Tab::Share => share::panel(self, ui, worker, actions),
-                }
-            });
-            let panels = &mut self.settings.panels;
-            remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
-        }
-        self.settings.panels.bodies_shown = self.bodies_shown;
-        self.settings.panels.open = self.tab.map(|tab| tab.name().to_owned());
-    }
-
-    /// Records the time of the interface itself, including painting.
+    /// Records the time that the interface itself took, including painting.
     pub(crate) fn record_interface_time(&mut self, took: std::time::Duration) {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
-    /// The message below the sky: why there is no picture, else the reply to the last action, else the last message of the session.
+    /// The message below the sky: the reason why there is no picture, else the reply to the last action, else the last message of the session.
     pub fn message_line(&self) -> &str {
         match (&self.no_picture, self.message.as_str()) {
             (Some(why), _) => why,
@@ -388,13 +334,13 @@ impl Interface {
         self.share.is_busy()
     }
 
-    /// For the window's title bar.
+    /// The text of the window's title bar.
     pub(crate) fn title(&self) -> String {
         let view = &self.viewer.view;
         format!("{} · {} · {} · Orrery", self.viewer.name(view.target), instant_text(view.time()), self.viewer.time_rate.label())
     }
 
-    /// The title for screen readers: without the time, whose every change would be announced.
+    /// The title for screen readers. It lacks the time, because a screen reader would announce each change.
     fn spoken_title(&self) -> String {
         format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
     }

@@ -21,8 +21,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ui.add(egui::TextEdit::singleline(&mut interface.moments.filter).hint_text(text!("moments-filter")))
         .on_hover_text(text!("moments-filter-hint"));
     let filter = interface.moments.filter.to_lowercase();
-    // By its name in the catalog, too.
-    let is_meant =
+    // The filter applies to the translated name and to the name in the catalog.
+    let matches_filter =
         |moment: &Moment| [translated(&moment.name), (&moment.name).into()].iter().any(|name| name.to_lowercase().contains(&filter));
     let catalog = worker.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -32,7 +32,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             tours(interface, ui, worker, actions);
         }
         for kind in KINDS {
-            let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && is_meant(m)).collect();
+            let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && matches_filter(m)).collect();
             if of_kind.is_empty() {
                 continue;
             }
@@ -53,7 +53,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
 }
 
-/// Built-in tours, and a field for tour files.
+/// Shows the built-in tours, and a field for tour files.
 fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add_space(6.0);
     ui.strong(text!("tours"));

@@ -1,7 +1,8 @@
-//! *What to see now*: a row of small pictures over the sky's lower edge, and the same in the Moments panel.
+//! *What to see now*: a row of small pictures over the sky's lower edge and in the Moments panel.
 //!
-//! In: clicks. Out: views, a selected event, an opened panel. Always: the pictures are drawn in the background, one after the other, after the first image of the sky. A view that does not exist has
-//! no picture. The row hides when the user clicks a picture or the close button or begins anything else, and stays hidden; the Moments panel always shows the pictures.
+//! In: clicks. Out: views, a selected event, an opened panel. Always: the pictures are drawn in the background, one after the other, after the
+//! first image of the sky. A view that does not exist now has no picture. The row over the sky disappears for good when the user clicks a
+//! picture or the close button or does anything else; the Moments panel always shows the pictures.
 
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
@@ -19,9 +20,9 @@ use egui::{Align2, Color32, Rect, RichText, Sense, Stroke, TextStyle, TextureHan
 
 /// Size of a picture, points.
 const SIZE: [f32; 2] = [136.0, 84.0];
-/// Pixels per point: sharp on dense screens, too.
+/// Pixels per point of a picture, above 1 for screens with a high pixel density.
 const DENSITY: f32 = 1.5;
-/// Smallest sky that has space for the row, points.
+/// Smallest width and height of the sky at which the row is shown, points.
 const MIN_SKY: [f32; 2] = [760.0, 300.0];
 
 /// A view and its picture, rows top first.
@@ -41,7 +42,7 @@ enum TileState {
     NotRequested,
     Loading(Pending<Option<DrawnTile>>),
     Ready(Box<Tile>),
-    /// There is no such view.
+    /// The view does not exist now.
     Missing,
 }
 
@@ -50,7 +51,7 @@ pub(crate) struct NowShowing {
     tiles: [TileState; NowItem::ALL.len()],
 }
 
-/// Draws missing pictures while the row is visible.
+/// Takes the finished picture and requests the next, one at a time. Called only while the row is visible.
 fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     if interface.drawing().is_none() {
         return;
@@ -59,26 +60,27 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     let now = interface.viewer.now();
     let mut is_busy = false;
     for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now.tiles) {
-        if let TileState::Loading(coming) = state {
-            match coming.take() {
+        if let TileState::Loading(pending) = state {
+            match pending.take() {
                 None => is_busy = true,
                 Some(drawn) => *state = drawn.map_or(TileState::Missing, |drawn| TileState::Ready(Box::new(tile(ctx, drawn)))),
             }
         }
         if !is_busy && matches!(state, TileState::NotRequested) {
             let base_view = base_view.clone();
-            *state = TileState::Loading(ask(worker, move |session| drawn(session, item, now, &base_view)));
+            *state = TileState::Loading(ask(worker, move |session| draw(session, item, now, &base_view)));
             is_busy = true;
         }
     }
 }
 
-fn drawn(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnTile> {
+/// Draws the picture of an item; `None` if its view does not exist now.
+fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnTile> {
     let now = item.view(session, now, base_view)?;
     let [width, height] = SIZE.map(|points| (points * DENSITY) as u32);
-    // The pixel view of the shader's eclipse computation.
+    // The picture for the Shader panel shows the eclipse term.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
-    // A small picture of a dome or of two eyes would show nothing.
+    // A dome or a stereo pair would be illegible at this size.
     let view = ViewState { pixels, composition: CompositionState::default(), ..now.view.clone() };
     let picture = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
@@ -95,21 +97,24 @@ fn tile(ctx: &egui::Context, drawn: DrawnTile) -> Tile {
     Tile { now: drawn.now, texture }
 }
 
-/// Which panels are open: the right panel and the list of bodies.
-pub(crate) fn open_panels(interface: &Interface) -> (Option<Tab>, bool) {
-    (interface.tab, interface.bodies_shown)
+/// Which panels are open: those at the sides, and the list of bodies.
+type OpenPanels = ([Option<Tab>; 2], bool);
+
+pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
+    ([interface.tab, interface.kept_tab], interface.bodies_shown)
 }
 
-/// Hides the row for good once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's input.
-pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: (Option<Tab>, bool), actions: &[Action]) {
-    // A user who stops time may still be looking at the row.
-    let acts = actions.iter().any(|action| !matches!(action, Action::TogglePause));
-    if acts || open_panels(interface) != panels_before {
+/// Hides the row for good once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's
+/// input.
+pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPanels, actions: &[Action]) {
+    // Pausing time does not hide the row, because the user may still be looking at it.
+    let has_acted = actions.iter().any(|action| !matches!(action, Action::TogglePause));
+    if has_acted || open_panels(interface) != panels_before {
         interface.settings.panels.now_shown = false;
     }
 }
 
-/// The row over the sky, for a user who has just started.
+/// Shows the row over the sky, until the user has done something else.
 pub(crate) fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, sky: Rect, actions: &mut Vec<Action>) {
     let is_wanted = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
     if !is_wanted || sky.width() < MIN_SKY[0] || sky.height() < MIN_SKY[1] {
@@ -135,7 +140,7 @@ pub(crate) fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWo
     }
 }
 
-/// The pictures, each a button; returns whether one was clicked.
+/// Shows the pictures as buttons; returns whether a picture was clicked.
 pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let mut clicked = None;
@@ -151,7 +156,7 @@ pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
     let Some((item, chosen)) = clicked else { return false };
     match chosen.event {
         Some(event) => {
-            interface.tab = Some(Tab::Events);
+            interface.open(ui.ctx(), Tab::Events);
             events::show(interface, worker, event, actions);
         }
         None => {
@@ -160,8 +165,8 @@ pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
         }
     }
     if item == NowItem::Shader {
-        interface.tab = Some(Tab::Shader);
-        interface.shader.ask_for_feature("eclipse");
+        interface.open(ui.ctx(), Tab::Shader);
+        interface.shader.show_feature("eclipse");
     }
     true
 }
@@ -179,8 +184,8 @@ fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
     painter.rect_filled(picture, 4.0, Color32::BLACK);
     match tile.and_then(|t| t.texture.as_ref()) {
         Some(texture) => {
-            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-            painter.image(texture.id(), picture, whole, Color32::WHITE);
+            let full_uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            painter.image(texture.id(), picture, full_uv, Color32::WHITE);
         }
         None if tile.is_none() => egui::Spinner::new().paint_at(ui, Rect::from_center_size(picture.center(), Vec2::splat(16.0))),
         None => {}

@@ -1,4 +1,4 @@
-//! Timings of the last frames: a plot, its description for screen readers, and the stages of the last frame.
+//! The Performance panel: a plot of the last frame times, its description for screen readers, and the timings of the last frame.
 
 use super::Interface;
 use crate::session::Stage;
@@ -15,7 +15,7 @@ const FRAMES: usize = 240;
 struct Frame {
     by_stage: [f64; Stage::ALL.len()],
     by_pass: Vec<(String, f64)>,
-    whole: f64,
+    total: f64,
 }
 
 #[derive(Default)]
@@ -23,12 +23,12 @@ pub(crate) struct PerformancePanel {
     frames: VecDeque<Frame>,
     /// Arrival times of the frames, interface seconds.
     arrival_s: VecDeque<f64>,
-    /// Time of the interface itself, milliseconds.
+    /// Time that the interface itself took in the last frame, milliseconds.
     pub interface_ms: f64,
     /// The session's messages about drivers and devices.
     pub messages: Vec<String>,
-    /// Description of the plot, and when it was made, interface seconds.
-    said: Option<(String, f64)>,
+    /// Description of the plot, and the time of its creation, interface seconds.
+    described: Option<(String, f64)>,
 }
 
 /// Whether a session message is only about drivers and devices.
@@ -38,25 +38,25 @@ pub(crate) fn is_about_drivers(line: &str) -> bool {
 
 impl PerformancePanel {
     /// Adds a finished frame.
-    pub(crate) fn note(&mut self, drawing: &RenderedView, now_s: f64) {
+    pub(crate) fn record(&mut self, drawing: &RenderedView, now_s: f64) {
         self.arrival_s.push_back(now_s);
         while self.arrival_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
             self.arrival_s.pop_front();
         }
         let by_stage = Stage::ALL.map(|s| drawing.stages.spent(s).as_secs_f64() * 1e3);
-        self.frames.push_back(Frame { by_stage, by_pass: passes_ms(drawing), whole: drawing.took_ms });
+        self.frames.push_back(Frame { by_stage, by_pass: passes_ms(drawing), total: drawing.took_ms });
         if self.frames.len() > FRAMES {
             self.frames.pop_front();
         }
     }
 
-    /// Description of the plot. It changes rarely, because a screen reader would read out every frame.
+    /// Description of the plot. It is updated only every [`RATE_INTERVAL_S`], because a screen reader announces each change.
     fn description(&mut self, now_s: f64) -> String {
-        let old = |(_, found_s): &(String, f64)| now_s - found_s > RATE_INTERVAL_S;
-        if self.said.as_ref().is_none_or(old) {
-            self.said = Some((describe(&self.frames), now_s));
+        let is_old = |(_, created_s): &(String, f64)| now_s - created_s > RATE_INTERVAL_S;
+        if self.described.as_ref().is_none_or(is_old) {
+            self.described = Some((describe(&self.frames), now_s));
         }
-        self.said.as_ref().map_or(String::new(), |(description, _)| description.clone())
+        self.described.as_ref().map_or(String::new(), |(description, _)| description.clone())
     }
 }
 
@@ -65,16 +65,16 @@ fn describe(frames: &VecDeque<Frame>) -> String {
         return text!("frames-none").into();
     }
     let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
-    let most = frames.iter().map(|f| f.whole).fold(0.0, f64::max);
+    let maximum = frames.iter().map(|f| f.total).fold(0.0, f64::max);
     let stages: Vec<String> = FRAME_STAGES
         .iter()
         .map(|s| format!("{} {} ms", named("stage", s.name()), decimal(mean(&|f| f.by_stage[*s as usize]), 1)))
         .collect();
-    let whole = mean(&|f| f.whole);
-    text!("frames-description", frames = frames.len(), whole = decimal(whole, 1), most = decimal(most, 1), stages = stages.join(", "))
+    let total = mean(&|f| f.total);
+    text!("frames-description", frames = frames.len(), whole = decimal(total, 1), most = decimal(maximum, 1), stages = stages.join(", "))
 }
 
-/// Milliseconds by pass: on the GPU if it has timestamps, on the CPU in software.
+/// Milliseconds by pass: GPU time if the GPU has timestamps, or wall time of the software renderer.
 fn passes_ms(drawing: &RenderedView) -> Vec<(String, f64)> {
     let software = drawing.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     drawing.by.passes_ms.iter().cloned().chain(software).collect()
@@ -97,12 +97,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             for stage in FRAME_STAGES {
                 plot.line(Line::new(named("stage", stage.name()), line(&|f| f.by_stage[stage as usize])));
             }
-            // A pass that some frame lacks took no time in it.
+            // A frame without this pass counts as 0 ms.
             for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
                 let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
                 plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&of)));
             }
-            plot.line(Line::new(text!("frames-total"), line(&|f| f.whole)));
+            plot.line(Line::new(text!("frames-total"), line(&|f| f.total)));
         },
     );
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, text!("frames-plot")));
@@ -151,7 +151,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line(text!("perf-shaders-repaired"), library.healed.to_string());
         line(text!("perf-memory"), resident_mib().map_or(text!("perf-not-available").into(), |m| format!("{m:.0} MiB")));
     };
-    // A small window does not show all of it.
+    // The table may be higher than the window.
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         egui::Grid::new("account").num_columns(2).striped(true).show(ui, account_of);
     });
@@ -172,10 +172,10 @@ mod tests {
     fn the_plot_has_a_description_that_changes_rarely() {
         let mut panel = PerformancePanel::default();
         assert_eq!(panel.description(0.0), "no frame yet");
-        for whole in [10.0, 20.0, 60.0] {
+        for total in [10.0, 20.0, 60.0] {
             let mut by_stage = [0.0; Stage::ALL.len()];
-            by_stage[Stage::Draw as usize] = whole / 2.0;
-            panel.frames.push_back(Frame { by_stage, by_pass: Vec::new(), whole });
+            by_stage[Stage::Draw as usize] = total / 2.0;
+            panel.frames.push_back(Frame { by_stage, by_pass: Vec::new(), total });
         }
         assert_eq!(panel.description(RATE_INTERVAL_S), "no frame yet");
         let description = panel.description(RATE_INTERVAL_S + 0.1);

@@ -1,7 +1,7 @@
 //! The loop from the view state to the image on screen: receives finished images from the worker and requests the next one.
 //!
-//! In: the view, the viewport's size, finished images. Out: render jobs, textures. Always: moving images are coarse, and soon after the
-//! movement one at full resolution follows; after a failure the last valid image stays. It lays out no panel.
+//! In: the view, the viewport's size, finished images. Out: render jobs, textures. Always: images are coarse while the view moves, and an image
+//! at full resolution follows soon after the motion ends; after a failure the last valid image stays visible. Not here: the layout of panels.
 
 use super::Interface;
 use crate::catalog::NaifId;
@@ -15,40 +15,43 @@ use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Seconds without input after which an image at full resolution replaces the coarse one.
+/// Seconds without input after which an image at full resolution replaces the coarse image.
 const STILL_AFTER_S: f64 = 0.18;
 /// Seconds between checks whether the GPU is ready for an image at rest.
 const READY_CHECK_S: f64 = 0.1;
 /// Seconds between images while time runs no faster than real time.
 const REAL_TIME_INTERVAL_S: f64 = 1.0;
 
-/// Change of time, seconds, above which a new image is drawn at once: more than any interval between images, so the user set the time.
+/// Change of the displayed time, seconds, above which a new image is drawn at once. It exceeds any interval between images, so the user must
+/// have set the time.
 const TIME_JUMP_S: f64 = 120.0;
-/// Upper bound of the motion of a pole in that time, radians: Mimas' is the fastest, 13.6 degrees from its mean pole at 1 degree a day (PCK), 5.7e-6. A drag
-/// that moves the camera by less is still drawn at once, because the view is then not calm.
-const POLE_MOTION: f64 = 1e-5;
+/// Upper bound of the motion of a pole in that time, radians: Mimas' is the fastest, 13.6 degrees from its mean pole at 1 degree a day (PCK),
+/// 5.7e-6. A drag that moves the camera by less is still drawn at once, because [`differs`] applies this bound only to a view at rest.
+const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
-/// The image on screen, the last requested one, and when.
+/// The image on screen, the last requested image, and the times of both, interface seconds.
 pub(super) struct Viewport {
     pub(super) texture: Option<TextureHandle>,
     pub(super) drawing: Option<RenderedView>,
     pub(super) requested: Option<RenderJob>,
     pub(super) requested_s: f64,
+    /// Time of the last action that moved the view.
     pub(super) moved_s: f64,
+    /// Time of the last frame of the interface.
     pub(super) last_s: f64,
     pub(super) resolution: AdaptiveResolution,
     /// Size of the sky's part of the window, pixels.
     pub(super) size_px: [u32; 2],
-    /// The last clicked pixel, in a picture of that size.
+    /// The last clicked pixel, in a picture of `size_px`.
     pub(super) picked_px: Option<[u32; 2]>,
     /// Number of pictures shown so far.
     pub(super) drawings: u64,
-    /// Generator of the modules, and the renderer preference: a change of either needs a new image.
+    /// Generator of the shader modules, and the renderer preference; a change of either requires a new image.
     pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
     pub(super) marks: Vec<Label>,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
-    /// The position of that click, pixels of the picture.
+    /// The position of the last right click, pixels of the picture.
     pub(super) menu_px: Option<DVec2>,
     /// Index in the catalogue of the last star that was clicked or found.
     pub(super) star: Option<usize>,
@@ -87,7 +90,7 @@ impl Interface {
         self.viewport.drawing.as_ref().and_then(|d| d.on_gpu.as_ref())
     }
 
-    /// Drops an image on a GPU that does not present the window; the next one replaces it.
+    /// Drops an image on a GPU that does not present the window, and lets the next frame request a new image.
     pub(crate) fn drop_gpu_image(&mut self) {
         if let Some(drawing) = &mut self.viewport.drawing {
             drawing.on_gpu = None;
@@ -116,9 +119,9 @@ impl Interface {
                         none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
                     }
                 }
-                self.performance.note(&drawing, self.viewport.last_s);
-                self.adaptation.note_drawn(&drawing.scene.exposure, drawing.job.request.exposure);
-                // Saved views have automatic exposure, not the transitional one.
+                self.performance.record(&drawing, self.viewport.last_s);
+                self.adaptation.record(&drawing.scene.exposure, drawing.job.request.exposure);
+                // The transitional exposure is replaced by automatic exposure, so that it does not get into requests derived from this image.
                 if let ExposureRequest::Gliding { .. } = drawing.job.request.exposure {
                     drawing.job.request.exposure = ExposureRequest::Auto;
                 }
@@ -136,19 +139,15 @@ impl Interface {
         self.no_picture = Some(why);
     }
 
-    pub(super) fn refresh_marks(&mut self, lettering: &LabelMetrics) {
+    /// Computes the labels and markers of the bodies in the displayed image.
+    pub(super) fn refresh_marks(&mut self, metrics: &LabelMetrics) {
         let Some(drawing) = &self.viewport.drawing else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
-        self.viewport.marks = marks(
-            &*drawing.scene.geometry.projection(&drawing.scene.camera),
-            &drawing.scene.bodies,
-            self.viewer.selected,
-            parent,
-            lettering,
-        );
+        self.viewport.marks =
+            marks(&*drawing.scene.geometry.projection(&drawing.scene.camera), &drawing.scene.bodies, self.viewer.selected, parent, metrics);
     }
 
-    /// Asks for the image of the view as it is now, coarse while things move.
+    /// Requests the image of the current view, at a coarse resolution while it moves.
     pub(super) fn request_image(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
         // The first image is coarse, too, so that it appears soon after the window.
         let moving = self.viewer.is_animating() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.drawing.is_none();
@@ -160,7 +159,7 @@ impl Interface {
         if self.viewport.drawn_with.replace(drawn_with.clone()).is_some_and(|before| before != drawn_with)
             || readiness == Readiness::JustReady
         {
-            // The same view now gives another image.
+            // The same view now gives another image, so the image is requested again.
             self.viewport.requested = None;
         }
         let view = &self.viewer.view;
@@ -176,62 +175,65 @@ impl Interface {
         if moving {
             request.quality = Quality::Draft;
         }
-        // The target itself needs no outline.
+        // A body that is the target itself is not outlined.
         let selected = self.viewer.selected;
         request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
         let job = RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu };
-        // At real time little moves: at most a tenth of the time is spent on drawing it.
+        // At real time, little changes between images, so at most a tenth of the time is spent on drawing.
         let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.drawing.as_ref().map_or(0.0, |d| d.took_ms));
-        let calm = !moving && now_s - self.viewport.requested_s < interval_s;
-        let stale =
-            self.viewport.requested.as_ref().is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, calm));
+        let ignores_time = !moving && now_s - self.viewport.requested_s < interval_s;
+        let stale = self
+            .viewport
+            .requested
+            .as_ref()
+            .is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, ignores_time));
         if stale || self.adaptation.is_adapting() {
             self.viewport.requested = Some(job.clone());
             self.viewport.requested_s = now_s;
-            let exposure = self.adaptation.ask(&self.viewer.view, now_s);
+            let exposure = self.adaptation.next_exposure(&self.viewer.view, now_s);
             worker.submit(RenderJob { request: ViewRequest { exposure, ..job.request }, ..job });
         }
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
-        let waits = [
+        let delays_s = [
             self.viewer.frame_interval_s(),
             (moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.moved_s) + 0.005),
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
             (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),
         ];
-        if let Some(wait) = waits.into_iter().flatten().reduce(f64::min) {
-            ctx.request_repaint_after(std::time::Duration::from_secs_f64(wait.max(0.0)));
+        if let Some(delay_s) = delays_s.into_iter().flatten().reduce(f64::min) {
+            ctx.request_repaint_after(std::time::Duration::from_secs_f64(delay_s.max(0.0)));
         }
     }
 }
 
-/// Whether a new image is needed. `calm`: the passing of time alone is no reason.
-pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, calm: bool) -> bool {
-    if !calm {
+/// Whether a new image is needed. `ignores_time`: the passing of time alone does not require a new image.
+pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, ignores_time: bool) -> bool {
+    if !ignores_time {
         return last != new;
     }
-    let leap_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
-    *last != at_time_of(last, new) || leap_s.abs() > TIME_JUMP_S
+    let jump_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
+    *last != with_time_of(last, new) || jump_s.abs() > TIME_JUMP_S
 }
 
-/// A request with the time of the last one. Small changes of the camera that follow from the motion of poles are ignored.
-fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
-    let near = |a: DVec3, b: DVec3| a.distance(b) <= POLE_MOTION * a.length();
+/// The new request with the time of the last request, and with its camera where the two differ by no more than the motion of a pole.
+fn with_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
+    let is_close = |a: DVec3, b: DVec3| a.distance(b) <= MAX_POLE_MOTION_RAD * a.length();
     let position = match (last.position, new.position) {
         (Position::Offset { body, offset_km, axes }, Position::Offset { body: b, offset_km: o, axes: a })
-            if (body, axes) == (b, a) && near(offset_km, o) =>
+            if (body, axes) == (b, a) && is_close(offset_km, o) =>
         {
             last.position
         }
         _ => new.position,
     };
     let look = match (last.look, new.look) {
-        (Look::Along { direction, axes }, Look::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.look,
+        (Look::Along { direction, axes }, Look::Along { direction: d, axes: a }) if axes == a && is_close(direction, d) => last.look,
         _ => new.look,
     };
     let up = match (last.up, new.up) {
-        (Up::Along { direction, axes }, Up::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.up,
+        (Up::Along { direction, axes }, Up::Along { direction: d, axes: a }) if axes == a && is_close(direction, d) => last.up,
         _ => new.up,
     };
     ViewRequest { time: last.time, position, look, up, ..new.clone() }

@@ -1,14 +1,14 @@
-//! The search field, its suggestions, and what a suggestion does.
+//! The search field, its suggestions, and the actions that they trigger.
 //!
-//! In: typed text, clicks. Out: actions, opened panels. Always: a failed search is reported at its field and replaced by the next input; the text is selected when
-//! the field gets the focus again; similar names are offered, never chosen automatically.
+//! In: typed text, clicks. Out: actions, opened panels. Always: an error appears below the field until the text changes; when the field gets
+//! the focus, its text is selected; similar names are offered, never chosen automatically.
 
 use super::{Interface, Tab, events};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPositions;
-use crate::view::app::search::{Answer, Suggestion, feature_view, names, near_names, star_view, suggestions};
+use crate::view::app::search::{Answer, Suggestion, feature_view, names, similar_names, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
@@ -18,57 +18,58 @@ use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Key, TextEdit};
 
-/// Longest quotation of the search text, characters.
+/// Maximum number of characters of the search text that an error message quotes.
 const MAX_ECHO_CHARS: usize = 60;
 /// Largest number of suggestions.
 const SUGGESTIONS: usize = 8;
 
 #[derive(Default)]
 pub(crate) struct SearchField {
-    wanted: String,
+    /// The text in the field.
+    typed: String,
     /// Index of the highlighted suggestion.
     highlighted: usize,
-    /// Request for the keyboard focus.
+    /// The field requests the keyboard focus in the next frame.
     pub focus: bool,
-    /// Why the search failed, until the text changes.
+    /// The error of the last search, until the text changes.
     failure: Option<String>,
 }
 
 impl SearchField {
-    /// Closes the search with its suggestions and clears the text. False if there was nothing to close.
+    /// Closes the list of suggestions and clears the text. Returns false if there was nothing to close.
     pub(crate) fn close(&mut self) -> bool {
-        let had_any = !self.wanted.is_empty() || self.failure.is_some();
-        self.wanted.clear();
+        let was_open = !self.typed.is_empty() || self.failure.is_some();
+        self.typed.clear();
         self.failure = None;
-        had_any
+        was_open
     }
 }
 
-/// Selects a field's whole text, so that typing replaces it.
+/// Selects the entire text of a field, so that typing replaces it.
 fn select_all(ctx: &egui::Context, field: Id, text: &str) {
     let mut state = TextEditState::load(ctx, field).unwrap_or_default();
     state.cursor.set_char_range(Some(CCursorRange::two(CCursor::new(0), CCursor::new(text.chars().count()))));
     state.store(ctx, field);
 }
 
-/// The search field, with its suggestions or error.
+/// Shows the search field, with its suggestions or error.
 pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    let field = TextEdit::singleline(&mut interface.search.wanted).hint_text(text!("search-field-hint-text")).desired_width(150.0);
+    let field = TextEdit::singleline(&mut interface.search.typed).hint_text(text!("search-field-hint-text")).desired_width(150.0);
     let response = ui.add(field).on_hover_text(text!("search-hint"));
     let response = response.accessible_name(text!("search"));
-    let is_wanted = std::mem::take(&mut interface.search.focus);
-    if is_wanted {
+    let focus_requested = std::mem::take(&mut interface.search.focus);
+    if focus_requested {
         response.request_focus();
     }
-    if is_wanted || response.gained_focus() {
-        select_all(ui.ctx(), response.id, &interface.search.wanted);
+    if focus_requested || response.gained_focus() {
+        select_all(ui.ctx(), response.id, &interface.search.typed);
     }
     if response.changed() {
         interface.search.highlighted = 0;
         interface.search.failure = None;
     }
     let catalog = worker.session().catalog();
-    let found = suggestions(&interface.search.wanted, &interface.viewer, catalog, SUGGESTIONS);
+    let found = suggestions(&interface.search.typed, &interface.viewer, catalog, SUGGESTIONS);
     let mut chosen = None;
     let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     if response.has_focus() || entered {
@@ -76,7 +77,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         let last = found.len().saturating_sub(1);
         interface.search.highlighted = (interface.search.highlighted + usize::from(down)).saturating_sub(usize::from(up)).min(last);
     }
-    if entered && !interface.search.wanted.trim().is_empty() {
+    if entered && !interface.search.typed.trim().is_empty() {
         match (found.get(interface.search.highlighted), set_effects(interface)) {
             (Some(suggestion), _) => chosen = Some(suggestion.answer.clone()),
             (None, Some(Ok(()))) => {
@@ -86,30 +87,37 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             (None, None) => interface.search.failure = Some(not_found(interface)),
         }
         if interface.search.failure.is_some() {
-            // After an error the user types again.
+            // After an error the user can type again at once.
             response.request_focus();
-            select_all(ui.ctx(), response.id, &interface.search.wanted);
+            select_all(ui.ctx(), response.id, &interface.search.typed);
         }
     }
-    below(interface, ui, catalog, response.rect, &found, &mut chosen);
+    suggestion_list(interface, ui, catalog, response.rect, &found, &mut chosen);
     if let Some(answer) = chosen {
         interface.search.close();
-        apply_answer(interface, worker, answer, actions);
+        apply_answer(interface, ui.ctx(), worker, answer, actions);
     }
 }
 
-/// The error for a text without a meaning, with similar names.
+/// The error for a text that matches nothing, with similar names.
 fn not_found(interface: &Interface) -> String {
-    let typed = interface.search.wanted.trim();
+    let typed = interface.search.typed.trim();
     let hint = did_you_mean(typed, names(&interface.viewer)).map_or(String::new(), |hint| format!("; {hint}"));
     text!("search-nothing", typed = echo_within(typed, MAX_ECHO_CHARS), hint = hint)
 }
 
-/// The list below the search field: suggestions, or the error and similar names.
-fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::Rect, found: &[Suggestion], chosen: &mut Option<Answer>) {
+/// Shows the list below the search field: suggestions, or the error and similar names.
+fn suggestion_list(
+    interface: &Interface,
+    ui: &egui::Ui,
+    catalog: &Catalog,
+    field: egui::Rect,
+    found: &[Suggestion],
+    chosen: &mut Option<Answer>,
+) {
     let failure = interface.search.failure.as_ref();
-    let near = if found.is_empty() { near_names(&interface.search.wanted, &interface.viewer) } else { Vec::new() };
-    if found.is_empty() && failure.is_none() && near.is_empty() {
+    let similar = if found.is_empty() { similar_names(&interface.search.typed, &interface.viewer) } else { Vec::new() };
+    if found.is_empty() && failure.is_none() && similar.is_empty() {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("suggestions")).fixed_pos(field.left_bottom()).order(egui::Order::Foreground);
@@ -127,7 +135,7 @@ fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::R
                     *chosen = Some(suggestion.answer.clone());
                 }
             }
-            for name in near {
+            for name in similar {
                 let meant = suggestions(name, &interface.viewer, catalog, 1).into_iter().next();
                 if let Some(meant) = meant
                     && ui.selectable_label(false, text!("search-did-you-mean", name = name)).clicked()
@@ -139,19 +147,19 @@ fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::R
     });
 }
 
-/// Applies effects in the syntax of `--effects`, such as `+eclipse` or `-rings`. `None`: the text is none.
+/// Applies effects in the syntax of `--effects`, such as `+eclipse` or `-rings`. `None`: the text does not have this syntax.
 fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
-    let typed = interface.search.wanted.trim();
+    let typed = interface.search.typed.trim();
     if !typed.starts_with(['+', '-']) || !typed.contains(char::is_alphabetic) {
         return None;
     }
     let view = &mut interface.viewer.view;
-    let both = format!("{},{typed}", view.effects.to_text());
-    Some(EffectOverrides::parse(&both).map(|overrides| view.effects = overrides).map_err(|e| e.to_string()))
+    let combined = format!("{},{typed}", view.effects.to_text());
+    Some(EffectOverrides::parse(&combined).map(|overrides| view.effects = overrides).map_err(|e| e.to_string()))
 }
 
 /// Applies the chosen suggestion.
-fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
+fn apply_answer(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
     interface.settings.hints.search = true;
     let session = worker.session();
     let catalog = session.catalog();
@@ -161,7 +169,7 @@ fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: An
         Answer::Time(time) => actions.push(Action::SetTime(time)),
         Answer::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
         Answer::City(city) => {
-            // Events, rise and set, and the camera share one place.
+            // The place also applies to events and to the times of rise and set.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
             interface.message = text!("search-city-chosen", city = city.name, country = city.country);
@@ -171,13 +179,13 @@ fn apply_answer(interface: &mut Interface, worker: &dyn RenderWorker, answer: An
                 actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.viewer.view))));
             }
         }
-        Answer::Effect(_) => interface.tab = Some(Tab::Effects),
+        Answer::Effect(_) => interface.open(ctx, Tab::Effects),
         Answer::Key(key) => {
-            interface.tab = Some(Tab::Shader);
-            interface.shader.ask_for(&key);
+            interface.open(ctx, Tab::Shader);
+            interface.shader.show_key(&key);
         }
         Answer::Events { kinds, from } => {
-            interface.tab = Some(Tab::Events);
+            interface.open(ctx, Tab::Events);
             events::search_for(interface, worker, &kinds, from);
         }
         Answer::Moment(name) => {

@@ -6,7 +6,7 @@ use crate::view::app::viewer::Action;
 use crate::view::language::{plain, text};
 use egui::{Key, Modifiers, Popup};
 
-/// Keys and their effects, for the help window, by the ids of their texts.
+/// Text ids of the keys and of their effects, for the help window.
 const SHORTCUTS: &[(&str, &str)] = &[
     ("key-drag", "key-drag-does"),
     ("key-look", "key-look-does"),
@@ -39,11 +39,12 @@ const SHORTCUTS: &[(&str, &str)] = &[
     ("key-quit", "key-quit-does"),
 ];
 
-/// Rotation by an arrow key, as a drag in pixels.
+/// Length of the drag that an arrow key is equivalent to, pixels.
 const ARROW_PX: f64 = 24.0;
-/// Step of a key for the scale of text.
+/// Change of the text scale by one key press.
 const ZOOM_STEP: f32 = 0.1;
 
+/// Handles the keys pressed in this frame.
 pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
         interface.fullscreen = !interface.fullscreen;
@@ -63,7 +64,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
         interface.share.wants_picture = true;
     }
-    // Typed text is no shortcut.
+    // Letters typed into a text field are not shortcuts.
     if ctx.egui_wants_keyboard_input() {
         return;
     }
@@ -81,10 +82,12 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "m" => interface.settings.markers = !interface.settings.markers,
             "1" | "2" | "3" | "4" | "5" | "6" | "7" | "8" => {
                 let tab = letter.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
-                interface.tab = if interface.tab == tab { None } else { tab };
+                if let Some(tab) = tab {
+                    interface.toggle(ctx, tab);
+                }
             }
-            "e" => interface.clock.wants[1] = true,
-            "p" => interface.clock.wants[0] = true,
+            "e" => interface.time_bar.requested_by_key[1] = true,
+            "p" => interface.time_bar.requested_by_key[0] = true,
             "i" => interface.settings.panels.timeline_shown = !interface.settings.panels.timeline_shown,
             "x" => interface.settings.outline = !interface.settings.outline,
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
@@ -111,7 +114,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         interface.message = text!("link-copied").into();
     }
     let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    // egui closes an open menu by Escape itself; a focused control has lost the focus by now.
+    // egui itself closes an open menu on Escape, and has already taken the focus from a focused control.
     if !Popup::is_any_open(ctx) && down(Key::Escape) {
         close_topmost(interface);
     }
@@ -134,13 +137,13 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     }
 }
 
-/// Closes the topmost item. The program itself is ended by closing its window or by Ctrl+Q.
+/// Closes the topmost item. Escape never ends the program; closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
     if interface.warning.take().is_some() || interface.search.close() || had_keyboard || interface.angle.clear() || interface.tour.end() {
         return;
     }
-    if !std::mem::take(&mut interface.help_shown) && interface.tab.take().is_none() {
+    if !std::mem::take(&mut interface.help_shown) && interface.tab.take().or_else(|| interface.kept_tab.take()).is_none() {
         interface.fullscreen = false;
     }
 }

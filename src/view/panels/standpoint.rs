@@ -10,7 +10,7 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
-/// A place being chosen, degrees.
+/// The place typed into the fields for *Stand on surface*, degrees.
 #[derive(Default)]
 pub(crate) struct Standpoint {
     latitude_deg: f64,
@@ -64,13 +64,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         actions.push(Action::Track(tracks));
     }
     let view = &mut interface.viewer.view;
-    // A fisheye's angle stands with its other controls; a whole sphere has none.
+    // The angle of a fisheye is set in the Effects panel; an equirectangular picture has no field of view.
     let perspective = view.composition.projection == Projection::Perspective;
     let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).custom_parser(typed_number).logarithmic(true).suffix("°");
     ui.add_enabled(perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
 }
 
-/// Views the selected body from the centre of another.
+/// Shows the list of bodies from whose centres the selected body can be viewed.
 fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
     let now = match interface.viewer.view.eye {
         CameraPose::Centre { body } => interface.viewer.name(body),

@@ -13,10 +13,10 @@ use glam::DVec3;
 
 /// Light years in a parsec (IAU 2015 Resolution B2 and the Julian year).
 const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
-/// Smallest parallax that gives a distance, milliarcseconds: Hipparcos' errors are about as large.
+/// Smallest parallax from which a distance is computed, milliarcseconds: about the error of Hipparcos.
 const MIN_PARALLAX_MAS: f64 = 1.0;
 
-/// Proper name and catalogue number, as far as the star has them.
+/// Proper name and Hipparcos number, where the star has them.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
@@ -25,12 +25,12 @@ pub(super) fn name(star: &Star) -> String {
     }
 }
 
-/// Name and brightness in a line.
+/// Name and magnitude in one line.
 pub(super) fn title(star: &Star) -> String {
     text!("star-title", star = name(star), magnitude = decimal(star.v_magnitude, 2))
 }
 
-/// Each fact with its label. `years`: from the catalogue's epoch to the displayed time.
+/// Pairs of label and value. `years`: from the catalogue's epoch to the displayed time.
 fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     let mut facts = vec![(text!("star-magnitude-v"), signed(star.v_magnitude, 2))];
     if let Some(b_v) = star.b_v {
@@ -55,12 +55,12 @@ fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     // Directions of north and east at the star.
     let east = DVec3::Z.cross(star.direction).normalize_or_zero();
     let north = star.direction.cross(east);
-    let mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
-    let (to_east, to_north) = (mas(east), mas(north));
-    let angle_deg = to_east.atan2(to_north).to_degrees().rem_euclid(360.0);
+    let motion_mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
+    let (east_mas, north_mas) = (motion_mas(east), motion_mas(north));
+    let angle_deg = east_mas.atan2(north_mas).to_degrees().rem_euclid(360.0);
     facts.push((
         text!("star-proper-motion"),
-        text!("star-proper-motion-value", mas = decimal(to_east.hypot(to_north), 1), angle_deg = decimal(angle_deg, 0)),
+        text!("star-proper-motion-value", mas = decimal(east_mas.hypot(north_mas), 1), angle_deg = decimal(angle_deg, 0)),
     ));
     let place = RaDec::of(star_from_viewer(star, years, DVec3::ZERO));
     facts.push((text!("fact-right-ascension"), text!("star-right-ascension-value", angle = localised(place.ra_text()))));
@@ -68,6 +68,7 @@ fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     facts
 }
 
+/// Shows the star's name and its facts as a table.
 pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years: f64) {
     ui.strong(name(star));
     Grid::new("star").num_columns(2).striped(true).show(ui, |ui| {
@@ -82,7 +83,8 @@ mod tests {
     use super::*;
     use crate::catalog::stars::StarCatalog;
 
-    /// Sirius: 8.6 light years, absolute magnitude 1.45, 1339 mas a year towards 204 degrees, 9940 K (Gray & Corbally 2009 and SIMBAD; the colour gives it within 5 %).
+    /// Sirius: 8.6 light years, absolute magnitude 1.45, 1339 mas a year towards 204 degrees, 9940 K (Gray & Corbally 2009 and SIMBAD; the
+    /// colour index gives the temperature within 5 %).
     #[test]
     fn sirius_has_the_published_facts() {
         let stars = StarCatalog::embedded();

@@ -1,21 +1,22 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
-//! In: nothing. Out: egui's styles. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast`
-//! measures it on the painted output. Not here: colours over the picture (`scene::marks`) and of source code (`shader::text`).
+//! Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
+//! `tests/view/contrast` measures it on the painted output. Not here: colours over the picture (`scene::marks`) and of source code
+//! (`shader::text`).
 
 use super::icons;
 use crate::view::language::numbers::field_text;
 use egui::style::NumberFormatter;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
-/// Text sizes in points, from captions to headings.
+/// Text sizes of captions, body text and headings, points.
 pub(crate) const SMALL: f32 = 11.0;
 pub(crate) const BODY: f32 = 13.0;
-/// For source code.
+/// Text size of source code, points.
 pub(crate) const CODE: f32 = 12.0;
 pub(crate) const HEADING: f32 = 18.0;
 
-/// Gives a context both styles and the fonts.
+/// Sets the styles of both themes and the fonts of an egui context.
 pub(crate) fn apply(ctx: &Context) {
     ctx.set_fonts(icons::fonts());
     for theme in [Theme::Dark, Theme::Light] {

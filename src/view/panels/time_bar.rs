@@ -1,4 +1,4 @@
-//! The bar below the sky: calendar and clock, the rate of time, steps, the next event of a kind; and the timeline below it.
+//! The bar below the sky: calendar and clock, the rate of time, time steps, and below them the next event of a kind and the timeline.
 
 use super::icons::{self, Icon};
 use super::top_bar::caption;
@@ -22,28 +22,29 @@ use std::sync::Arc;
 type FirstEvent = Pending<Result<Option<SkyEvent>, String>>;
 
 pub(crate) struct TimeBar {
-    /// The typed text; empty while the field shows the view's time.
+    /// The typed text; `None` while the field shows the view's time.
     typed: Option<String>,
-    /// The displayed month of the calendar, by its first day; `None`: that of the view.
+    /// First day of the month that the calendar displays; `None`: the month of the view's time.
     month: Option<NaiveDate>,
     kind: EventKind,
     /// The running search for an event.
-    coming: Option<FirstEvent>,
-    /// A key requested the previous event, or the next.
-    pub wants: [bool; 2],
+    pending: Option<FirstEvent>,
+    /// Whether a key requested the previous event, and the next event.
+    pub requested_by_key: [bool; 2],
 }
 
 impl Default for TimeBar {
     fn default() -> Self {
-        Self { typed: None, month: None, kind: EventKind::Solar, coming: None, wants: [false; 2] }
+        Self { typed: None, month: None, kind: EventKind::Solar, pending: None, requested_by_key: [false; 2] }
     }
 }
 
-/// Time steps of the buttons: seconds, and the id of the unit.
+/// Time steps of the buttons: seconds, and the text id of the name.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (365.25 * SECONDS_PER_DAY, "step-year")];
-/// Length of the search for the next event, and least distance from the displayed time, seconds: the displayed event is not the next.
+/// Range of the search for the next event, seconds.
 const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
+/// Distance from the displayed time at which the search starts, seconds, so that it does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
 pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
@@ -59,8 +60,8 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         ui.separator();
         caption(ui, text!("time-step"));
         let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", plain(name))));
-        let on = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", plain(name))));
-        for (seconds, name) in back.chain(on) {
+        let forward = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", plain(name))));
+        for (seconds, name) in back.chain(forward) {
             if ui.small_button(&name).on_hover_text(text!("time-step-hint", name = name)).clicked() {
                 actions.push(Action::Step(seconds));
             }
@@ -76,19 +77,19 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     });
 }
 
-/// The date field, and its time zone.
+/// Shows the date field, and the button that switches its time zone.
 fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
     let clock = interface.settings.clock;
     let shown = clock.shown(time).map_or_else(|| instant_text(time), civil_text);
-    let mut text = interface.clock.typed.clone().unwrap_or_else(|| shown.clone());
+    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| shown.clone());
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(140.0));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
-    if response.has_focus() && (interface.clock.typed.is_some() || text != shown) {
-        interface.clock.typed = Some(text.clone());
+    if response.has_focus() && (interface.time_bar.typed.is_some() || text != shown) {
+        interface.time_bar.typed = Some(text.clone());
     }
     if response.lost_focus() {
-        let typed = interface.clock.typed.take();
+        let typed = interface.time_bar.typed.take();
         if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
             match typed_time(&typed, clock, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
@@ -104,7 +105,8 @@ fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
     }
 }
 
-/// A typed date in the displayed time zone; a text with UTC or Z is UTC.
+/// The time for a typed date in the displayed time zone. A text that ends in UTC or Z, a text without digits, and a TDB Julian date do not
+/// depend on the time zone.
 fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
     let lower = typed.trim().to_lowercase();
@@ -121,10 +123,10 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     let Some(civil) = clock.shown(interface.viewer.view.time()) else { return };
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Calendar, text!("calendar"));
-    let (button, content) = MenuButton::from_button(button).config(stays).ui(ui, |ui| calendar(&mut interface.clock, ui, civil));
+    let (button, content) = MenuButton::from_button(button).config(stays).ui(ui, |ui| calendar(&mut interface.time_bar, ui, civil));
     button.on_hover_text(text!("calendar-hint"));
     let Some(content) = content else {
-        interface.clock.month = None;
+        interface.time_bar.month = None;
         return;
     };
     if let Some(time) = content.inner.and_then(|civil| clock.instant(civil)) {
@@ -132,7 +134,7 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     }
 }
 
-/// The days of a month and the time of day; returns the chosen time.
+/// Shows the days of a month and the time of day; returns the chosen time.
 fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Option<NaiveDateTime> {
     let of_view = civil.date().with_day(1)?;
     let month = bar.month.unwrap_or(of_view);
@@ -196,7 +198,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
     chosen
 }
 
-/// Direction and rate of time.
+/// Shows the controls for direction and rate of time.
 fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time_rate = &interface.viewer.time_rate;
     let paused = time_rate.is_paused();
@@ -217,34 +219,34 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     if slider.changed() {
         actions.push(Action::SetSpeed(speed));
     }
-    // As wide as the longest text, so that nothing beside it moves.
+    // The label is as wide as the longest text, so that the controls next to it do not move.
     let text = if paused { text!("time-paused-at", speed = speed_text(speed)) } else { time_rate.label() };
     let size = [100.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }
 
-/// Buttons for the previous and the next event of a kind.
+/// Shows the buttons for the previous and the next event of a kind.
 fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    if let Some(found) = interface.clock.coming.as_ref().and_then(Pending::take) {
-        interface.clock.coming = None;
+    if let Some(found) = interface.time_bar.pending.as_ref().and_then(Pending::take) {
+        interface.time_bar.pending = None;
         match found {
             Ok(Some(event)) => events::show(interface, worker, Arc::new(event), actions),
-            Ok(None) => interface.message = text!("event-none-near", kind = interface.clock.kind.name()),
+            Ok(None) => interface.message = text!("event-none-near", kind = interface.time_bar.kind.name()),
             Err(why) => interface.message = why,
         }
     }
-    let kind = interface.clock.kind;
+    let kind = interface.time_bar.kind;
     let mut backward = None;
     let look = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
         icons::bare(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
-    let [before, after] = std::mem::take(&mut interface.clock.wants);
+    let [before, after] = std::mem::take(&mut interface.time_bar.requested_by_key);
     if look(ui, Icon::Previous, text!("event-previous"), "p") || before {
         backward = Some(true);
     }
     let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(100.0).show_ui(ui, |ui| {
         for kind in EventKind::ALL {
-            ui.selectable_value(&mut interface.clock.kind, kind, kind.name());
+            ui.selectable_value(&mut interface.time_bar.kind, kind, kind.name());
         }
     });
     list.response.on_hover_text(text!("event-kind-hint")).accessible_name(text!("event-kind"));
@@ -255,11 +257,11 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let search = EventSearch::new(vec![kind], start, EVENT_REACH_S, backward);
-        interface.clock.coming =
+        interface.time_bar.pending =
             Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| e.to_string())));
     }
-    if interface.clock.coming.is_some() {
-        accessible::coming(ui, text!("event-looking"));
+    if interface.time_bar.pending.is_some() {
+        accessible::spinner(ui, text!("event-looking"));
     }
 }
 
@@ -268,7 +270,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_typed_time_is_of_the_clock_that_is_shown_unless_it_says_utc() {
+    fn a_typed_time_is_in_the_displayed_time_zone_unless_it_ends_in_utc() {
         let now = Instant::parse("2026-11-22T23:00:00Z").expect("a time");
         let typed = |text: &str, clock| typed_time(text, clock, now).expect(text);
         for clock in [Clock::Utc, Clock::Local] {

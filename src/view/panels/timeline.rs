@@ -1,7 +1,8 @@
-//! The timeline below the sky: dates around the displayed time, and events.
+//! The timeline below the sky: dates around the displayed time, and marks of events.
 //!
-//! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; a span in the settings. Always: the displayed time is in the middle, so that a drag moves time with the
-//! dates; events are searched in the background and appear when found; moons' events, dozens a week, only on short spans. Not here: the axis (`app::timeline`).
+//! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; the span, which the settings store. Always: the
+//! displayed time is in the middle, and a drag moves the dates with the pointer; events are searched in the background and appear when found;
+//! moons' events, dozens a week, appear only on short spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
 use super::{Interface, events};
@@ -17,12 +18,13 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Color32, EventFilter, Key, Rect, Response, Sense, Stroke, TextStyle, Ui, pos2, vec2};
 use std::sync::Arc;
 
+/// Height of the timeline, points.
 const HEIGHT: f32 = 34.0;
-/// Height of the lower part with the dates.
+/// Height of the lower part with the dates, points.
 const LABEL_HEIGHT: f32 = 15.0;
 /// Distance from an event's mark within which a click selects it, points.
 const CLICK_DISTANCE: f64 = 5.0;
-/// Radii of marks: of notable events, and of the others.
+/// Radii of the marks of notable events and of other events, points.
 const MARK_RADII: [f32; 2] = [4.0, 2.5];
 /// Span above which only notable events are shown, seconds.
 const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * 365.25 * SECONDS_PER_DAY;
@@ -31,29 +33,31 @@ const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
 const KEY_STEP: f64 = 0.02;
 
+/// Kinds that are searched on any span.
 const RARE: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
+/// Kinds that are searched only on short spans.
 const FREQUENT: &[EventKind] = &[EventKind::Moons];
 
-/// Known events of some kinds and the running search for more.
+/// The known events of some kinds, and the running search for more of them.
 struct EventTrack {
     known: KnownEvents,
     running: Option<(NextSearch, Pending<Option<Vec<KnownEvent>>>)>,
 }
 
 pub(crate) struct Timeline {
-    far: EventTrack,
-    near: EventTrack,
+    rare: EventTrack,
+    frequent: EventTrack,
 }
 
 impl Default for Timeline {
     fn default() -> Self {
-        let strip = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
-        Self { far: strip(RARE, 500.0), near: strip(FREQUENT, 3.0) }
+        let track = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
+        Self { rare: track(RARE, 500.0), frequent: track(FREQUENT, 3.0) }
     }
 }
 
 impl EventTrack {
-    /// Takes the results of a search and starts the next.
+    /// Takes the results of the running search and starts the next search.
     fn update(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
         if let Some((of, found)) = self.running.take() {
             match found.take() {
@@ -79,7 +83,7 @@ impl EventTrack {
     }
 }
 
-/// The timeline with the buttons that shorten and lengthen it.
+/// Shows the timeline, with the buttons that shorten and lengthen its span.
 pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
     let mut notches = 0.0;
@@ -95,9 +99,9 @@ pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());
     let axis = TimeAxis { middle_s: interface.viewer.view.tdb_s, span_s, width: f64::from(rect.width()) };
     if interface.drawing().is_some() {
-        interface.timeline.far.update(&axis, worker);
+        interface.timeline.rare.update(&axis, worker);
         if span_s <= MAX_SPAN_MOONS_S {
-            interface.timeline.near.update(&axis, worker);
+            interface.timeline.frequent.update(&axis, worker);
         }
     }
     notches += wheel(ui, &response) + keys(ui, &response, &axis, actions);
@@ -108,21 +112,21 @@ pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     interface.settings.panels.timeline_span_s = zoomed_span_s(span_s, notches);
 }
 
-/// The displayed events, with their positions.
+/// The displayed events, with their positions on the timeline in points.
 fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
-    let Timeline { far, near } = &interface.timeline;
+    let Timeline { rare, frequent } = &interface.timeline;
     let (from_s, to_s, span_s) = (axis.start_s(), axis.end_s(), axis.span_s);
     let axis = *axis;
-    let near = if span_s <= MAX_SPAN_MOONS_S { near.known.between(from_s, to_s) } else { &[] };
-    let far = far.known.between(from_s, to_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
-    near.iter().chain(far).map(move |e| (axis.position(e.tdb_s), e))
+    let frequent = if span_s <= MAX_SPAN_MOONS_S { frequent.known.between(from_s, to_s) } else { &[] };
+    let rare = rare.known.between(from_s, to_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
+    frequent.iter().chain(rare).map(move |e| (axis.position(e.tdb_s), e))
 }
 
-/// The event whose mark is nearest to a position, if one is near.
+/// The event whose mark is nearest to a position on the timeline, if it is within [`CLICK_DISTANCE`].
 fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, points: f64) -> Option<&'t KnownEvent> {
-    let away = |place: f64| (place - points).abs();
-    let near = marks(interface, axis).filter(|(place, _)| away(*place) <= CLICK_DISTANCE);
-    near.min_by(|a, b| away(a.0).total_cmp(&away(b.0))).map(|(_, event)| event)
+    let distance = |place: f64| (place - points).abs();
+    let close = marks(interface, axis).filter(|(place, _)| distance(*place) <= CLICK_DISTANCE);
+    close.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))).map(|(_, event)| event)
 }
 
 fn colour(ui: &Ui, kind: EventKind) -> Color32 {
@@ -165,9 +169,9 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     painter.vline(rect.center().x, rect.top()..=dates, needle);
 }
 
-/// For screen readers: a slider of time.
+/// Describes the timeline to screen readers as a slider of time.
 fn announce(interface: &Interface, response: &Response) {
-    // In whole minutes, since a screen reader announces each change.
+    // The value is rounded to minutes, since a screen reader announces each change.
     let time = interface.viewer.view.time();
     let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
     response.widget_info(|| egui::WidgetInfo {
@@ -176,17 +180,17 @@ fn announce(interface: &Interface, response: &Response) {
     });
 }
 
-/// The tooltip of the event or date under the pointer.
+/// Shows a tooltip with the event or date under the pointer.
 fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis) -> Response {
     let Some(at) = response.hover_pos() else {
         return response.on_hover_text(text!("timeline-drag-hint"));
     };
     let points = f64::from(at.x - rect.left());
-    let said = match event_at(interface, axis, points) {
+    let tooltip = match event_at(interface, axis, points) {
         Some(event) => format!("{}\n{}", event.title, event.event.summary()),
         None => minute_text(Instant::from_tdb_seconds_past_j2000(axis.time_s(points))),
     };
-    response.on_hover_text_at_pointer(said)
+    response.on_hover_text_at_pointer(tooltip)
 }
 
 /// Handles drags and clicks.
@@ -212,7 +216,7 @@ fn drag_and_click(
     }
 }
 
-/// Wheel notches over the timeline.
+/// Returns the wheel notches turned while the pointer is over the timeline.
 fn wheel(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;
@@ -221,7 +225,7 @@ fn wheel(ui: &Ui, response: &Response) -> f64 {
     if pinch == 0.0 { wheel } else { pinch }
 }
 
-/// Arrow keys while it has the focus, and increments from assistive technology. Returns notches.
+/// Handles arrow keys and increments from assistive technology while the timeline has the focus. Returns the zoom in wheel notches.
 fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) -> f64 {
     if !response.has_focus() {
         return 0.0;
@@ -229,9 +233,9 @@ fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>
     let arrows = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|m| m.set_focus_lock_filter(response.id, arrows));
     let pressed = |key| ui.input(|i| i.num_presses(key)) as f64;
-    let asked = |action| ui.input(|i| i.num_accesskit_action_requests(response.id, action)) as f64;
-    let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft) + asked(egui::accesskit::Action::Increment)
-        - asked(egui::accesskit::Action::Decrement);
+    let requested = |action| ui.input(|i| i.num_accesskit_action_requests(response.id, action)) as f64;
+    let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft) + requested(egui::accesskit::Action::Increment)
+        - requested(egui::accesskit::Action::Decrement);
     if steps != 0.0 {
         actions.push(Action::Step(steps * KEY_STEP * axis.span_s));
     }

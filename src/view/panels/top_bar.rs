@@ -1,4 +1,4 @@
-//! The bar above the sky, in groups: explore, see, understand, share.
+//! The bar above the sky, with its controls in groups: explore, see, understand, share.
 //!
 //! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a text and a tooltip with its key.
 
@@ -10,7 +10,7 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{PopupCloseBehavior, Ui};
 
-/// Window width above which the groups of the bar have captions, points.
+/// Window width from which the groups of the bar have captions, points.
 const CAPTIONED_WIDTH: f32 = 1500.0;
 
 impl Tab {
@@ -57,19 +57,19 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
     });
 }
 
-/// Buttons of panels, each with the key that opens it.
+/// Shows the buttons of panels; each tooltip names the key that opens the panel.
 fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
     for tab in tabs {
         let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |at| at + 1);
-        let is_open = interface.tab == Some(*tab);
+        let is_open = interface.is_open(ui.ctx(), *tab);
         let button = icons::selectable(ui, tab.icon(), is_open, tab.title());
         if button.on_hover_text(text!("bar-tab-hint", about = tab.about(), key = key)).clicked() {
-            interface.tab = (!is_open).then_some(*tab);
+            interface.toggle(ui.ctx(), *tab);
         }
     }
 }
 
-/// A menu of switches that stays open while they are pressed.
+/// Shows the Layers menu, which stays open when a switch in it is pressed.
 fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Layers, text!("bar-layers"));
@@ -77,7 +77,7 @@ fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     button.on_hover_text(text!("bar-layers-hint"));
 }
 
-/// Switches of everything besides the bodies.
+/// Shows the switches of labels, markers, orbits and other layers drawn in addition to the bodies.
 fn layers(interface: &mut Interface, ui: &mut Ui) {
     let settings = &mut interface.settings;
     ui.toggle_value(&mut settings.names, text!("layer-names")).on_hover_text(text!("layer-names-hint"));
@@ -98,7 +98,7 @@ fn layers(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// The caption of a group of controls, in a wide window.
+/// Shows the caption of a group of controls, if the window is wide enough.
 pub(crate) fn caption(ui: &mut Ui, name: &str) {
     if ui.ctx().content_rect().width() >= CAPTIONED_WIDTH {
         ui.small(name);

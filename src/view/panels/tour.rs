@@ -1,7 +1,8 @@
-//! Playback of a tour over the sky: its text, and buttons to pause it, to go from stop to stop, and to end it.
+//! Playback of a tour: its text over the sky, and buttons to pause it, to go from stop to stop, and to end it.
 //!
-//! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the sky's lower edge. Always: moving the view by hand pauses the tour and keeps
-//! the view; quality and panels stay the user's. Not here: camera paths and views ([`crate::view::app::tour`]).
+//! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the sky's lower edge. Always: moving the view by hand
+//! pauses the tour and keeps the view; the tour does not change the user's quality and panels. Not here: camera paths and views
+//! ([`crate::view::app::tour`]).
 
 use super::Interface;
 use super::icons::{self, Icon};
@@ -17,7 +18,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The tour being played, if any.
+/// Contains the tour being played, if any.
 #[derive(Default)]
 pub(crate) struct TourPlayer {
     playing: Option<Playback>,
@@ -53,13 +54,13 @@ impl TourPlayer {
         self.playing.as_ref().map(|playing| Arc::clone(&playing.tour))
     }
 
-    /// Ends the tour and keeps the view. Whether there was one.
+    /// Ends the tour and keeps the view; returns whether a tour was open.
     pub(crate) fn end(&mut self) -> bool {
         self.playing.take().is_some()
     }
 }
 
-/// Starts a tour from its text; *Back* returns to the view before it.
+/// Starts a tour from its text; *Back* returns to the view before the tour.
 pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, actions: &mut Vec<Action>) {
     match Tour::parse(text, session, interface.viewer.now()) {
         Ok(tour) => {
@@ -70,7 +71,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
     }
 }
 
-/// Starts the tour of a file.
+/// Starts the tour in the file that the user named.
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
         Ok(text) => start(interface, session, &text, actions),
@@ -78,12 +79,12 @@ pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut V
     }
 }
 
-/// A tour's view with the user's quality; `paused`: time is paused from here on.
+/// A tour's view with the user's quality; `paused`: the view also pauses time.
 fn with_user_settings(view: ViewState, shown: &ViewState, paused: bool) -> ViewState {
     ViewState { quality: shown.quality, paused: paused.then_some(true), ..view }
 }
 
-/// Advances the tour.
+/// Advances the tour by elapsed time, unless it is paused.
 pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
     interface.viewer.is_in_tour = false;
     let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };

@@ -1,4 +1,4 @@
-//! The viewport: the image, its labels, and the mouse on it.
+//! The viewport: shows the image and its labels, and turns mouse input over it into actions.
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
@@ -18,7 +18,7 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = BODY;
-/// Least width of the sky for hints, points.
+/// Minimum width of the sky at which hints are shown, points.
 const HINTS_WIDTH: f32 = 440.0;
 const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
 const SELECTED_COLOUR: Color32 = opaque(marks::SELECTED_COLOUR);
@@ -30,8 +30,8 @@ const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
-    let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
-    interface.viewport.size_px = [side(rect.width()), side(rect.height())];
+    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
+    interface.viewport.size_px = [pixels(rect.width()), pixels(rect.height())];
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
     let description = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
@@ -45,37 +45,38 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         }
         return;
     };
-    let place = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
+    let placement = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
     let picture = interface.gpu_image().map(|_| ON_GPU).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(picture) = picture {
-        let seen = place.picture.intersect(rect);
-        ui.painter().image(picture, seen, place.part(seen), Color32::WHITE);
+        let visible = placement.picture.intersect(rect);
+        ui.painter().image(picture, visible, placement.part(visible), Color32::WHITE);
     }
-    let lettering = LabelMetrics::of_size(f64::from(NAME_POINTS) / place.points_per_px);
-    interface.refresh_marks(&lettering);
-    paint_marks(interface, ui, rect, &place);
-    paint_star(interface, ui, rect, &place);
+    let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
+    interface.refresh_marks(&metrics);
+    paint_marks(interface, ui, rect, &placement);
+    paint_star(interface, ui, rect, &placement);
     if let Some(drawing) = interface.drawing() {
         let scene = &drawing.scene;
-        let at = |px: DVec2| place.picture.min + vec2(px * place.points_per_px);
+        let at = |px: DVec2| placement.picture.min + vec2(px * placement.points_per_px);
         interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
     }
-    if let Some(click) = mouse(interface, ui, &response, rect, &place, actions) {
-        take_click(interface, worker, click);
+    if let Some(click) = mouse(interface, ui, &response, rect, &placement, actions) {
+        handle_click(interface, worker, click);
     }
-    menu(interface, &response, &place, actions);
+    menu(interface, &response, &placement, actions);
     show_message(interface, ui, rect);
     now::over_sky(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() {
         hints(interface, ui, rect);
     }
-    if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {
+    if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.probes() {
         paint_probe(interface, ui, rect);
     }
 }
 
-/// Position of the picture in the window. Its field of view spans its height, so at the sky's height the bodies of a picture with another aspect ratio are where the next
-/// picture will have them. Such a picture is cropped at its sides or leaves black margins; it is never stretched.
+/// Position of the picture in the window. The field of view spans the picture's height. Therefore a picture with another aspect ratio than the
+/// sky is scaled to the sky's height, which puts its bodies where the next picture will show them. Such a picture is cropped at its sides or
+/// leaves black margins; it is never stretched.
 struct ImagePlacement {
     picture: Rect,
     /// Points per pixel of the picture, which may be coarse.
@@ -83,11 +84,11 @@ struct ImagePlacement {
 }
 
 impl ImagePlacement {
-    /// `sky_px`: size of the sky. The picture's may be that divided by an integer and rounded up.
+    /// `sky_px`: size of the sky. The picture's size may be the sky's size divided by an integer and rounded up.
     fn of([width, height]: [u32; 2], sky: Rect, sky_px: [u32; 2]) -> Self {
-        let [across, down] = sky_px.map(u64::from);
-        let is_of_this_shape = (u64::from(width) * down).abs_diff(u64::from(height) * across) <= across.max(down);
-        if is_of_this_shape {
+        let [sky_width, sky_height] = sky_px.map(u64::from);
+        let has_aspect_of_sky = (u64::from(width) * sky_height).abs_diff(u64::from(height) * sky_width) <= sky_width.max(sky_height);
+        if has_aspect_of_sky {
             return Self { picture: sky, points_per_px: f64::from(sky.width()) / f64::from(width) };
         }
         let points_per_px = sky.height() / height as f32;
@@ -95,7 +96,8 @@ impl ImagePlacement {
         Self { picture, points_per_px: f64::from(points_per_px) }
     }
 
-    /// The pixel of the picture under a point of the interface; in the right half of a side-by-side pair, the same place of the left half.
+    /// The pixel of the picture under a point of the interface; in the right half of a side-by-side pair, the corresponding pixel of the left
+    /// half.
     fn px_of(&self, at: Pos2, scene: &Scene) -> DVec2 {
         let in_picture = at - self.picture.min;
         scene.geometry.left_eye_px(DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / self.points_per_px)
@@ -108,32 +110,32 @@ impl ImagePlacement {
     }
 }
 
-/// The message line over the lower edge, which does not move the picture.
+/// Shows the message line over the lower edge of the picture, so that the picture keeps its size.
 fn show_message(interface: &Interface, ui: &egui::Ui, rect: Rect) {
-    let said = interface.message_line();
-    if said.is_empty() {
+    let message = interface.message_line();
+    if message.is_empty() {
         return;
     }
-    let place = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
-    place.fixed_pos(rect.left_bottom() + Vec2::new(8.0, -8.0)).interactable(false).show(ui.ctx(), |ui| {
+    let area = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
+    area.fixed_pos(rect.left_bottom() + Vec2::new(8.0, -8.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((rect.width() - 40.0).max(60.0));
-            let line = ui.colored_label(ui.visuals().warn_fg_color, said);
+            let line = ui.colored_label(ui.visuals().warn_fg_color, message);
             // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
         });
     });
 }
 
-/// Hints for the first three gestures of a new user, each until it has been used.
+/// Shows hints for the first three gestures of a new user, each until the user has made the gesture.
 fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let used = interface.settings.hints;
     let all = [(used.drag, text!("hint-drag")), (used.scroll, text!("hint-scroll")), (used.search, text!("hint-search"))];
     if all.iter().all(|(used, _)| *used) || !interface.message_line().is_empty() || rect.width() < HINTS_WIDTH {
         return;
     }
-    let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
-    place.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+    let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
+    area.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
@@ -148,10 +150,10 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     });
 }
 
-/// The context menu of a body, or of the view.
-fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlacement, actions: &mut Vec<Action>) {
+/// Shows the context menu of a body, or of the view if there is no body under the pointer.
+fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let at = response.interact_pointer_pos().zip(interface.drawing()).map(|(at, drawing)| place.px_of(at, &drawing.scene));
+        let at = response.interact_pointer_pos().zip(interface.drawing()).map(|(at, drawing)| placement.px_of(at, &drawing.scene));
         let found = at.zip(interface.drawing()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
         interface.viewport.menu_body = found;
         interface.viewport.menu_px = at;
@@ -174,7 +176,7 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
                 (text!("menu-shader"), super::Tab::Shader),
             ] {
                 if ui.button(name).on_hover_text(tab.about()).clicked() {
-                    interface.tab = Some(tab);
+                    interface.open(ui.ctx(), tab);
                 }
             }
             ui.separator();
@@ -197,11 +199,12 @@ fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlace
     });
 }
 
-fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePlacement) {
+/// Paints the names and markers of bodies.
+fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(rect);
     for mark in &interface.viewport.marks {
-        let at = place.picture.min + vec2(mark.centre_px * place.points_per_px);
-        let radius = (mark.radius_px * place.points_per_px) as f32;
+        let at = placement.picture.min + vec2(mark.centre_px * placement.points_per_px);
+        let radius = (mark.radius_px * placement.points_per_px) as f32;
         let selected = mark.body == interface.viewer.selected;
         let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
         let marker = MARKER_RADIUS as f32 * NAME_POINTS;
@@ -214,20 +217,20 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePl
             && interface.settings.names
             && radius < FILLS_PICTURE as f32 * rect.height()
         {
-            let place = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
+            let text_at = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(place + Vec2::splat(1.0), end, body_name(&mark.name), font.clone(), Color32::from_black_alpha(180));
-            painter.text(place, end, body_name(&mark.name), font, colour);
+            painter.text(text_at + Vec2::splat(1.0), end, body_name(&mark.name), font.clone(), Color32::from_black_alpha(180));
+            painter.text(text_at, end, body_name(&mark.name), font, colour);
         }
     }
 }
 
-/// A ring around the clicked star, while the exposure shows it.
-fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePlacement) {
+/// Paints a ring around the chosen star, while the exposure shows the star.
+fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
     let at_px = interface.viewport.star.zip(interface.drawing()).and_then(|(star, drawing)| star_px(&drawing.scene, star));
     if let Some(at_px) = at_px {
-        let at = place.picture.min + vec2(at_px * place.points_per_px);
+        let at = placement.picture.min + vec2(at_px * placement.points_per_px);
         ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, SELECTED_COLOUR));
     }
 }
@@ -237,7 +240,7 @@ fn vec2(v: DVec2) -> Vec2 {
 }
 
 /// Handles a click: measures an angle, or selects a pixel and a star.
-fn take_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
+fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     if let Some((at_px, body)) = click.measured {
         measure(interface, at_px, body);
         return;
@@ -253,35 +256,36 @@ fn take_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click
 fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
     let Some(drawing) = &interface.viewport.drawing else { return };
     let found = body.and_then(|id| drawing.scene.body(id));
-    let seen = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
-    // Nothing lies outside a fisheye's circle.
+    let seen_body = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
+    // Pixels outside the circle of a fisheye picture have no direction.
     let Some(direction) = drawing.scene.geometry.direction(&drawing.scene.camera, at_px) else { return };
-    interface.message = interface.angle.add(direction, seen);
+    interface.message = interface.angle.add(direction, seen_body);
 }
 
 /// A click on the picture.
 struct Click {
     pixel: [u32; 2],
-    /// The star at the click, if there is no body.
+    /// Index in the catalogue of the star at the click, if there is no body.
     star: Option<usize>,
     /// Ctrl+click, to measure an angle: position in the picture, pixels, and the body there.
     measured: Option<(DVec2, Option<NaifId>)>,
 }
 
+/// Turns drags, the wheel and clicks into actions; returns a click that is not an action.
 fn mouse(
     interface: &Interface,
     ui: &egui::Ui,
     response: &egui::Response,
     rect: Rect,
-    place: &ImagePlacement,
+    placement: &ImagePlacement,
     actions: &mut Vec<Action>,
 ) -> Option<Click> {
     let scale = f64::from(ui.ctx().pixels_per_point());
     let drag = response.drag_delta();
     let (dx, dy) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
     if response.dragged_by(PointerButton::Primary) && (dx, dy) != (0.0, 0.0) {
-        let aside = ui.input(|i| i.modifiers.shift);
-        actions.push(if aside { Action::LookAround(-dx, -dy) } else { Action::Turn(dx, dy) });
+        let looks_around = ui.input(|i| i.modifiers.shift);
+        actions.push(if looks_around { Action::LookAround(-dx, -dy) } else { Action::Turn(dx, dy) });
     }
     if response.dragged_by(PointerButton::Secondary) && (dx, dy) != (0.0, 0.0) {
         actions.push(Action::LookAround(-dx, -dy));
@@ -291,26 +295,26 @@ fn mouse(
     }
     if response.hovered() {
         // One notch of most wheels is fifty points.
-        let (wheel, pinch, lens) =
+        let (wheel, pinch, changes_fov) =
             ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / ZOOM_PER_NOTCH, i.modifiers.alt));
-        // Spreading two fingers to twice their distance halves the height.
+        // Spreading two fingers to twice their distance halves the camera's height.
         let notches = if pinch == 0.0 { wheel } else { pinch };
         if notches != 0.0 {
-            actions.push(if lens { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
+            actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
     let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };
-    let at_px = place.px_of(at, &drawing.scene);
-    let meant = || hit(&interface.viewport.marks, &drawing.scene, at_px);
-    // Also when two quick clicks count as a double-click.
+    let at_px = placement.px_of(at, &drawing.scene);
+    let body_at_pointer = || hit(&interface.viewport.marks, &drawing.scene, at_px);
+    // This precedes the test for a double-click, so that two quick clicks with Ctrl also measure.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        let measured = Some((snapped_px(&interface.viewport.marks, &drawing.scene, at_px), meant()));
+        let measured = Some((snapped_px(&interface.viewport.marks, &drawing.scene, at_px), body_at_pointer()));
         return Some(Click { pixel: [0, 0], star: None, measured });
     }
     if response.double_clicked() {
-        actions.extend(meant().map(Action::FlyTo));
+        actions.extend(body_at_pointer().map(Action::FlyTo));
     } else if response.clicked() {
-        let body = meant();
+        let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
         let star = if body.is_none() { hit_star(&drawing.scene, at_px) } else { None };
@@ -319,14 +323,14 @@ fn mouse(
     None
 }
 
-/// A cross at the pixel of the probe.
+/// Paints a cross at the pixel of the probe.
 fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let Some([x, y]) = interface.viewport.picked_px else { return };
     let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
     let painter = ui.painter().with_clip_rect(rect);
-    for away in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-        painter.line_segment([at + away * 3.0, at + away * 9.0], Stroke::new(3.0, Color32::from_black_alpha(160)));
-        painter.line_segment([at + away * 3.0, at + away * 9.0], Stroke::new(1.0, SELECTED_COLOUR));
+    for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
+        painter.line_segment([at + direction * 3.0, at + direction * 9.0], Stroke::new(3.0, Color32::from_black_alpha(160)));
+        painter.line_segment([at + direction * 3.0, at + direction * 9.0], Stroke::new(1.0, SELECTED_COLOUR));
     }
 }
 
@@ -335,7 +339,7 @@ mod tests {
     use super::*;
     use egui::pos2;
 
-    /// Pictures with the window's aspect ratio fill it at any coarseness; others keep their own, at the sky's height and centred.
+    /// Pictures with the sky's aspect ratio fill the sky at any coarseness; other pictures keep their aspect ratio, centred at the sky's height.
     #[test]
     fn a_picture_is_never_stretched() {
         let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];
@@ -347,20 +351,20 @@ mod tests {
                     assert_eq!(ImagePlacement::of(size, sky, [across, down]).picture, sky, "{size:?} in {across}x{down}");
                 }
                 for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
-                    let place = ImagePlacement::of([width, height], sky, [across, down]);
-                    if place.picture == sky {
-                        // Less than a pixel is rounding.
+                    let placement = ImagePlacement::of([width, height], sky, [across, down]);
+                    if placement.picture == sky {
+                        // A difference of less than a pixel is rounding.
                         let [w, h, a, d] = [width, height, across, down].map(f64::from);
                         let off = (h - w * d / a).abs().min((w - h * a / d).abs());
                         assert!(off <= 1.0, "{width}x{height} in {across}x{down}: stretched by {off} pixels");
                     } else {
-                        let of_height = place.picture.height() * width as f32 / height as f32;
-                        let off = (place.picture.width() - of_height).abs();
+                        let of_height = placement.picture.height() * width as f32 / height as f32;
+                        let off = (placement.picture.width() - of_height).abs();
                         assert!(off < 1e-3 + 1e-5 * of_height, "{width}x{height} in {across}x{down}: {off} points too wide");
                     }
-                    assert!((place.picture.height() - sky.height()).abs() < 1e-3);
-                    assert!((place.picture.center() - sky.center()).length() < 1e-3 + 1e-6 * place.picture.width());
-                    let part = place.part(place.picture.intersect(sky));
+                    assert!((placement.picture.height() - sky.height()).abs() < 1e-3);
+                    assert!((placement.picture.center() - sky.center()).length() < 1e-3 + 1e-6 * placement.picture.width());
+                    let part = placement.part(placement.picture.intersect(sky));
                     assert!(part.min.x >= -1e-4 && part.max.x <= 1.0001 && part.min.y.abs() < 1e-4 && (part.max.y - 1.0).abs() < 1e-4);
                 }
             }

@@ -1,4 +1,4 @@
-//! An error from before the window opened, shown until it is closed.
+//! A dialog with an error that occurred before the window opened; it stays until the user closes it.
 
 use super::Interface;
 use crate::view::language::text;
@@ -12,8 +12,8 @@ pub(crate) fn show(interface: &mut Interface, ctx: &Context) {
     let window = Window::new(text!("warning-title")).collapsible(false).resizable(false);
     let shown = window.anchor(Align2::CENTER_TOP, [0.0, 60.0]).show(ctx, |ui| {
         ui.set_max_width(WIDTH_POINTS);
-        let told = ui.add(Label::new(line).wrap());
-        ui.ctx().accesskit_node_builder(told.id, |node| node.set_live(Live::Assertive));
+        let message = ui.add(Label::new(line).wrap());
+        ui.ctx().accesskit_node_builder(message.id, |node| node.set_live(Live::Assertive));
         ui.weak(text!("warning-default"));
         let close = ui.button(text!("warning-close")).on_hover_text(text!("warning-close-hint"));
         if ui.memory(|memory| memory.focused().is_none()) {

@@ -1,8 +1,8 @@
-//! Paints the interface on the CPU: egui's triangles into a window's pixels, without Vulkan, GL or any driver.
+//! Rasterises egui's triangles into a window's pixels on the CPU, without Vulkan, GL or any other graphics driver.
 //!
 //! In: tessellated meshes in points, textures as egui provides them. Out: opaque pixels, 0x00RRGGBB, row by row. Always: colours are blended
-//! as egui defines it (premultiplied, in gamma space, `dst = src + dst (1 - a)`); edges fall on 1/256 pixels with the top-left rule, so that
-//! neighbouring triangles neither overlap nor leave gaps; a row's result does not depend on the number of threads. It knows nothing of the interface's content.
+//! as egui defines it (premultiplied, in gamma space, `dst = src + dst (1 - a)`); vertices are rounded to 1/256 pixel and edges follow the
+//! top-left rule, so that neighbouring triangles neither overlap nor leave gaps; the result does not depend on the number of threads.
 
 use crate::image::{self, Level, SharedTexture, TexelFormat};
 use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
-/// Rows that one task paints.
+/// Number of rows that a task paints.
 const BAND_ROWS: usize = 64;
 /// Subpixel steps per pixel of vertex positions.
 const STEPS: f32 = 256.0;
@@ -39,7 +39,7 @@ pub struct Canvas<'a> {
     pub pixels: &'a mut [u32],
 }
 
-/// Pixels that may be written, half open.
+/// The rectangle of pixels that may be written; right and bottom are exclusive.
 #[derive(Clone, Copy)]
 pub(crate) struct Bounds {
     pub left: usize,
@@ -60,7 +60,7 @@ impl Bounds {
 }
 
 impl Painter {
-    /// Sets a new texture or updates a part of one. A part outside its texture is ignored.
+    /// Sets a texture or updates a part of an existing texture. An update that exceeds the texture is ignored.
     pub fn set_texture(&mut self, id: TextureId, delta: &ImageDelta) {
         let egui::epaint::ImageData::Color(image) = &delta.image;
         let [width, height] = image.size;
@@ -88,7 +88,7 @@ impl Painter {
         self.textures.remove(&id);
     }
 
-    /// Paints over the canvas.
+    /// Paints the primitives over the canvas.
     pub fn paint(&self, canvas: &mut Canvas<'_>, pixels_per_point: f32, primitives: &[egui::ClippedPrimitive]) {
         let (width, height) = (canvas.width, canvas.height);
         if width == 0 || height == 0 {
@@ -116,14 +116,15 @@ impl Painter {
     }
 }
 
-/// Some rows of the canvas.
+/// Consecutive rows of the canvas, painted by one task.
 struct Band<'a> {
     width: usize,
+    /// Index of the first row.
     first: usize,
     rows: &'a mut [u32],
-    /// Taps of a rectangle's columns, and interpolated texels for one of its rows; kept to reuse the memory.
+    /// Taps of a rectangle's columns, and the interpolated texels of its current row; stored here to reuse the memory.
     columns: Vec<Tap>,
-    mixed: Vec<Mixed>,
+    mixed: Vec<WideTexel>,
 }
 
 impl Band<'_> {
@@ -132,10 +133,10 @@ impl Band<'_> {
         let mut triangles = mesh.indices.chunks_exact(3).peekable();
         while let Some(first) = triangles.next() {
             let (Some(a), Some(b), Some(c)) = (corner(first[0]), corner(first[1]), corner(first[2])) else { continue };
-            // Glyphs and images come as two triangles of one axis-aligned rectangle.
+            // egui emits glyphs and images as two consecutive triangles that form an axis-aligned rectangle.
             let second = triangles.peek().map(|t| (corner(t[0]), corner(t[1]), corner(t[2])));
             if let Some((Some(d), Some(e), Some(f))) = second
-                && let Some((min, max)) = upright([a, b, c], [d, e, f])
+                && let Some((min, max)) = axis_aligned_rectangle([a, b, c], [d, e, f])
             {
                 triangles.next();
                 self.rectangle(bounds, min, max, texture);
@@ -150,7 +151,7 @@ impl Band<'_> {
         &mut self.rows[start + left..start + right]
     }
 
-    /// A rectangle of one colour with an axis-aligned texture.
+    /// Paints a rectangle of a single vertex colour with an axis-aligned texture.
     fn rectangle(&mut self, bounds: Bounds, min: Vertex, max: Vertex, texture: &Texture) {
         let first_centre = |v: f32, least: usize| (((v * STEPS).round() / STEPS - 0.5).ceil().max(0.0) as usize).max(least);
         let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
@@ -160,29 +161,30 @@ impl Band<'_> {
         }
         let step_u = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
         let step_v = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
-        let without_source_line = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
-        if let Some(colour) = without_source_line {
+        let uniform_colour = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
+        if let Some(colour) = uniform_colour {
             for y in top..bottom {
-                lay(colour, self.row(y, left, right));
+                blend_span(colour, self.row(y, left, right));
             }
             return;
         }
-        // The taps of a column are the same in every row, and the texels of a row are interpolated once for all of its pixels.
+        // Bilinear filtering in two steps: the taps of a column are the same in every row, and the vertical interpolation of a row's texels is
+        // done once and shared by the row's pixels.
         let (mut columns, mut mixed) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.mixed));
         columns.clear();
         columns.extend((left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
-        let least = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
+        let first_column = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
         let end = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
-        mixed.resize(end - least, Mixed::default());
+        mixed.resize(end - first_column, WideTexel::default());
         let white = min.color == Color32::WHITE;
         for y in top..bottom {
             let row = texture.tap(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
-            let of_row = |k: usize| &texture.texels[k * texture.width + least..k * texture.width + end];
+            let of_row = |k: usize| &texture.texels[k * texture.width + first_column..k * texture.width + end];
             for ((m, a), b) in mixed.iter_mut().zip(of_row(row.near)).zip(of_row(row.far)) {
-                *m = row.of_two(*a, *b);
+                *m = row.interpolate(*a, *b);
             }
             for (p, column) in self.row(y, left, right).iter_mut().zip(&columns) {
-                let texel = column.of_mixed(mixed[column.near - least], mixed[column.far - least]);
+                let texel = column.interpolate_mixed(mixed[column.near - first_column], mixed[column.far - first_column]);
                 *p = over(if white { texel } else { modulate(min.color, texel) }, *p);
             }
         }
@@ -206,31 +208,31 @@ impl Band<'_> {
         let left = x0.max(bounds.left as i64);
         let right = (x1 + 1).min(bounds.right as i64);
         let one_colour = a.color == b.color && b.color == c.color;
-        let without_source_line = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
+        let uniform_colour = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
         let uniform_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.at(a.uv.x, a.uv.y));
-        // Top-left rule: a point on an edge belongs to the triangle whose top or left edge it is.
-        let owns = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
-        let keep = [owns(pb, pc), owns(pc, pa), owns(pa, pb)];
-        // Change of the edge functions from one pixel to the next.
+        // Top-left rule: a pixel centre on a shared edge belongs to the triangle for which this is a top or left edge.
+        let excludes_edge = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
+        let threshold = [excludes_edge(pb, pc), excludes_edge(pc, pa), excludes_edge(pa, pb)];
+        // Change of the edge functions from one pixel to the next in a row.
         let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * 256);
         for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
             let at = [left * 256 + 128, y * 256 + 128];
             let mut w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
-            let Some((from, to)) = span_within(w, steps, keep, right - left) else { continue };
+            let Some((from, to)) = span_within(w, steps, threshold, right - left) else { continue };
             let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
-            if let Some(colour) = without_source_line {
-                lay(colour, pixels);
+            if let Some(colour) = uniform_colour {
+                blend_span(colour, pixels);
                 continue;
             }
-            let ahead = |w: [i64; 3], n: i64| [w[0] + steps[0] * n, w[1] + steps[1] * n, w[2] + steps[2] * n];
-            w = ahead(w, from);
+            let advanced = |w: [i64; 3], n: i64| [w[0] + steps[0] * n, w[1] + steps[1] * n, w[2] + steps[2] * n];
+            w = advanced(w, from);
             for pixel in pixels {
                 let weight = w.map(|w| w as f32 / area as f32);
                 let colour = blend([a.color, b.color, c.color], weight);
                 let mix = |p: f32, q: f32, r: f32| p * weight[0] + q * weight[1] + r * weight[2];
                 let texel = uniform_texel.unwrap_or_else(|| texture.at(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
                 *pixel = over(modulate(colour, texel), *pixel);
-                w = ahead(w, 1);
+                w = advanced(w, 1);
             }
         }
     }
@@ -241,23 +243,23 @@ fn cross(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The range of k in `0..count`, half open, in which each `at + step k` is at least `keep`.
-fn span_within(at: [i64; 3], step: [i64; 3], keep: [i64; 3], count: i64) -> Option<(i64, i64)> {
+/// The half-open range of k in `0..count` for which each `at + step k` is at least `threshold`.
+fn span_within(at: [i64; 3], step: [i64; 3], threshold: [i64; 3], count: i64) -> Option<(i64, i64)> {
     let (mut from, mut to) = (0, count);
     for i in 0..3 {
-        let short = keep[i] - at[i];
+        let deficit = threshold[i] - at[i];
         match step[i] {
-            0 if short > 0 => return None,
+            0 if deficit > 0 => return None,
             0 => {}
-            s if s > 0 => from = from.max(-(-short).div_euclid(s)),
-            s => to = to.min((-short).div_euclid(-s) + 1),
+            s if s > 0 => from = from.max(-(-deficit).div_euclid(s)),
+            s => to = to.min((-deficit).div_euclid(-s) + 1),
         }
     }
     (from < to).then_some((from, to))
 }
 
-/// The least and greatest corner if two triangles form one axis-aligned rectangle of one colour with an axis-aligned texture.
-fn upright(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> {
+/// The upper left and lower right corner if two triangles form an axis-aligned rectangle of one colour with an axis-aligned texture.
+fn axis_aligned_rectangle(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> {
     let all = [first[0], first[1], first[2], second[0], second[1], second[2]];
     let at_least = |v: &&Vertex| all.iter().all(|o| v.pos.x <= o.pos.x && v.pos.y <= o.pos.y);
     let at_most = |v: &&Vertex| all.iter().all(|o| v.pos.x >= o.pos.x && v.pos.y >= o.pos.y);
@@ -267,7 +269,7 @@ fn upright(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> 
             && (v.pos.y == min.pos.y && v.uv.y == min.uv.y || v.pos.y == max.pos.y && v.uv.y == max.uv.y)
             && v.color == min.color
     };
-    // Two triangles that share a diagonal: each has one of the other two corners.
+    // The triangles share a diagonal if each of them has one of the two remaining corners.
     let other = |t: &[Vertex; 3]| t.iter().find(|v| v.pos != min.pos && v.pos != max.pos).map(|v| v.pos);
     let halves = matches!((other(&first), other(&second)), (Some(p), Some(q)) if p != q);
     (halves && min.pos.x < max.pos.x && min.pos.y < max.pos.y && all.iter().all(is_corner)).then_some((*min, *max))
@@ -279,7 +281,7 @@ fn blend(colours: [Color32; 3], weight: [f32; 3]) -> Color32 {
     Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
 }
 
-/// `a * b / 255`, rounded, exact for all bytes.
+/// `a * b / 255`, correctly rounded for all bytes.
 fn times(a: u8, b: u8) -> u8 {
     let t = u32::from(a) * u32::from(b) + 128;
     ((t + (t >> 8)) >> 8) as u8
@@ -300,8 +302,8 @@ fn over(source: Color32, below: u32) -> u32 {
     u32::from_be_bytes([0, r.saturating_add(times(br, left)), g.saturating_add(times(bg, left)), b.saturating_add(times(bb, left))])
 }
 
-/// Blends one colour over a row of pixels.
-fn lay(colour: Color32, pixels: &mut [u32]) {
+/// Blends a single colour over a row of pixels.
+fn blend_span(colour: Color32, pixels: &mut [u32]) {
     if colour.a() == 255 {
         pixels.fill(over(colour, 0));
     } else {
@@ -317,9 +319,9 @@ struct Tap {
     weight: u32,
 }
 
-/// Two interpolated texels, times 256: red and blue, green and alpha in the halves of one word each, so that one product serves two channels.
+/// An interpolated texel in fixed point (times 256). Each word has two channels in its halves, so that one multiplication serves both.
 #[derive(Clone, Copy, Default)]
-struct Mixed {
+struct WideTexel {
     red_blue: u64,
     green_alpha: u64,
 }
@@ -329,15 +331,15 @@ impl Tap {
         (u64::from(256 - self.weight), u64::from(self.weight))
     }
 
-    fn of_two(self, near: Color32, far: Color32) -> Mixed {
+    fn interpolate(self, near: Color32, far: Color32) -> WideTexel {
         let (of_near, of_far) = self.weights();
         let pair = |a: u8, b: u8| u64::from(a) | u64::from(b) << 32;
         let ([nr, ng, nb, na], [fr, fg, fb, fa]) = (near.to_array(), far.to_array());
-        Mixed { red_blue: pair(nr, nb) * of_near + pair(fr, fb) * of_far, green_alpha: pair(ng, na) * of_near + pair(fg, fa) * of_far }
+        WideTexel { red_blue: pair(nr, nb) * of_near + pair(fr, fb) * of_far, green_alpha: pair(ng, na) * of_near + pair(fg, fa) * of_far }
     }
 
-    /// Interpolates two values of the other direction, rounded.
-    fn of_mixed(self, near: Mixed, far: Mixed) -> Color32 {
+    /// Interpolates two texels that were already interpolated in the other direction, and rounds to bytes.
+    fn interpolate_mixed(self, near: WideTexel, far: WideTexel) -> Color32 {
         const HALF: u64 = 0x8000_0000_8000;
         let (of_near, of_far) = self.weights();
         let red_blue = near.red_blue * of_near + far.red_blue * of_far + HALF;
@@ -352,7 +354,7 @@ impl Tap {
 }
 
 impl Texture {
-    /// The texels for a GPU renderer; the same allocation until they change.
+    /// The texels for a GPU renderer; every call returns the same allocation until the texels change.
     pub(crate) fn shared(&self) -> SharedTexture {
         let make = || {
             let bytes = bytemuck::cast_slice(&self.texels).to_vec();
@@ -362,7 +364,7 @@ impl Texture {
         self.shared.get_or_init(make).clone()
     }
 
-    /// The taps in a row (or column) of `size` texels at a coordinate of 0 to 1.
+    /// The tap at a coordinate from 0 to 1 in a row (or column) of `size` texels.
     fn tap(&self, coordinate: f32, size: usize) -> Tap {
         let inside = |v: i64| {
             let size = size as i64;
@@ -374,25 +376,25 @@ impl Texture {
             return Tap { near, far: near, weight: 0 };
         }
         let first = (texels - 0.5).floor();
-        // Weights of 1/256 suffice for bytes; at a texel's centre its value is exact.
+        // Weights in steps of 1/256 suffice for bytes; at a texel's centre the result is that texel's exact value.
         let weight = ((texels - 0.5 - first) * 256.0) as u32;
         Tap { near: inside(first as i64), far: inside(first as i64 + 1), weight }
     }
 
-    fn mixed(&self, x: Tap, y: Tap) -> Color32 {
+    fn bilinear(&self, x: Tap, y: Tap) -> Color32 {
         let (upper, lower) = (&self.texels[y.near * self.width..], &self.texels[y.far * self.width..]);
         if x.weight == 0 && y.weight == 0 {
             return upper[x.near];
         }
-        let column = |k: usize| y.of_two(upper[k], lower[k]);
-        x.of_mixed(column(x.near), column(x.far))
+        let column = |k: usize| y.interpolate(upper[k], lower[k]);
+        x.interpolate_mixed(column(x.near), column(x.far))
     }
 
     fn at(&self, u: f32, v: f32) -> Color32 {
         if self.texels.is_empty() {
             return Color32::WHITE;
         }
-        self.mixed(self.tap(u, self.width), self.tap(v, self.height))
+        self.bilinear(self.tap(u, self.width), self.tap(v, self.height))
     }
 }
 
@@ -423,7 +425,7 @@ mod tests {
         Mesh { indices, vertices, texture_id: WHITE }
     }
 
-    /// A slanted quadrilateral of two half-transparent triangles: a pixel of the shared edge would be brighter if painted twice, or black if never.
+    /// Two half-transparent triangles form a rotated square: a pixel on the shared edge would be brighter if painted twice, or black if never.
     #[test]
     fn triangles_that_share_an_edge_cover_each_pixel_once() {
         let half = Color32::from_rgba_premultiplied(100, 100, 100, 100);
@@ -436,7 +438,7 @@ mod tests {
             let pixels = drawn(&painter(), fan(&[at(0.0), at(1.0), at(2.0), at(3.0)], half), 40);
             let once = u32::from_be_bytes([0, 100, 100, 100]);
             assert!(pixels.iter().all(|p| *p == 0 || *p == once), "turned by {angle}");
-            // The subpixel grid may add or remove a quarter of a pixel all around.
+            // Rounding to the subpixel grid may shift the outline by a quarter of a pixel.
             let covered = pixels.iter().filter(|p| **p == once).count() as f32;
             assert!((covered - 2.0 * 17.3 * 17.3).abs() < 25.0, "{covered} pixels");
         }
@@ -444,7 +446,7 @@ mod tests {
 
     /// The fast path for rectangles gives the same result as two triangles.
     #[test]
-    fn a_rectangle_is_its_two_triangles() {
+    fn the_rectangle_path_matches_two_triangles() {
         let mut painter = painter();
         let id = TextureId::User(7);
         let texels = (0..16u8).map(|i| Color32::from_rgb(i * 16, 255 - i * 9, i * 3)).collect();
@@ -453,13 +455,13 @@ mod tests {
         let rect = Rect::from_min_max(pos2(3.2, 5.7), pos2(29.4, 26.5));
         mesh.add_rect_with_uv(rect, Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0)), Color32::WHITE);
         let quick = drawn(&painter, mesh.clone(), 32);
-        // A degenerate third triangle between the two hides that they are a pair.
+        // A degenerate triangle between the two disables the rectangle path.
         let pair = mesh.indices.clone();
         mesh.indices = [&pair[..3], &[0, 0, 0], &pair[3..]].concat();
         let slow = drawn(&painter, mesh, 32);
         let apart = |a: u32, b: u32| a.to_be_bytes().into_iter().zip(b.to_be_bytes()).map(|(a, b)| a.abs_diff(b)).max();
         let worst = quick.iter().zip(&slow).filter_map(|(a, b)| apart(*a, *b)).max();
-        assert!(worst <= Some(2), "{worst:?} levels of 255 apart");
+        assert!(worst <= Some(2), "the two paths differ by {worst:?} levels of 255");
         assert!(quick.iter().any(|p| *p != 0));
     }
 
@@ -475,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn patches_change_their_part_and_wrong_ones_nothing() {
+    fn partial_updates_change_their_part_and_invalid_ones_nothing() {
         let mut painter = painter();
         let id = TextureId::User(1);
         let image = |n, c| ColorImage::filled([n, n], c);

@@ -1,7 +1,7 @@
-//! The event loop: winit events in, egui between, pixels out by a `Presenter`.
+//! The event loop: passes winit events to egui and presents the resulting image through a `Presenter`.
 //!
-//! In: an [`Interface`] and a session. Out: a window, until it is closed; its placement goes into the settings. Always: the window is redrawn only for
-//! input, a finished picture or running time; pictures are drawn on a thread of their own; a window of size zero draws nothing.
+//! In: an [`Interface`] and a session. Out: a window until the user closes it; its placement is recorded in the settings. Always: the window is
+//! redrawn only for input, a finished image or running time; images are rendered on a separate thread; a window of size zero draws nothing.
 
 pub mod cpu_painter;
 pub mod file_dialog;
@@ -33,26 +33,26 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::monitor::MonitorHandle;
 use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
-/// The window could not be opened or lost a resource.
+/// Why the window could not be opened or stopped.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum WindowError {
     #[error("no window can be opened here ({0}); to draw to a file: orrery render --target earth -o earth.png")]
     NoDisplay(String),
     #[error("the window stopped: {0}")]
     Stopped(String),
-    /// The error of `keep`.
+    /// The settings could not be saved at the end: the error of `keep`.
     #[error(transparent)]
     NotKept(WriteError),
 }
 
 /// Delay before the next attempt if the system accepted no frame.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
-/// Time for running work to end by itself after the window is closed.
+/// Time that running work has to finish after the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
 
-/// Events that wake the loop besides input.
+/// Events other than input that wake the loop.
 enum Wake {
-    /// A picture or an answer has arrived.
+    /// An image or an answer has arrived.
     Ready,
     Access(accesskit_winit::Event),
 }
@@ -63,8 +63,8 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watch`: fragments that are reloaded when they change. `keep` is called with changed settings and after the window is closed,
-/// even if work is still running.
+/// Opens the window and runs until it is closed. `watch`: a folder of fragments that are reloaded when they change. `keep` saves the settings:
+/// it is called after changes, and once more after the window is closed, even if work is still running.
 pub(crate) fn run(
     interface: &mut Interface,
     session: &Session,
@@ -75,18 +75,18 @@ pub(crate) fn run(
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
     let event_proxy = Mutex::new(proxy.clone());
     let worker = ThreadedWorker::new(session, move || {
-        // The loop may have ended.
+        // Fails only if the loop has ended.
         let _ = event_proxy.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
         let (keeper, changes) = SettingsKeeper::new(&interface.settings);
         let keep = &keep;
         let writer = scope.spawn(move || {
-            // Once: the disk may stay full.
-            let mut said = false;
+            // Reported only once, because a full disk would fail every write.
+            let mut reported = false;
             write_changes(&changes, |settings| {
                 if let Err(e) = keep(settings)
-                    && !std::mem::replace(&mut said, true)
+                    && !std::mem::replace(&mut reported, true)
                 {
                     session.notify(&format!("the settings could not be saved: {e}"));
                 }
@@ -127,11 +127,11 @@ pub(crate) fn run(
     })
 }
 
-/// Exits the process while a picture, a query or a driver's compiler is still running. A normal exit would wait for them, since a driver's exit handlers free
-/// what its compiler uses. Files are written atomically, so none is left half written.
+/// Exits the process at once while an image, a query or a driver's compiler is still running. A normal exit would wait for that
+/// work, because a driver's exit handlers free memory that its compiler uses. Files are written atomically, so none is left half written.
 fn exit_now() -> ! {
     #[cfg(unix)]
-    // SAFETY: it takes any status, runs no exit handlers and does not return.
+    // SAFETY: `_exit` accepts any status, runs no exit handlers and does not return.
     unsafe {
         libc::_exit(0)
     }
@@ -156,15 +156,15 @@ fn monitor_info(monitor: &MonitorHandle) -> Monitor {
     Monitor { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
 }
 
-/// The monitor that shows most of a window; `None` if the system does not tell. (On X11 winit's own answer dates from the last
-/// move event.)
+/// The monitor that shows the largest part of a window; `None` if the system does not report it. (On X11 winit's own function returns the
+/// monitor as of the last move event.)
 fn monitor_of(window: &Window) -> Option<MonitorHandle> {
     let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
-    let shown = |m: &MonitorHandle| monitor_info(m).shows_px(corner, size);
+    let shown = |m: &MonitorHandle| monitor_info(m).visible_px(corner, size);
     window.available_monitors().filter(|m| shown(m) > 0).max_by_key(shown)
 }
 
-/// Tells the desktop which program the window belongs to, as its desktop file does.
+/// Sets the application name by which the desktop associates the window with the program's desktop file.
 #[cfg(target_os = "linux")]
 fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     winit::platform::wayland::WindowAttributesExtWayland::with_name(attributes, "orrery", "orrery")
@@ -175,7 +175,7 @@ fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     attributes
 }
 
-/// On Wayland egui drops the first movement of a two-finger scroll, and the rest when the fingers are lifted: this makes every movement count.
+/// Makes every movement of a two-finger scroll count: on Wayland egui drops the first one, and the remaining ones when the fingers are lifted.
 fn normalised_scroll(event: WindowEvent) -> Option<WindowEvent> {
     match event {
         WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
@@ -191,18 +191,18 @@ struct OpenWindow {
     window: Arc<Window>,
     input: egui_winit::State,
     title: String,
-    /// As the interface last requested; a desktop may change it by itself.
+    /// The interface's last request; the desktop may change the actual state by itself.
     fullscreen: bool,
     place: WindowPlacement,
 }
 
 impl OpenWindow {
-    /// Records the window's placement. A maximised or fullscreen window keeps the one that it returns to; a minimised one has none.
+    /// Records the window's placement. For a maximised, fullscreen or minimised window, the placement to which it returns is kept.
     fn note_place(&mut self) {
         let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
         self.place.maximised = self.window.is_maximized();
-        let elsewhere = self.window.fullscreen().is_some() || self.window.is_minimized() == Some(true);
-        if self.place.maximised || elsewhere || size.width < 1.0 || size.height < 1.0 {
+        let is_displaced = self.window.fullscreen().is_some() || self.window.is_minimized() == Some(true);
+        if self.place.maximised || is_displaced || size.width < 1.0 || size.height < 1.0 {
             return;
         }
         self.place.corner_px = self.window.outer_position().ok().map(Into::into);
@@ -215,12 +215,12 @@ struct App<'a> {
     worker: &'a ThreadedWorker<'a>,
     proxy: EventLoopProxy<Wake>,
     egui: egui::Context,
-    /// The interface's textures, which outlive a window.
+    /// The interface's textures, which survive the replacement of the window.
     painter: Painter,
     shown: Option<OpenWindow>,
-    /// A GPU failed to present in a window.
+    /// A GPU failed to present, so later windows do not try one.
     gpu_failed: bool,
-    /// When the interface wants its next frame.
+    /// When the interface needs its next frame.
     due: Option<Moment>,
     failure: Option<WindowError>,
     keeper: SettingsKeeper,
@@ -228,7 +228,7 @@ struct App<'a> {
 
 impl App<'_> {
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<OpenWindow, String> {
-        // Accessibility must be set up before the window is shown.
+        // The window is created hidden, because accessibility must be set up before it is shown.
         let place = self.interface.settings.place.unwrap_or_default().on(&monitors(event_loop));
         let [width, height] = place.size;
         let mut attributes = with_app_name(Window::default_attributes()).with_title("Orrery").with_visible(false);
@@ -310,7 +310,7 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Replaces a window that the GPU presented by one that the CPU presents.
+    /// Replaces a window into which a GPU presented with one that the CPU presents.
     fn reopen(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.gpu_failed = true;
@@ -322,11 +322,11 @@ impl App<'_> {
         }
         self.interface.on_gpu = false;
         self.shown = Some(self.open(event_loop)?);
-        self.ask_redraw();
+        self.request_redraw();
         Ok(())
     }
 
-    fn ask_redraw(&self) {
+    fn request_redraw(&self) {
         if let Some(shown) = &self.shown {
             shown.window.request_redraw();
         }
@@ -341,7 +341,7 @@ impl ApplicationHandler<Wake> for App<'_> {
         match self.open(event_loop) {
             Ok(shown) => {
                 self.shown = Some(shown);
-                self.ask_redraw();
+                self.request_redraw();
             }
             Err(e) => {
                 self.failure = Some(WindowError::NoDisplay(e));
@@ -353,7 +353,7 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
             self.due = None;
-            self.ask_redraw();
+            self.request_redraw();
         }
     }
 
@@ -369,7 +369,7 @@ impl ApplicationHandler<Wake> for App<'_> {
                 accesskit_winit::WindowEvent::AccessibilityDeactivated => self.egui.disable_accesskit(),
             }
         }
-        self.ask_redraw();
+        self.request_redraw();
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
@@ -390,19 +390,19 @@ impl ApplicationHandler<Wake> for App<'_> {
         }
         let Some(shown) = &mut self.shown else { return };
         let Some(event) = normalised_scroll(event) else { return };
-        let wants = shown.input.on_window_event(&shown.window, &event).repaint;
+        let needs_repaint = shown.input.on_window_event(&shown.window, &event).repaint;
         if matches!(event, WindowEvent::Resized(_) | WindowEvent::Moved(_)) {
             shown.note_place();
         }
         match event {
             WindowEvent::CloseRequested => self.leave(event_loop),
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.ask_redraw(),
-            _ if wants => self.ask_redraw(),
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.request_redraw(),
+            _ if needs_repaint => self.request_redraw(),
             _ => {}
         }
     }
 
-    /// The presenter is dropped before the connection to the display server: a driver's surface on a closed connection ends the process.
+    /// Drops the presenter before the connection to the display server closes; a driver's surface on a closed connection ends the process.
     fn exiting(&mut self, _: &ActiveEventLoop) {
         self.shown = None;
     }
@@ -417,7 +417,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_reason_loses_its_source_line() {
+    fn the_source_location_is_removed_from_a_message() {
         assert_eq!(without_source_line("os error at /a/winit/src/linux/mod.rs:765: neither A nor B is set."), "neither A nor B is set");
         assert_eq!(without_source_line("no such thing"), "no such thing");
     }

@@ -1,7 +1,7 @@
-//! Position and size of the window: saved between runs, and always on a monitor.
+//! Position and size of the window, saved between runs and restricted to the present monitors.
 //!
-//! In: the saved placement, the monitors. Out: where to open. Always: a size that fits the monitor; a position only if the window can be seen
-//! and moved there. It knows no window.
+//! In: the saved placement and the monitors. Out: the placement at which to open the window. Always: the size fits the monitor; the position
+//! is kept only if the user can see and move the window there. This module does not access the window itself.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WindowPlacement {
-    /// Upper left corner of the frame, pixels of the desktop; `None` if the system does not tell.
+    /// Upper left corner of the window frame, desktop pixels; `None` if the system does not report it.
     pub corner_px: Option<[i32; 2]>,
     /// Width and height without the frame, points.
     pub size: [f64; 2],
@@ -33,11 +33,11 @@ pub(crate) struct Monitor {
 
 /// Smallest useful size of a window, points.
 const MIN_SIZE: [f64; 2] = [320.0, 240.0];
-/// Space for a frame and a taskbar, points.
+/// Space that is reserved for a window frame and a taskbar, points.
 const DECORATIONS: [f64; 2] = [16.0, 64.0];
-/// A system without monitors reports one of a pixel; smaller ones are ignored.
+/// Smallest side of a usable monitor, points. A system without monitors reports one of a single pixel; monitors below this size are ignored.
 const MIN_SCREEN: f64 = 64.0;
-/// Distance from the upper edge at which a window is grabbed.
+/// Distance from the upper edge at which a user grabs the title bar.
 const TITLE_BAR_PX: f64 = 8.0;
 
 impl Monitor {
@@ -48,35 +48,36 @@ impl Monitor {
         })
     }
 
-    /// How many pixels of a window it shows.
-    pub(crate) fn shows_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
+    /// The number of a window's pixels that lie on this monitor.
+    pub(crate) fn visible_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
         let along = |k: usize| {
-            let [from, of] = [corner_px[k], self.corner_px[k]].map(i64::from);
-            let end = (from + i64::from(size_px[k])).min(of + i64::from(self.size_px[k]));
-            (end - from.max(of)).max(0)
+            let [window_start, start] = [corner_px[k], self.corner_px[k]].map(i64::from);
+            let end = (window_start + i64::from(size_px[k])).min(start + i64::from(self.size_px[k]));
+            (end - window_start.max(start)).max(0)
         };
         along(0) * along(1)
     }
 
-    /// Space for a window, points; `None`: the system does not tell.
+    /// Space for a window, points; `None` if the reported size is unusable.
     fn available_size(&self) -> Option<[f64; 2]> {
         let sides = self.size_px.map(|side| f64::from(side) / self.scale);
-        let told = sides.iter().all(|side| side.is_finite() && *side >= MIN_SCREEN);
-        told.then(|| [0, 1].map(|k| (sides[k] - DECORATIONS[k]).max(MIN_SCREEN)))
+        let is_usable = sides.iter().all(|side| side.is_finite() && *side >= MIN_SCREEN);
+        is_usable.then(|| [0, 1].map(|k| (sides[k] - DECORATIONS[k]).max(MIN_SCREEN)))
     }
 }
 
 impl WindowPlacement {
-    /// Where to open on these monitors, the first of which is the default: the position is kept if the middle of the upper edge is on a monitor.
+    /// The placement at which to open on these monitors; the first is the default. The position is kept if the middle of the window's upper
+    /// edge is on a monitor.
     pub(crate) fn on(&self, monitors: &[Monitor]) -> Self {
-        let grip_on = |screen: &Monitor, [x, y]: [i32; 2]| {
+        let title_bar_on = |screen: &Monitor, [x, y]: [i32; 2]| {
             screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_PX * screen.scale])
         };
-        let held = self.corner_px.and_then(|corner| monitors.iter().find(|screen| grip_on(screen, corner)));
-        let available_size = held.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
-        let usual = Self::default().size;
-        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MIN_SIZE[k]) } else { usual[k] }.min(available_size[k]));
-        Self { corner_px: self.corner_px.filter(|_| held.is_some()), size, maximised: self.maximised }
+        let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|screen| title_bar_on(screen, corner)));
+        let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
+        let default = Self::default().size;
+        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MIN_SIZE[k]) } else { default[k] }.min(available_size[k]));
+        Self { corner_px: self.corner_px.filter(|_| containing_monitor.is_some()), size, maximised: self.maximised }
     }
 }
 
@@ -93,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_can_be_seen_is_kept() {
+    fn a_visible_placement_is_kept() {
         for place in [at(0, 0), at(1600, 300), at(1200, 50), at(-400, 1000)] {
             assert_eq!(place.on(&[LEFT, RIGHT]), place);
         }
@@ -102,9 +103,9 @@ mod tests {
     }
 
     #[test]
-    fn a_place_on_no_screen_is_forgotten_and_its_size_is_not() {
-        let gone = WindowPlacement { corner_px: None, ..at(0, 0) };
-        // The right monitor is gone, or the upper edge is above, below or beside all of them.
+    fn off_screen_placements_lose_their_position_but_keep_their_size() {
+        let without_position = WindowPlacement { corner_px: None, ..at(0, 0) };
+        // The right monitor was disconnected, or the window's upper edge is above, below or beside all monitors.
         for (place, monitors) in [
             (at(1600, 300), &[LEFT][..]),
             (at(100, -200), &[LEFT, RIGHT]),
@@ -113,7 +114,7 @@ mod tests {
             (at(-600, 100), &[LEFT, RIGHT]),
             (at(100, 100), &[]),
         ] {
-            assert_eq!(place.on(monitors), gone, "{place:?}");
+            assert_eq!(place.on(monitors), without_position, "{place:?}");
         }
     }
 
@@ -121,19 +122,19 @@ mod tests {
     fn no_window_is_larger_than_its_screen_or_too_small_to_see() {
         let of = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
         let everywhere = [LEFT, RIGHT, BELOW];
-        // The monitor with two pixels per point has room for 640 by 360 points with their frame.
+        // The monitor with two pixels per point has room for 640 by 360 points including the window frame.
         assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
         assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
         assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
         assert_eq!(of([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
-        let untold = Monitor { size_px: [1, 1], ..LEFT };
-        assert_eq!(of([1000.0, 700.0], None).on(&[untold]).size, [1000.0, 700.0]);
+        let unknown_size = Monitor { size_px: [1, 1], ..LEFT };
+        assert_eq!(of([1000.0, 700.0], None).on(&[unknown_size]).size, [1000.0, 700.0]);
         assert_eq!(of([1000.0, 700.0], None).on(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
     }
 
     #[test]
-    fn a_screen_shows_its_part_of_a_window() {
-        let shown = |corner, size| [LEFT, RIGHT, BELOW].map(|screen| screen.shows_px(corner, size));
+    fn visible_pixels_are_counted_per_monitor() {
+        let shown = |corner, size| [LEFT, RIGHT, BELOW].map(|screen| screen.visible_px(corner, size));
         assert_eq!(shown([100, 100], [200, 100]), [20_000, 0, 0]);
         assert_eq!(shown([1400, -50], [200, 100]), [5_000, 5_000, 0]);
         assert_eq!(shown([-100, 1150], [200, 100]), [5_000, 0, 5_000]);
@@ -141,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kept_place_comes_back() {
+    fn a_saved_placement_is_restored() {
         let place = WindowPlacement { maximised: true, ..at(-3, 17) };
         let text = serde_json::to_string(&place).expect("text");
         assert_eq!(serde_json::from_str::<WindowPlacement>(&text).expect("a place"), place);

@@ -1,7 +1,8 @@
-//! Gets pixels into the window: from the GPU that renders the images, or from the CPU, which needs no driver.
+//! Presents the window's content, either on the GPU that renders the images or from CPU memory, which needs no graphics driver.
 //!
-//! In: egui's tessellated meshes. Out: the window's next image. Always: a GPU displays the window only while it renders the images too, so that
-//! none is read back. A window that a GPU has displayed is never painted by the CPU: some systems would not show that, so a new window replaces it.
+//! In: egui's tessellated meshes. Out: the window's next image. Always: a GPU presents the window only while it also renders the images, so
+//! that no image is read back. Once a GPU has presented into a window, the CPU never paints into that window, because some systems would not
+//! show the result; a new window replaces it.
 
 use crate::render::plan::GpuImage;
 use crate::session::{DeviceSurface, DisplayPreference, PresenterChoice, Session};
@@ -16,58 +17,60 @@ use winit::window::Window;
 type Pixels = Surface<Arc<Window>, Arc<Window>>;
 
 enum PresentBackend {
-    Processor(Pixels),
-    Device(Box<DeviceSurface>),
+    Cpu(Pixels),
+    Gpu(Box<DeviceSurface>),
 }
 
-/// The presentation of one window.
+/// Presents one window, with either backend.
 pub(crate) struct Presenter {
     window: Arc<Window>,
     /// `None` only during a change of backend.
     backend: Option<PresentBackend>,
-    /// A GPU failed to present in this window and is not tried again.
+    /// A GPU failed to present; this window does not try one again.
     gpu_failed: bool,
 }
 
 /// Why a window cannot be presented.
 pub(crate) enum PresentError {
-    /// The GPU failed, with the reason if it is new; the CPU can present a new window.
+    /// The GPU failed or should no longer present, so a new window, presented by the CPU, must replace this one. The text is a reason that
+    /// was not reported yet.
     Gpu(Option<String>),
-    /// The CPU failed too.
+    /// The CPU failed to present.
     Cpu(String),
 }
 
-fn of_processor(window: &Arc<Window>) -> Result<PresentBackend, String> {
+fn cpu_backend(window: &Arc<Window>) -> Result<PresentBackend, String> {
     let context = Context::new(window.clone()).map_err(|e| e.to_string())?;
-    Ok(PresentBackend::Processor(Surface::new(&context, window.clone()).map_err(|e| e.to_string())?))
+    Ok(PresentBackend::Cpu(Surface::new(&context, window.clone()).map_err(|e| e.to_string())?))
 }
 
 impl Presenter {
-    /// Starts with the CPU, which needs no driver.
+    /// A presenter that starts on the CPU. `gpu_failed`: do not try a GPU.
     ///
     /// # Errors
-    /// Why the system accepts no pixels.
+    /// The reason why the system provides no pixel buffer.
     pub(crate) fn new(window: &Arc<Window>, gpu_failed: bool) -> Result<Self, String> {
-        Ok(Self { window: window.clone(), backend: Some(of_processor(window)?), gpu_failed })
+        Ok(Self { window: window.clone(), backend: Some(cpu_backend(window)?), gpu_failed })
     }
 
-    /// Whether images may stay on the GPU.
+    /// Whether a GPU presents this window, so that images may stay on it.
     pub(crate) fn is_on_gpu(&self) -> bool {
-        matches!(self.backend, Some(PresentBackend::Device(_)))
+        matches!(self.backend, Some(PresentBackend::Gpu(_)))
     }
 
-    /// Whether an image on a GPU can be presented: it must be on the GPU that presents this window.
+    /// Whether an image on a GPU can be presented, that is, whether it is on the GPU that presents this window.
     pub(crate) fn holds(&self, picture: &GpuImage) -> bool {
-        matches!(&self.backend, Some(PresentBackend::Device(screen)) if screen.holds(picture))
+        matches!(&self.backend, Some(PresentBackend::Gpu(screen)) if screen.holds(picture))
     }
 
-    /// Follows the renderer and the preference: the GPU that draws should also present. Returns a message, if any.
+    /// Selects the backend that matches the renderer and the user's preference: the GPU that renders should also present. Returns a message
+    /// for the user, if any.
     ///
     /// # Errors
-    /// The GPU no longer draws, or should no longer present.
+    /// The GPU no longer renders or should no longer present, so the window must be replaced.
     pub(crate) fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
         let screen = match &self.backend {
-            Some(PresentBackend::Device(screen)) => Some(&**screen),
+            Some(PresentBackend::Gpu(screen)) => Some(&**screen),
             _ => None,
         };
         match session.presenter_choice(screen, preference) {
@@ -81,27 +84,27 @@ impl Presenter {
         self.backend = None;
         match session.window_surface(self.window.clone()) {
             Some(Ok(screen)) => {
-                self.backend = Some(PresentBackend::Device(Box::new(screen)));
+                self.backend = Some(PresentBackend::Gpu(Box::new(screen)));
                 Ok(None)
             }
             Some(Err(why)) if was_on_device => Err(PresentError::Gpu(Some(why.to_string()))),
             Some(Err(why)) => {
                 self.gpu_failed = true;
-                self.backend = Some(of_processor(&self.window).map_err(PresentError::Cpu)?);
+                self.backend = Some(cpu_backend(&self.window).map_err(PresentError::Cpu)?);
                 Ok(Some(format!("{why}: displaying via the CPU")))
             }
             None if was_on_device => Err(PresentError::Gpu(None)),
             None => {
-                self.backend = Some(of_processor(&self.window).map_err(PresentError::Cpu)?);
+                self.backend = Some(cpu_backend(&self.window).map_err(PresentError::Cpu)?);
                 Ok(None)
             }
         }
     }
 
-    /// Presents the interface, with the sky's image if it is on the GPU. False: the system accepts no frame at present.
+    /// Presents the interface; `sky` is the rendered view if it is on the GPU. Returns false if the system accepts no frame at the moment.
     ///
     /// # Errors
-    /// Why it failed.
+    /// The reason for the failure.
     pub(crate) fn show(
         &mut self,
         session: &Session,
@@ -112,14 +115,15 @@ impl Presenter {
         sky: Option<&GpuImage>,
     ) -> Result<bool, PresentError> {
         match &mut self.backend {
-            Some(PresentBackend::Device(screen)) => {
+            Some(PresentBackend::Gpu(screen)) => {
                 let size = [width.get(), height.get()];
                 let ui_primitives = ui_primitives(painter, size, pixels_per_point, primitives, sky);
-                // On Wayland the next frame waits for the presentation of this one: after a frame that is never sent there would be no other.
+                // On Wayland the next frame waits until this one has been presented. Announcing a frame that is then never sent would stop
+                // all later frames, so the notification is sent right before presentation.
                 let before_present = || self.window.pre_present_notify();
                 session.show(screen, ui_primitives, size, before_present).map_err(|why| PresentError::Gpu(Some(why.to_string())))
             }
-            Some(PresentBackend::Processor(surface)) => {
+            Some(PresentBackend::Cpu(surface)) => {
                 let failed = |e: softbuffer::SoftBufferError| PresentError::Cpu(e.to_string());
                 surface.resize(width, height).map_err(failed)?;
                 let mut buffer = surface.buffer_mut().map_err(failed)?;

@@ -1,7 +1,7 @@
-//! The interface's triangles as primitives for a renderer.
+//! Converts the interface's triangles to primitives for a renderer.
 //!
-//! In: egui's tessellated meshes, the painter's textures, the sky's image if it is on the GPU. Out: [`UiPrimitive`]s in drawing order. Always: what
-//! the painter would skip is skipped. It draws nothing.
+//! In: egui's tessellated meshes, the painter's textures, and the rendered view if it is on the GPU. Out: [`UiPrimitive`]s in drawing order.
+//! Always: meshes that the CPU painter would skip are skipped here too. This module draws nothing.
 
 use crate::render::plan::{AddressMode, GpuImage, SamplerState, TextureSource, UiPrimitive};
 use crate::view::window::cpu_painter::{Bounds, Painter};
@@ -11,7 +11,7 @@ use egui::{ClippedPrimitive, TextureId};
 /// The texture id of an image that is on the GPU.
 pub const ON_GPU: TextureId = TextureId::User(0);
 
-/// `size`: of the window, pixels.
+/// The primitives of a window of `[width, height]` pixels. `sky`: the rendered view, if it is on the GPU.
 pub fn ui_primitives(
     painter: &Painter,
     [width, height]: [u32; 2],
@@ -19,24 +19,24 @@ pub fn ui_primitives(
     primitives: &[ClippedPrimitive],
     sky: Option<&GpuImage>,
 ) -> Vec<UiPrimitive> {
-    let piece = |p: &ClippedPrimitive| {
+    let to_primitive = |p: &ClippedPrimitive| {
         let Primitive::Mesh(mesh) = &p.primitive else { return None };
         let (texture, sampler) = match (mesh.texture_id, sky) {
-            (ON_GPU, Some(picture)) => (TextureSource::OnGpu(picture.clone()), reads(true, false)),
+            (ON_GPU, Some(picture)) => (TextureSource::OnGpu(picture.clone()), sampler_state(true, false)),
             (id, _) => {
-                let held = painter.texture(id)?;
-                (TextureSource::Persistent(held.shared()), reads(held.smooth, held.repeats))
+                let texture = painter.texture(id)?;
+                (TextureSource::Persistent(texture.shared()), sampler_state(texture.smooth, texture.repeats))
             }
         };
         let bounds = Bounds::of(p.clip_rect, pixels_per_point, width as usize, height as usize);
         let scissor = [bounds.left, bounds.top, bounds.right, bounds.bottom].map(|v| v as u32);
-        let inside = scissor[0] < scissor[2] && scissor[1] < scissor[3] && !mesh.indices.is_empty();
-        inside.then(|| of_mesh(mesh, pixels_per_point, texture, sampler, scissor))
+        let is_visible = scissor[0] < scissor[2] && scissor[1] < scissor[3] && !mesh.indices.is_empty();
+        is_visible.then(|| of_mesh(mesh, pixels_per_point, texture, sampler, scissor))
     };
-    primitives.iter().filter_map(piece).collect()
+    primitives.iter().filter_map(to_primitive).collect()
 }
 
-fn reads(linear: bool, repeats: bool) -> SamplerState {
+fn sampler_state(linear: bool, repeats: bool) -> SamplerState {
     let address = if repeats { AddressMode::Repeat } else { AddressMode::ClampToEdge };
     SamplerState { address_u: address, address_v: address, linear }
 }

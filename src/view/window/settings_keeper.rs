@@ -1,13 +1,13 @@
-//! Writes the settings while the window is open, on a thread of their own: a program that is killed loses the last half second of them.
+//! Writes changed settings on a separate thread while the window is open, so that a killed program loses at most the last half second of changes.
 //!
-//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time; only settings that differ from those before; the last ones are left to the caller, who
-//! writes when the window is closed.
+//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, and only for settings that differ from the previous
+//! ones. Changes still pending when the window is closed are left to the caller, who writes the final settings.
 
 use crate::view::app::settings::Settings;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// Time without a change before settings are written: a slider that is dragged is one change.
+/// Time without a change before settings are written, so that dragging a slider counts as one change.
 const QUIET: Duration = Duration::from_millis(500);
 
 /// The sender of changed settings; the thread ends when it is dropped.
@@ -17,16 +17,17 @@ pub(crate) struct SettingsKeeper {
 }
 
 impl SettingsKeeper {
-    /// `settings`: as they stand in the file. The second value is for [`write_changes`].
+    /// `settings`: the current content of the settings file. The returned receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (changed, changes) = channel();
         (Self { changed, last: settings.clone() }, changes)
     }
 
+    /// Sends the settings to the writer if they differ from the last ones.
     pub(crate) fn note(&mut self, settings: &Settings) {
         if self.last != *settings {
             self.last.clone_from(settings);
-            // The thread outlives this sender.
+            // Cannot fail: the receiving thread outlives this sender.
             let _ = self.changed.send(settings.clone());
         }
     }
@@ -68,7 +69,7 @@ mod tests {
             keeper.note(&zoomed(1.2));
             keeper.note(&zoomed(1.3));
             assert_eq!(seen.recv(), Ok(1.3));
-            // Left to the caller.
+            // Still pending when the keeper is dropped, hence left to the caller.
             keeper.note(&zoomed(1.4));
             drop(keeper);
         });

@@ -1,7 +1,7 @@
 //! Reloads a folder of shader fragments when a file in it changes.
 //!
-//! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: files are read on a thread of their own, and
-//! modules change between two images. A folder that cannot be read for a moment, as while an editor saves, changes nothing.
+//! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: a separate thread reads the files, and
+//! modules change only between two images. If the folder cannot be read for a moment, for example while an editor saves, nothing changes.
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
@@ -9,12 +9,12 @@ use parking_lot::Mutex;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Interval of checks.
+/// Interval between checks of the folder.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
-/// Interval at which the end of the window is noticed.
+/// Interval between checks whether the window was closed.
 const CLOSE_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The folder, and its state when it was last read.
+/// The watched folder, and the times of its files when it was last read.
 pub struct ShaderWatcher {
     folder: PathBuf,
     read: Mutex<FragmentTimes>,
@@ -24,7 +24,7 @@ impl ShaderWatcher {
     /// Reads the folder for the first time.
     ///
     /// # Errors
-    /// What cannot be read, or that there is no fragment.
+    /// The file or folder that cannot be read, or a folder without fragments.
     pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
         let stamps = fragment_times(folder)?;
         session.set_fragments(read_fragments(folder, &stamps)?);
@@ -40,13 +40,13 @@ impl ShaderWatcher {
         }
         match read_fragments(&self.folder, &now) {
             Ok(fragments) => worker.run(Box::new(move |session| session.set_fragments(fragments))),
-            // Reported once for each state of the folder.
+            // The error is reported only once for each state of the folder, since `before` is updated below.
             Err(why) => worker.run(Box::new(move |session| session.notify(&why.to_string()))),
         }
         *before = now;
     }
 
-    /// Checks once a second until `closed`: for a thread of its own.
+    /// Checks once a second until `closed` returns true. Blocks, so it needs its own thread.
     pub(crate) fn watch_until(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
         let mut waited = Duration::ZERO;
         while !closed() {

@@ -1,4 +1,4 @@
-//! Work off the window's thread: images, answers to queries, and the resolution of moving images.
+//! Work off the window's thread: rendering of images and answers to queries. Also the choice of resolution for moving images.
 
 pub mod adaptive_resolution;
 pub mod query_cache;

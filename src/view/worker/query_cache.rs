@@ -1,6 +1,7 @@
-//! Answers that are computed off the window's thread, each once.
+//! A cache of query results that are computed off the window's thread.
 //!
-//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until the cache is cleared; asking never blocks.
+//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until the cache is cleared; a lookup never
+//! blocks.
 
 use crate::session::Session;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -8,11 +9,11 @@ use std::collections::HashMap;
 use std::hash::Hash;
 
 enum Answer<T> {
-    Coming(Pending<T>),
-    Here(T),
+    Waiting(Pending<T>),
+    Ready(T),
 }
 
-/// The answers so far.
+/// The answers by key, arrived or pending.
 pub(crate) struct QueryCache<K, T>(HashMap<K, Answer<T>>);
 
 impl<K, T> Default for QueryCache<K, T> {
@@ -21,17 +22,17 @@ impl<K, T> Default for QueryCache<K, T> {
     }
 }
 
-/// Capacity; when it is exceeded, the cache is cleared.
+/// Largest number of answers; a full cache is cleared before the next query.
 const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
-    /// The answer, if it has arrived; otherwise starts `query`, unless it is running.
+    /// The answer, if it has arrived. Starts `query` on the first call for a key.
     pub(crate) fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
         if !self.0.contains_key(key) {
             if self.0.len() >= CAPACITY {
                 self.0.clear();
             }
-            self.0.insert(key.clone(), Answer::Coming(ask(worker, query)));
+            self.0.insert(key.clone(), Answer::Waiting(ask(worker, query)));
         }
         self.known(key)
     }
@@ -39,17 +40,18 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
     /// The answer, if it was requested and has arrived.
     pub(crate) fn known(&mut self, key: &K) -> Option<&T> {
         let answer = self.0.get_mut(key)?;
-        if let Answer::Coming(pending) = answer
-            && let Some(here) = pending.take()
+        if let Answer::Waiting(pending) = answer
+            && let Some(ready) = pending.take()
         {
-            *answer = Answer::Here(here);
+            *answer = Answer::Ready(ready);
         }
         match answer {
-            Answer::Here(here) => Some(here),
-            Answer::Coming(_) => None,
+            Answer::Ready(ready) => Some(ready),
+            Answer::Waiting(_) => None,
         }
     }
 
+    /// Clears the cache.
     pub(crate) fn forget(&mut self) {
         self.0.clear();
     }

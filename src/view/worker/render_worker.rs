@@ -1,7 +1,8 @@
-//! Renders images and answers queries off the window's thread, so that no click waits for either.
+//! Renders images and answers queries off the window's thread, so that input never waits for either.
 //!
 //! In: render jobs (a view at a size) and tasks (any query of the session). Out: images and answers, when they are done. Always: of several
-//! jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. It does not decide what is drawn.
+//! waiting jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. This module does not decide
+//! what is drawn.
 
 use crate::render::plan::{GpuImage, SamplingQuality, SimpleDraw};
 use crate::scene::Scene;
@@ -19,7 +20,7 @@ use std::time::Instant as Moment;
 pub struct RenderJob {
     pub request: ViewRequest,
     pub sampling: SamplingQuality,
-    /// The window is presented by the GPU: the image may stay there.
+    /// The image may stay on the GPU, because the GPU presents the window.
     pub on_gpu: bool,
 }
 
@@ -30,13 +31,13 @@ pub struct RenderedView {
     pub simple_draws: Vec<SimpleDraw>,
     pub width: u32,
     pub height: u32,
-    /// Rows top first, opaque; empty if the image stayed on the GPU.
+    /// Opaque pixels, top row first; empty if the image stayed on the GPU.
     pub rgba: Vec<[u8; 4]>,
     pub on_gpu: Option<GpuImage>,
     pub by: DrawnBy,
-    /// From job to image, milliseconds.
+    /// Time from the start of the job to the finished image, milliseconds.
     pub took_ms: f64,
-    /// Time by stage, of this frame alone.
+    /// Time by stage, of this frame only.
     pub stages: Stages,
     /// Hits and misses of the shader library since the session was opened.
     pub library: Statistics,
@@ -48,18 +49,18 @@ pub type Task = Box<dyn FnOnce(&Session) + Send>;
 /// The session, and the threads that use it for the window.
 pub trait RenderWorker {
     fn session(&self) -> &Session;
-    /// Requests an image; an older job that has not begun is dropped.
+    /// Requests an image, and drops an older job that was not started yet.
     fn submit(&self, job: RenderJob);
-    /// The newest finished image, once.
+    /// Takes the newest finished image; `None` until another one is finished.
     fn take(&self) -> Option<Result<RenderedView, SessionError>>;
-    /// Runs a task when the thread is free.
+    /// Queues a task; it runs when the query thread is free.
     fn run(&self, task: Task);
 }
 
-/// An answer that may not have arrived.
+/// The answer to a query, which may not have arrived yet.
 pub struct Pending<T>(Arc<Mutex<Option<T>>>);
 
-/// Without a query: no answer will come.
+/// Belongs to no query, so an answer never arrives.
 impl<T> Default for Pending<T> {
     fn default() -> Self {
         Self(Arc::default())
@@ -67,11 +68,11 @@ impl<T> Default for Pending<T> {
 }
 
 impl<T> Pending<T> {
-    /// An empty answer, and the function that fills it.
+    /// A pending answer, and the function that fills it.
     pub fn with_sender() -> (Self, impl FnOnce(T)) {
         let slot = Arc::new(Mutex::new(None));
         let answer = Arc::clone(&slot);
-        (Self(slot), move |given| *locked(&answer) = Some(given))
+        (Self(slot), move |value| *locked(&answer) = Some(value))
     }
 
     /// The answer, if it has arrived.
@@ -80,11 +81,11 @@ impl<T> Pending<T> {
     }
 }
 
-/// Runs a query on the worker; the result receives its answer.
+/// Runs a query on the worker; the returned [`Pending`] receives the answer.
 pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    // Answers may hold texts: in the language of the window that asked.
+    // Answers may contain texts. These are in the language of the thread that calls `ask`, although another thread runs the query.
     let language = language::current();
     worker.run(Box::new(move |session| {
         language::set(language);
@@ -97,10 +98,10 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
     slot.lock()
 }
 
-/// Renders a job now.
+/// Renders a job on the calling thread.
 ///
 /// # Errors
-/// Why there is no image, in one line.
+/// The reason why there is no image, in one line.
 pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
     let start = Moment::now();
@@ -122,7 +123,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
     })
 }
 
-/// Runs everything at once on the caller's thread, for tests.
+/// Runs each job and task immediately on the caller's thread, for tests.
 pub struct InlineWorker<'a> {
     session: &'a Session,
     done: Mutex<Option<Result<RenderedView, SessionError>>>,
@@ -157,21 +158,21 @@ struct Work {
     closed: bool,
 }
 
-/// Two threads for a window: one draws its images, one answers its queries, so that neither waits for the other.
+/// The shared state of a window's two worker threads: one renders images, the other answers queries, and neither waits for the other.
 pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,
-    called: Condvar,
+    changed: Condvar,
     wake: Box<dyn Fn() + Send + Sync + 'a>,
 }
 
 impl<'a> ThreadedWorker<'a> {
     /// `wake` is called after each finished image and task.
     pub fn new(session: &'a Session, wake: impl Fn() + Send + Sync + 'a) -> Self {
-        Self { session, work: Mutex::default(), called: Condvar::new(), wake: Box::new(wake) }
+        Self { session, work: Mutex::default(), changed: Condvar::new(), wake: Box::new(wake) }
     }
 
-    /// Renders jobs until [`Self::close`]: for a thread of its own.
+    /// Renders jobs until [`Self::close`] is called. Blocks, so it needs its own thread.
     pub fn draw(&self) {
         while let Some(job) = self.next(|work| work.job.take()) {
             let drawing = draw(self.session, job);
@@ -180,7 +181,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Runs tasks until [`Self::close`]: for a thread of its own.
+    /// Runs tasks until [`Self::close`] is called. Blocks, so it needs its own thread.
     pub fn answer(&self) {
         while let Some(task) = self.next(|work| work.tasks.pop_front()) {
             task(self.session);
@@ -188,7 +189,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Waits for work; `None`: the worker is closed.
+    /// Waits for work; `None` once the worker is closed.
     fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
         let mut work = locked(&self.work);
         loop {
@@ -197,7 +198,7 @@ impl<'a> ThreadedWorker<'a> {
             }
             match take(&mut work) {
                 Some(found) => return Some(found),
-                None => self.called.wait(&mut work),
+                None => self.changed.wait(&mut work),
             }
         }
     }
@@ -206,10 +207,10 @@ impl<'a> ThreadedWorker<'a> {
         locked(&self.work).closed
     }
 
-    /// Ends the work after the current image and task.
+    /// Makes both threads stop after the current image and task.
     pub fn close(&self) {
         locked(&self.work).closed = true;
-        self.called.notify_all();
+        self.changed.notify_all();
     }
 }
 
@@ -219,13 +220,13 @@ impl RenderWorker for ThreadedWorker<'_> {
     }
     fn submit(&self, job: RenderJob) {
         locked(&self.work).job = Some(job);
-        self.called.notify_all();
+        self.changed.notify_all();
     }
     fn take(&self) -> Option<Result<RenderedView, SessionError>> {
         locked(&self.work).done.take()
     }
     fn run(&self, task: Task) {
         locked(&self.work).tasks.push_back(task);
-        self.called.notify_all();
+        self.changed.notify_all();
     }
 }

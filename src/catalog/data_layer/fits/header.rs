@@ -1,7 +1,7 @@
 //! Headers of FITS files (standard 4.0): cards of 80 bytes in blocks of 2880.
 //!
-//! In: the bytes of a file from where a header begins. Out: its cards and where its data begin, or the wrong card. Always: the length is bounded. Left out: long strings (CONTINUE),
-//! hierarchical keywords.
+//! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or the wrong card. Always: the length is limited. Not read: long strings
+//! (CONTINUE), hierarchical keywords.
 
 use crate::wording::echo_within;
 
@@ -11,18 +11,18 @@ pub(super) const BLOCK: usize = 2880;
 /// Maximum number of blocks of a header.
 const MAX_BLOCKS: usize = 1000;
 
-/// The cards that have a value.
+/// The cards that have a value: keyword, value, card number.
 pub(super) struct Header {
     cards: Vec<(String, String, usize)>,
-    /// Bytes from the header's begin to its data.
+    /// Bytes from the header's start to its data.
     pub length: usize,
 }
 
-/// A wrong card: which, counted from 1, and why.
+/// A wrong card: its number, starting at 1, and what is wrong.
 pub(super) type WrongCard = (usize, String);
 
 impl Header {
-    /// The header at the begin of bytes; `first`: number of its first card in the file.
+    /// Reads the header at the start of `bytes`. `first`: number of its first card in the file.
     pub fn read(bytes: &[u8], first: usize) -> Result<Self, WrongCard> {
         let mut cards = Vec::new();
         for (k, card) in bytes.chunks_exact(CARD).take(MAX_BLOCKS * BLOCK / CARD).enumerate() {
@@ -47,17 +47,17 @@ impl Header {
         self.cards.iter().find(|(k, _, _)| k == keyword).map(|(_, value, number)| (value.as_str(), *number))
     }
 
-    /// The text of a card, without quotes; empty where there is none.
+    /// The text of a card, without quotes; empty if there is no such card.
     pub fn text(&self, keyword: &str) -> &str {
         self.find(keyword).map_or("", |(value, _)| value)
     }
 
-    /// The number of the card, for messages.
+    /// The card number of a keyword, for messages.
     pub fn card(&self, keyword: &str) -> usize {
         self.find(keyword).map_or(1, |(_, number)| number)
     }
 
-    /// The number of a card; `None`: there is no such card.
+    /// The numeric value of a card; `None`: there is no such card.
     pub fn number(&self, keyword: &str) -> Result<Option<f64>, WrongCard> {
         let Some((value, number)) = self.find(keyword) else { return Ok(None) };
         // Fortran writes exponents with D.
@@ -65,7 +65,7 @@ impl Header {
         parsed.map(Some).ok_or_else(|| (number, format!("{keyword}: `{}` is no number", echo_within(value, 40))))
     }
 
-    /// The whole number of a card that must be there.
+    /// The integer value of a required card.
     pub fn integer(&self, keyword: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, WrongCard> {
         let Some((value, number)) = self.find(keyword) else { return Err((1, format!("{keyword} is missing"))) };
         let parsed = value.parse::<i64>().ok().filter(|v| range.contains(v));
@@ -75,7 +75,7 @@ impl Header {
     }
 }
 
-/// A value without its comment: a string between quotes, in which a quote is doubled, or what stands before the slash.
+/// A value without its comment: a string between quotes, in which a quote is doubled, or the text before the slash.
 fn value_of(text: &str) -> String {
     let text = text.trim_start();
     let Some(string) = text.strip_prefix('\'') else {

@@ -1,7 +1,7 @@
-//! Images in FITS files: the first one of two axes, in the primary HDU or an IMAGE extension.
+//! Images in FITS files: the first image with two axes, in the primary HDU or an IMAGE extension.
 //!
-//! In: bytes, whether the image is a body's, and its look. Out: [`SkyImage`], or the wrong card. Always: numbers are BSCALE x + BZERO; BLANK and what is not finite is clear; sizes are
-//! bounded before anything is read. Left out: cubes of several planes and compressed images (fpack), both refused.
+//! In: bytes, whether the image is a body's, and its look. Out: [`SkyImage`], or the wrong card. Always: values are BSCALE x + BZERO; BLANK and values that are not finite are
+//! transparent; sizes are checked before data are read. Rejected: cubes of several planes and compressed images (fpack).
 
 mod header;
 mod place;
@@ -20,30 +20,30 @@ const MAX_HDUS: usize = 100;
 /// An image in colours with its world coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyImage {
-    /// Pixels.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height in pixels.
     pub height: u32,
-    /// sRGB and alpha, rows from the top: the last of the file first.
+    /// sRGB and alpha, rows from the top: the last row of the file first.
     pub rgba: Vec<u8>,
     /// Its world coordinates.
     pub place: ImagePlace,
 }
 
-/// The unit of data after a header.
+/// A header and the data after it.
 struct Unit<'a> {
     header: Header,
     data: &'a [u8],
 }
 
-/// Bytes of data that a header announces (standard, section 4.4.1.1).
+/// Number of data bytes that a header announces (standard, section 4.4.1.1).
 fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
     let axes = header.integer("NAXIS", 0..=999)?;
     let bits = header.integer("BITPIX", -64..=64)?.unsigned_abs();
     let mut count: u64 = u64::from(axes > 0);
     for k in 1..=axes {
         let side = header.integer(&format!("NAXIS{k}"), 0..=1 << 40)?.unsigned_abs();
-        // Random groups, an old form, begin with an axis of 0.
+        // A side may be 0: random groups, an obsolete form, begin with such an axis.
         count = count
             .checked_mul(side)
             .filter(|c| *c < 1 << 48)
@@ -56,7 +56,7 @@ fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
     bytes.ok_or_else(|| (header.card("NAXIS1"), "more data than a file holds".to_owned()))
 }
 
-/// The first HDU with an image of two axes.
+/// The first HDU with an image of two or more axes.
 fn image_unit(bytes: &[u8]) -> Result<Unit<'_>, WrongCard> {
     if !bytes.starts_with(b"SIMPLE  =") {
         return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
@@ -82,7 +82,7 @@ fn image_unit(bytes: &[u8]) -> Result<Unit<'_>, WrongCard> {
     Err((1, why.to_owned()))
 }
 
-/// The numbers of the data, in the order of the file.
+/// The scaled values of the data, in the order of the file.
 fn numbers(unit: &Unit<'_>) -> Result<Vec<f32>, WrongCard> {
     let header = &unit.header;
     let scale = header.number("BSCALE")?.unwrap_or(1.0);
@@ -105,7 +105,7 @@ fn numbers(unit: &Unit<'_>) -> Result<Vec<f32>, WrongCard> {
     })
 }
 
-/// The image of a file, or the card that is wrong, counted from 1, and why.
+/// The image of a file, or the wrong card.
 pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<SkyImage, WrongCard> {
     let unit = image_unit(bytes)?;
     let header = &unit.header;
@@ -177,7 +177,7 @@ mod tests {
         image.rgba.chunks(4).map(|p| p[0]).collect()
     }
 
-    /// Each form of number, and rows that run up in the file and down in the picture.
+    /// Each number format is read; rows run up in the file and down in the picture.
     #[test]
     fn numbers_of_every_form_are_read() {
         let forms: [(&str, Vec<u8>); 6] = [
@@ -195,7 +195,7 @@ mod tests {
         let scaled: &[(&str, &str)] = &[("BITPIX", "16"), ("BSCALE", "-2.0D0"), ("BZERO", "10"), ("BLANK", "7")];
         let data: Vec<u8> = [0_i16, 7, 5, 10].iter().flat_map(|v| v.to_be_bytes()).collect();
         let image = read(&file(&[scaled, SIZE, TAN], &data), false, &whole()).expect("scaled");
-        // 10, none, 0, -10.
+        // The values are 10, blank, 0, -10.
         assert_eq!(image.rgba, [128, 128, 128, 255, 0, 0, 0, 255, 255, 255, 255, 255, 0, 0, 0, 0]);
         let sqrt = ImageLook { stretch: Stretch::Sqrt, ..whole() };
         let data = [0_u8, 51, 102, 255];
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_image_is_taken_and_its_place() {
+    fn the_first_image_is_read_with_its_place() {
         let empty: &[(&str, &str)] = &[("BITPIX", "8"), ("NAXIS", "0")];
         let table: &[(&str, &str)] =
             &[("BITPIX", "8"), ("NAXIS", "2"), ("NAXIS1", "3000"), ("NAXIS2", "1"), ("PCOUNT", "0"), ("GCOUNT", "1")];
@@ -216,7 +216,7 @@ mod tests {
         let image = read(&bytes, false, &whole()).expect("the third");
         let ImagePlace::Tangent { centre_deg, centre_px, deg_per_px } = image.place else { panic!("{:?}", image.place) };
         assert_eq!((centre_deg, centre_px, deg_per_px), ([83.633, 22.0145], [1.5, 1.0], [[-0.01, -0.0], [-0.0, 0.01]]));
-        // A quarter turn in each of the three ways to say it.
+        // A quarter turn, expressed in each of the three ways.
         let quarter = |cards: &[(&str, &str)]| {
             let image = read(&file(&[&[("BITPIX", "8")], SIZE, &TAN[..6], cards], &[1, 2, 3, 4]), false, &whole()).expect("placed");
             let ImagePlace::Tangent { deg_per_px, .. } = image.place else { panic!("{:?}", image.place) };
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_refused_by_card() {
+    fn unsupported_images_are_rejected_by_card() {
         let why = |cards: &[&[(&str, &str)]], data: &[u8]| read(&file(cards, data), false, &whole()).expect_err("refused");
         let bits: &[(&str, &str)] = &[("BITPIX", "8")];
         let data = [1, 2, 3, 4];

@@ -1,7 +1,7 @@
 //! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
 //!
-//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as high). Always: what another
-//! projection, distortion, frame or a turned pole would move is refused and not drawn elsewhere.
+//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as high). Always: an image
+//! with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong place.
 
 use super::header::{Header, WrongCard};
 use crate::wording::echo_within;
@@ -13,26 +13,27 @@ pub enum ImagePlace {
     Tangent {
         /// Right ascension and declination (ICRF) of the point of tangency, degrees.
         centre_deg: [f64; 2],
-        /// The pixel there, counted from 1 in the first pixel's middle, x to the right, y up.
+        /// The pixel at the point of tangency, counted from 1 in the first pixel's middle, x to the right, y up.
         centre_px: [f64; 2],
-        /// Degrees east and north in the tangent plane, rows, per pixel to the right and up, columns.
+        /// Degrees in the tangent plane per pixel. Rows: degrees east and north; columns: pixels to the right and up.
         deg_per_px: [[f64; 2]; 2],
     },
     /// On a body: its edges, planetographic latitude and east longitude.
     Plate {
-        /// Edge.
+        /// Western edge.
         west_deg: f64,
-        /// Edge, east of `west_deg`.
+        /// Eastern edge, greater than `west_deg`.
         east_deg: f64,
-        /// Edge.
+        /// Southern edge.
         south_deg: f64,
-        /// Edge.
+        /// Northern edge.
         north_deg: f64,
-        /// Columns run from east to west.
+        /// Whether the file's columns run from east to west.
         mirrored: bool,
     },
 }
 
+/// The error of a card whose value is not supported.
 fn refused(header: &Header, keyword: &str, why: &str) -> WrongCard {
     (header.card(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
 }
@@ -62,7 +63,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     };
     let [[a, b], [c, d]] = found;
     let area = (a * d - b * c).abs();
-    // A thousandth of a square second to the whole sky.
+    // From 1e-9 square arcseconds to a quarter of the sky.
     if !(1e-10 * 1e-3 / 1296.0..=1e4).contains(&area) {
         return Err((header.card("CDELT1").max(header.card("CD1_1")), format!("a pixel of {area:.1e} square degrees cannot be placed")));
     }
@@ -112,7 +113,7 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
         return Ok(ImagePlace::Plate { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
     }
     let is_car = |text: &str, kinds: &[&str]| text.strip_suffix("CAR").is_some_and(|axis| kinds.contains(&axis.trim_end_matches('-')));
-    // Solar system bodies: `??LN` and `??LT`; GLON and RA are of the sky.
+    // Maps of solar system bodies have `??LN` and `??LT`; GLON and RA belong to the sky.
     let longitude = types[0].get(2..4) == Some("LN") && types[0].ends_with("-CAR");
     let latitude = types[1].get(2..4) == Some("LT") && types[1].ends_with("-CAR");
     if !(longitude && latitude || is_car(types[0], &["LON"]) && is_car(types[1], &["LAT"])) {
@@ -134,7 +135,7 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     let edges = [0.5, f64::from(width) + 0.5].map(|px| lon + (px - x) * dx);
     let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
     let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
-    // Rounding may lead a little past a pole or the date line.
+    // Rounding may place an edge slightly beyond a pole or the date line.
     let slack = 1e-6;
     if east_deg - west_deg > 360.0 + slack || west_deg.abs() > 360.0 || south_deg < -90.0 - slack || north_deg > 90.0 + slack {
         return Err((

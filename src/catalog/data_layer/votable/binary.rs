@@ -1,7 +1,7 @@
 //! Rows of a VOTable as BINARY and BINARY2 (IVOA, VOTable 1.5, sections 6.3 and 6.4): big-endian values in base64, without gaps.
 //!
-//! In: what the FIELDs say of their columns, and the text of the STREAM. Out: each row as the texts that TABLEDATA would hold; a null is empty. Always: a length that a row claims is compared with what is left
-//! before anything is made of it. Left out: values that no point needs (bits, complex numbers) are passed over; streams in other files, and compressed ones, are refused.
+//! In: the attributes of the FIELDs, and the text of the STREAM. Out: each row as the texts that TABLEDATA would contain; a null is an empty text. Always: a length stated in a row is compared with the bytes
+//! that remain before it is used. Skipped: values that no point needs (bits, complex numbers). Rejected: streams in other files, and compressed streams.
 
 use crate::wording::echo_within;
 use base64::Engine;
@@ -44,7 +44,7 @@ impl DataType {
         })
     }
 
-    /// Bytes of so many values; bits fill whole bytes.
+    /// Number of bytes of `count` values; bits are padded to full bytes.
     fn bytes_of(self, count: usize) -> Option<usize> {
         let each = match self {
             Self::Bit => return Some(count.div_ceil(8)),
@@ -58,16 +58,16 @@ impl DataType {
     }
 }
 
-/// How many values a cell of a column holds.
+/// The number of values in each cell of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Length {
     Fixed(usize),
-    /// Stated before each cell, in units of so many values.
+    /// The stream states a count before each cell; the cell has that count times this number of values.
     Stated(usize),
 }
 
 impl Length {
-    /// `arraysize`: numbers joined by `x`; the last may be `*`, with or without a limit before it.
+    /// Parses an `arraysize`: numbers joined by `x`; the last may be `*`, with or without a limit before it.
     fn of(arraysize: &str) -> Option<Self> {
         if arraysize.is_empty() {
             return Some(Self::Fixed(1));
@@ -83,12 +83,12 @@ impl Length {
     }
 }
 
-/// The type, length and null of a column.
+/// The type, length and null value of a column.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
     data_type: DataType,
     length: Length,
-    /// The number that stands for null.
+    /// The number that means null.
     null: Option<String>,
 }
 
@@ -100,9 +100,9 @@ impl Cell {
         Ok(Self { data_type: known, length, null: null.map(str::to_owned) })
     }
 
-    /// The cell's text, as TABLEDATA would have it.
+    /// The cell's text in the form of TABLEDATA.
     fn text(&self, bytes: &[u8]) -> String {
-        // Of an array of numbers the first: no column of a point is an array.
+        // The first number of an array: no field of a point is an array.
         fn first<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
             bytes.first_chunk::<N>().copied()
         }
@@ -132,12 +132,12 @@ pub(super) struct Rows<'a> {
     cells: &'a [Cell],
     bytes: Vec<u8>,
     at: usize,
-    /// BINARY2: each row begins with a bit for each column, set where it is null.
+    /// BINARY2: each row begins with a bit for each column, set where the value is null.
     has_null_flags: bool,
 }
 
 impl<'a> Rows<'a> {
-    /// `text`: of the STREAM, which may be broken by blanks.
+    /// `text`: the content of the STREAM, which may contain blanks and line breaks.
     pub(super) fn new(cells: &'a [Cell], text: &str, has_null_flags: bool) -> Result<Self, String> {
         if cells.is_empty() {
             return Err("a TABLE without a FIELD has no rows".to_owned());
@@ -155,30 +155,30 @@ impl<'a> Rows<'a> {
         Some(taken)
     }
 
-    /// The next row; `None` after the last one. The error: what the row lacks.
+    /// The next row; `None` after the last row. The error states where the stream is cut off.
     pub(super) fn next_row(&mut self) -> Result<Option<Vec<String>>, String> {
         if self.at == self.bytes.len() {
             return Ok(None);
         }
-        let began = self.at;
-        let ends = || format!("the row at byte {began} of its STREAM is cut off");
-        let flags = if self.has_null_flags { self.take(self.cells.len().div_ceil(8)).ok_or_else(ends)?.to_vec() } else { Vec::new() };
+        let row_start = self.at;
+        let cut_off = || format!("the row at byte {row_start} of its STREAM is cut off");
+        let flags = if self.has_null_flags { self.take(self.cells.len().div_ceil(8)).ok_or_else(cut_off)?.to_vec() } else { Vec::new() };
         let cells = self.cells;
         let mut row = Vec::with_capacity(cells.len());
         for (k, cell) in cells.iter().enumerate() {
             let count = match cell.length {
                 Length::Fixed(count) => count,
                 Length::Stated(unit) => {
-                    let stated = self.take(4).and_then(|b| b.try_into().ok()).map(i32::from_be_bytes).ok_or_else(ends)?;
-                    usize::try_from(stated).ok().and_then(|n| n.checked_mul(unit)).ok_or_else(ends)?
+                    let stated = self.take(4).and_then(|b| b.try_into().ok()).map(i32::from_be_bytes).ok_or_else(cut_off)?;
+                    usize::try_from(stated).ok().and_then(|n| n.checked_mul(unit)).ok_or_else(cut_off)?
                 }
             };
-            let bytes = cell.data_type.bytes_of(count).and_then(|n| self.take(n)).ok_or_else(ends)?;
+            let bytes = cell.data_type.bytes_of(count).and_then(|n| self.take(n)).ok_or_else(cut_off)?;
             let is_null = flags.get(k / 8).is_some_and(|byte| byte & (0x80 >> (k % 8)) != 0);
             row.push(if is_null { String::new() } else { cell.text(bytes) });
         }
-        // Columns of no bytes: such rows would never end.
-        if self.at == began { Err("its rows have no bytes".to_owned()) } else { Ok(Some(row)) }
+        // Without this check, columns of zero bytes would give rows without end.
+        if self.at == row_start { Err("its rows have no bytes".to_owned()) } else { Ok(Some(row)) }
     }
 }
 
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn claims_beyond_the_stream_are_refused() {
+    fn lengths_beyond_the_stream_are_rejected() {
         for (arraysize, claimed) in [("*", i32::MAX), ("*", -1), ("1000000000x1000000000x*", 1000)] {
             let cells = [cell("double", arraysize)];
             let bytes = [&claimed.to_be_bytes()[..], &[0; 64]].concat();

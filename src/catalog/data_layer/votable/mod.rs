@@ -1,7 +1,7 @@
 //! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA, BINARY or BINARY2.
 //!
-//! In: the document. Out: points, or the wrong line and field. A column is known by its name as in a CSV table, or, where no name says it, by its UCD (`pos.eq.ra`, `pos.eq.dec`,
-//! `pos.bodyrc.lon`, `pos.bodyrc.lat` and what they were before 2005). Left out: rows in a FITS file, and angles in other units than degrees; both are refused.
+//! In: the document. Out: points, or the wrong line and field. A column is identified by its name as in a CSV table, or, if no name fits, by its UCD (`pos.eq.ra`, `pos.eq.dec`,
+//! `pos.bodyrc.lon`, `pos.bodyrc.lat` and their forms before 2005). Rejected: rows in a FITS file, and angles in other units than degrees.
 
 mod binary;
 
@@ -17,7 +17,7 @@ struct Field {
     unit: Option<String>,
     data_type: String,
     arraysize: String,
-    /// The number that stands for null.
+    /// The number that means null.
     null: Option<String>,
     line: usize,
 }
@@ -30,10 +30,10 @@ struct Table {
     row: Vec<String>,
     content: Content,
     has_rows: bool,
-    is_over: bool,
+    has_ended: bool,
 }
 
-/// The column's name as [`Columns`] knows it, by UCD.
+/// The column name of [`Columns`] for a UCD.
 fn by_ucd(ucd: &str) -> Option<&'static str> {
     let ucd = ucd.to_lowercase();
     let first = ucd.split(';').next().unwrap_or_default().trim();
@@ -91,7 +91,7 @@ impl Table {
 
 impl Listener for Table {
     fn begins(&mut self, path: &[Element]) -> Result<(), String> {
-        let Some(element) = path.last().filter(|_| !self.is_over) else { return Ok(()) };
+        let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
         match element.name.as_str() {
             "FIELD" => {
                 let of = |name: &str| element.attribute(name).unwrap_or_default().to_owned();
@@ -126,7 +126,7 @@ impl Listener for Table {
     }
 
     fn ends(&mut self, path: &[Element]) -> Result<(), String> {
-        let Some(element) = path.last().filter(|_| !self.is_over) else { return Ok(()) };
+        let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
         match element.name.as_str() {
             "STREAM" => {
                 let form = path.iter().rev().nth(1).map_or("", |parent| parent.name.as_str());
@@ -141,7 +141,7 @@ impl Listener for Table {
                 self.content.count(1)?;
                 self.content.points.push(point);
             }
-            "TABLE" => self.is_over = true,
+            "TABLE" => self.has_ended = true,
             "INFO" if element.attribute("name") == Some("QUERY_STATUS") && element.attribute("value") == Some("ERROR") => {
                 return Err(format!("the service that wrote it says: {}", echo_within(element.text.trim(), 200)));
             }
@@ -151,12 +151,12 @@ impl Listener for Table {
     }
 }
 
-/// The points of a document, or the line that is wrong and why.
+/// The points of a document, or the wrong line and the reason.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut table = Table { on_body, ..Table::default() };
     walk(text, &mut table)?;
     match () {
-        () if !table.is_over => Err((1, "no TABLE in it: not a VOTable".to_owned())),
+        () if !table.has_ended => Err((1, "no TABLE in it: not a VOTable".to_owned())),
         () if !table.has_rows => Err((1, "its TABLE has neither TABLEDATA nor BINARY".to_owned())),
         () => Ok(table.content),
     }

@@ -1,7 +1,7 @@
 //! Binds a program to kernels: instructions become runs of kernel calls, with control-flow and texture steps between them.
 //!
-//! In: a program and a kernel class. Out: [`BoundProgram`]. Always: every offset lies inside the arena that the executor makes for the program.
-//! Not here: running it.
+//! In: a program and a kernel class. Out: [`BoundProgram`]. Always: every offset lies inside the arena that the executor allocates for the program.
+//! Not here: running the program.
 
 use super::LANES;
 use crate::render::software::kernels::{self, KernelClass, KernelFn, ScalarFn};
@@ -13,23 +13,23 @@ use smallvec::SmallVec;
 /// A kernel ready to be called. Offsets count elements from the start of the arena.
 pub(crate) struct KernelStep<R> {
     pub run: KernelFn<R>,
-    /// Offset of the lanes that it writes.
+    /// Offset of the lanes that the kernel writes.
     pub dst: u32,
-    /// Index in [`BoundProgram::operand_offsets`] of its first operand.
+    /// Index in [`BoundProgram::operand_offsets`] of the kernel's first operand.
     pub operands: u32,
 }
 
-/// Four steps in a cache line.
+/// Four steps fit into a cache line.
 const _: () = assert!(size_of::<KernelStep<f32>>() <= 16);
 
-/// The mask that a texture is read under.
+/// The location of the mask of lanes for which a texture is read.
 #[derive(Clone, Copy)]
 pub(crate) enum Mask {
     Slot(u32),
     Register(usize),
 }
 
-/// An operand of a texture read.
+/// The location of an operand of a texture read.
 #[derive(Clone, Copy)]
 pub(crate) enum TextureArg {
     Slot(u32),
@@ -39,7 +39,7 @@ pub(crate) enum TextureArg {
 
 /// One step of a bound program.
 pub(crate) enum BoundStep<R> {
-    /// The kernels `from..to`, one after the other, which count as so many instructions.
+    /// Runs the kernels `from..to` in order; together they count as `instructions` instructions.
     Kernels {
         from: u32,
         to: u32,
@@ -65,7 +65,7 @@ pub(crate) enum BoundStep<R> {
         what: TextureOp,
         texture: usize,
         dst: [u32; 4],
-        /// Which of the four are read later.
+        /// Which of the four channels are read later.
         outputs_used: [bool; 4],
         args: [TextureArg; 7],
         mask: Mask,
@@ -98,8 +98,8 @@ pub(crate) struct BoundProgram<R> {
     pub operand_offsets: Vec<u32>,
 }
 
-/// Number of slots after the program's own. The first hold broadcast operands of kernels that take lanes only, the last two intermediate
-/// results of a chain.
+/// Number of scratch slots after the program's own slots. The first ones receive broadcast operands of kernels that accept only lanes, the last two
+/// receive intermediate results of a chain.
 pub(crate) const SCRATCH: u32 = 8;
 
 /// Binds a program to the kernels of a class. `first_register`: row of the arena where the registers start.
@@ -112,7 +112,7 @@ pub(super) fn bind<R: Real>(program: &Program, class: KernelClass, first_registe
         class,
         scratch: program.slots,
         register_offset: first_register * LANES,
-        open: false,
+        can_extend_run: false,
     };
     let mut is_target = vec![false; program.lane_tape.len() + 1];
     for target in program.lane_tape.iter().filter_map(Instr::target) {
@@ -121,9 +121,9 @@ pub(super) fn bind<R: Real>(program: &Program, class: KernelClass, first_registe
     let mut starts = Vec::with_capacity(program.lane_tape.len() + 1);
     for (at, (instr, is_target)) in program.lane_tape.iter().zip(&is_target).enumerate() {
         // A jump target starts a new run of kernels.
-        binder.open &= !is_target;
+        binder.can_extend_run &= !is_target;
         let step = binder.bound.steps.len() as u32;
-        starts.push(if binder.open { step - 1 } else { step });
+        starts.push(if binder.can_extend_run { step - 1 } else { step });
         binder.bind(instr, |slot| is_read_after(program, at, slot))?;
     }
     let mut bound = binder.bound;
@@ -137,7 +137,7 @@ pub(super) fn bind<R: Real>(program: &Program, class: KernelClass, first_registe
 }
 
 /// Whether the value that an instruction writes into a slot is read before the next write, in tape order. Tape order suffices: a value that the
-/// next iteration of a loop needs is copied to another slot before the loop's end, and a read after a skipped write is used by no active lane.
+/// next iteration of a loop needs is copied to another slot before the loop's end, and no active lane uses a read after a skipped write.
 fn is_read_after(program: &Program, at: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
     for instr in &program.lane_tape[at + 1..] {
@@ -163,8 +163,8 @@ struct Binder<R> {
     scratch: u32,
     /// Element offset of register 0.
     register_offset: usize,
-    /// The last step is a run of kernels that may grow.
-    open: bool,
+    /// The last step is a run of kernels to which further kernels may be appended.
+    can_extend_run: bool,
 }
 
 impl<R: Real> Binder<R> {
@@ -180,70 +180,70 @@ impl<R: Real> Binder<R> {
         slot * LANES as u32
     }
 
-    fn kernel(&mut self, run: KernelFn<R>, dst: u32, args: &[u32]) {
+    fn push_kernel(&mut self, run: KernelFn<R>, dst: u32, args: &[u32]) {
         let to = self.bound.kernels.len() as u32 + 1;
         self.bound.kernels.push(KernelStep { run, dst, operands: self.bound.operand_offsets.len() as u32 });
         self.bound.operand_offsets.extend(args);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::Kernels { to: end, instructions, .. }) if self.open => {
+            Some(BoundStep::Kernels { to: end, instructions, .. }) if self.can_extend_run => {
                 *end = to;
                 *instructions += 1;
             }
             _ => self.bound.steps.push(BoundStep::Kernels { from: to - 1, to, instructions: 1 }),
         }
-        self.open = true;
+        self.can_extend_run = true;
     }
 
-    fn step(&mut self, step: BoundStep<R>) {
+    fn emit(&mut self, step: BoundStep<R>) {
         self.bound.steps.push(step);
-        self.open = false;
+        self.can_extend_run = false;
     }
 
-    /// The slot of an operand whose kernel takes lanes only; a register is broadcast to scratch slot number `used`.
-    fn slot_of(&mut self, o: &Operand, used: &mut u32) -> Result<u32, String> {
+    /// The slot of an operand whose kernel accepts only lanes; a register is broadcast to scratch slot number `scratch_used`.
+    fn slot_of(&mut self, o: &Operand, scratch_used: &mut u32) -> Result<u32, String> {
         if let Operand::Slot(s) = *o {
             return Ok(u32::from(s));
         }
-        let slot = self.scratch + *used;
-        *used += 1;
-        if *used > SCRATCH {
+        let slot = self.scratch + *scratch_used;
+        *scratch_used += 1;
+        if *scratch_used > SCRATCH {
             return Err(format!("more than {SCRATCH} operands"));
         }
         let from = self.offset(o);
         match R::specialised(self.class, Op::Copy, [false; 3]) {
-            Some(broadcast) => self.kernel(broadcast, Self::slot_offset(slot), &[from; 3]),
+            Some(broadcast) => self.push_kernel(broadcast, Self::slot_offset(slot), &[from; 3]),
             None => unreachable!("a copy of one value to all lanes has a specialised kernel"),
         }
         Ok(slot)
     }
 
-    /// One operation. Operands that its kernel cannot broadcast are copied to scratch slots first.
-    fn operation(&mut self, op: Op, dst: u32, args: &[Operand]) -> Result<(), String> {
+    /// Binds one operation. If no kernel accepts these operand kinds, registers are first broadcast to scratch slots.
+    fn bind_operation(&mut self, op: Op, dst: u32, args: &[Operand]) -> Result<(), String> {
         let first = args.first().ok_or("an operation without operands")?;
         let operand = |k: usize| args.get(k).unwrap_or(first);
         match R::specialised(self.class, op, [0, 1, 2].map(|k| is_per_lane(operand(k)))) {
-            Some(run) => self.kernel(run, dst, &[0, 1, 2].map(|k| self.offset(operand(k)))),
+            Some(run) => self.push_kernel(run, dst, &[0, 1, 2].map(|k| self.offset(operand(k)))),
             None => {
-                let mut used = 0;
-                let mut offsets = [Self::slot_offset(self.slot_of(first, &mut used)?); 3];
+                let mut scratch_used = 0;
+                let mut offsets = [Self::slot_offset(self.slot_of(first, &mut scratch_used)?); 3];
                 for (offset, o) in offsets.iter_mut().zip(args).skip(1) {
-                    *offset = Self::slot_offset(self.slot_of(o, &mut used)?);
+                    *offset = Self::slot_offset(self.slot_of(o, &mut scratch_used)?);
                 }
-                self.kernel(R::generic(self.class, op), dst, &offsets);
+                self.push_kernel(R::generic(self.class, op), dst, &offsets);
             }
         }
         Ok(())
     }
 
-    /// A chain: one kernel if the class has chain kernels, else its operations one by one, with intermediate results in two scratch slots.
-    fn chain(&mut self, links: &[FusedOp], dst: u32, args: &[Operand]) -> Result<(), String> {
+    /// Binds a chain: one kernel if the class has chain kernels, else its operations one by one, with intermediate results in two scratch slots.
+    fn bind_chain(&mut self, links: &[FusedOp], dst: u32, args: &[Operand]) -> Result<(), String> {
         let kinds = args.iter().take(kernels::chains::MAX_OPERANDS).enumerate().map(|(k, o)| u8::from(is_per_lane(o)) << k).sum();
         let complete = args.len() == kernels::chains::operand_count(links);
         let found = if complete { kernels::chains::find(links, kinds) } else { None };
         let found = found.ok_or_else(|| format!("no kernel for the chain {links:?} with these operands"))?;
         if let Some(run) = R::chain_kernels(self.class).get(found) {
             let offsets: Vec<u32> = args.iter().map(|o| self.offset(o)).collect();
-            self.kernel(*run, dst, &offsets);
+            self.push_kernel(*run, dst, &offsets);
             return Ok(());
         }
         let kernels_before = self.bound.kernels.len();
@@ -258,42 +258,42 @@ impl<R: Real> Binder<R> {
             rest = further;
             let intermediate = self.scratch + SCRATCH - 1 - k as u32 % 2;
             let to = if k + 1 == links.len() { dst } else { Self::slot_offset(intermediate) };
-            self.operation(link.op, to, &operands)?;
+            self.bind_operation(link.op, to, &operands)?;
             result = Some(Operand::Slot(intermediate as u16));
         }
-        // A chain counts as one instruction on every machine.
+        // A chain counts as one instruction in every class, so that counts are the same on every machine.
         if let Some(BoundStep::Kernels { instructions, .. }) = self.bound.steps.last_mut() {
             *instructions -= (self.bound.kernels.len() - kernels_before - 1) as u32;
         }
         Ok(())
     }
 
-    /// `is_read`: whether the value that the instruction writes into a slot is read.
+    /// Binds one instruction. `is_read`: whether the value that the instruction writes into a slot is read.
     fn bind(&mut self, instr: &Instr, is_read: impl Fn(u16) -> bool) -> Result<(), String> {
-        let mut used = 0;
+        let mut scratch_used = 0;
         let register = |o: &Operand| match *o {
             Operand::Reg(r) => usize::from(r),
             Operand::Slot(_) => 0,
         };
         match instr {
-            Instr::Lane { op, dst, args } => self.operation(*op, Self::slot_offset(u32::from(*dst)), args)?,
-            Instr::FusedKernel { links, dst, args } => self.chain(links, Self::slot_offset(u32::from(*dst)), args)?,
+            Instr::Lane { op, dst, args } => self.bind_operation(*op, Self::slot_offset(u32::from(*dst)), args)?,
+            Instr::FusedKernel { links, dst, args } => self.bind_chain(links, Self::slot_offset(u32::from(*dst)), args)?,
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));
-                self.step(BoundStep::Scalar { run: R::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });
+                self.emit(BoundStep::Scalar { run: R::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });
             }
-            Instr::LoadUniform { .. } => self.step(BoundStep::Load(instr.clone())),
+            Instr::LoadUniform { .. } => self.emit(BoundStep::Load(instr.clone())),
             Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
-                let index = self.slot_of(index, &mut used)?;
-                self.step(BoundStep::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
+                let index = self.slot_of(index, &mut scratch_used)?;
+                self.emit(BoundStep::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
             }
             Instr::Texture { what, texture, dst, args, mask } => {
                 let mut texture_args = [TextureArg::Slot(0); 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
-                        // Single texels take one row and one level for all lanes.
+                        // A load of single texels accepts one row and one level for all lanes.
                         Operand::Reg(r) if *what == TextureOp::Load && k > 0 => TextureArg::Register(usize::from(*r)),
-                        _ => TextureArg::Slot(self.slot_of(o, &mut used)?),
+                        _ => TextureArg::Slot(self.slot_of(o, &mut scratch_used)?),
                     };
                 }
                 let mask = match mask {
@@ -301,10 +301,10 @@ impl<R: Real> Binder<R> {
                     Operand::Reg(r) => Mask::Register(usize::from(*r)),
                 };
                 let (outputs_used, dst) = (dst.map(is_read), dst.map(u32::from));
-                self.step(BoundStep::Texture { what: *what, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask });
+                self.emit(BoundStep::Texture { what: *what, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask });
             }
             Instr::TextureSize { dst, texture, axis, level } => {
-                self.step(BoundStep::TextureSize {
+                self.emit(BoundStep::TextureSize {
                     dst: usize::from(*dst),
                     texture: usize::from(*texture),
                     axis: *axis,
@@ -312,13 +312,13 @@ impl<R: Real> Binder<R> {
                 });
             }
             Instr::SkipIfNone { mask, target } => {
-                let slot = self.slot_of(mask, &mut used)?;
-                self.step(BoundStep::SkipIfNone { slot, target: *target });
+                let slot = self.slot_of(mask, &mut scratch_used)?;
+                self.emit(BoundStep::SkipIfNone { slot, target: *target });
             }
             Instr::JumpIf { cond, when, target } => {
-                self.step(BoundStep::JumpIf { register: register(cond), when: *when, target: *target });
+                self.emit(BoundStep::JumpIf { register: register(cond), when: *when, target: *target });
             }
-            Instr::Jump { target } => self.step(BoundStep::Jump { target: *target }),
+            Instr::Jump { target } => self.emit(BoundStep::Jump { target: *target }),
         }
         Ok(())
     }

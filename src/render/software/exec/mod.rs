@@ -1,8 +1,8 @@
 //! Runs a [`Program`] over batches of lanes.
 //!
-//! In: the uniform bytes of a draw (once, [`Program::prepare_for`]), then per batch the lane inputs and the lanes that are active. Out: the lane
-//! outputs and the lanes that were not discarded. Inactive lanes may hold any bits; no operation traps. A program is bound to kernels once, in
-//! [`Executor::new`]; a batch allocates nothing.
+//! In: the uniform bytes of a draw (once, [`Program::prepare_for`]), then per batch the lane inputs and the mask of active lanes. Out: the lane
+//! outputs and the mask of lanes that were not discarded. Always: inactive lanes may contain any bits, and no operation traps; a program is bound to
+//! kernels once, in [`Executor::new`], and a batch allocates nothing.
 
 mod bind;
 mod textures;
@@ -15,12 +15,12 @@ use super::tape::{Instr, Operand, TextureOp, WordKind};
 use bind::{BoundProgram, BoundStep, KernelStep, Mask, SCRATCH, TextureArg, bind};
 pub use textures::{Gradients, NoTextures, TextureUnit};
 
-/// Backward jumps after which a batch is stopped: a loop that never ends must not hang a frame.
+/// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame.
 const MAX_LOOP_ITERATIONS: u32 = 1 << 20;
-/// Instructions, each over all lanes, after which a batch is stopped at its next backward jump: an iteration may be long. The most expensive
-/// shipped module takes some 10^4; this many take about a second.
+/// Instructions, each over all lanes, after which a batch is stopped at its next backward jump, because the iterations of a loop may be long. The
+/// most expensive shipped module runs some 10^4 instructions; this many take about a second.
 const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
-/// Instructions that a texture read counts as against that limit.
+/// Number of instructions that a texture read counts as in [`MAX_LOOP_INSTRUCTIONS`].
 const INSTRUCTIONS_PER_READ: u32 = 64;
 
 /// Which lanes of a batch: bit i is lane i.
@@ -38,7 +38,7 @@ pub(crate) const LANE_BITS: [u32; 32] = {
     bits
 };
 
-/// The per-draw values of a program: registers after the uniform tape, and the uniform block for indexed reads.
+/// The per-draw values of a program: the registers after the per-draw tape has run, and the uniform block for indexed reads.
 #[derive(Clone, Debug)]
 pub struct Prepared<R> {
     registers: Vec<R>,
@@ -82,8 +82,8 @@ fn scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usiz
 }
 
 impl Program {
-    /// Runs the per-draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero), in a class: it decides whether
-    /// products and sums fuse.
+    /// Runs the per-draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether
+    /// products and sums are fused.
     pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> Prepared<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let mut registers = vec![R::ZERO; self.registers as usize];
@@ -105,7 +105,7 @@ struct Lane<R>([R; LANES]);
 
 /// Runs one program in one class.
 pub struct Executor<R: Real> {
-    /// The program's slots, then [`SCRATCH`] slots, then the registers, packed: one allocation, so that a kernel's operands are offsets.
+    /// The program's slots, then [`SCRATCH`] slots, then the registers, packed. One allocation, so that operands are offsets from one base.
     arena: Vec<Lane<R>>,
     /// Row of the arena where the registers start.
     first_register: usize,
@@ -119,7 +119,7 @@ pub struct Executor<R: Real> {
     hit_loop_limit: bool,
 }
 
-/// What the last run executed, each instruction over all lanes.
+/// Number of instructions and texture reads of a run; each is one operation over all lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExecutionCounts {
     pub instructions: u32,
@@ -135,7 +135,7 @@ impl<R: Real> Executor<R> {
         Self::with_class(program, KernelClass::detect())
     }
 
-    /// The same for a class that the machine must have.
+    /// Binds the program to the kernels of a class, which must be available on this machine.
     ///
     /// # Errors
     /// A program with an index out of range, or a class that this machine lacks.
@@ -164,13 +164,13 @@ impl<R: Real> Executor<R> {
         })
     }
 
-    /// The lanes of input `k`, to be written before every run: a run may overwrite them.
+    /// The lanes of input `k`. The caller must write them before every run, because a run may overwrite them.
     pub fn input_mut(&mut self, k: usize) -> &mut [R; LANES] {
         assert!(k < self.inputs.len(), "input {k} of {}", self.inputs.len());
         &mut self.arena[k].0
     }
 
-    /// Gives input `k` one value for all lanes.
+    /// Sets all lanes of input `k` to one value.
     pub fn set_input_constant(&mut self, k: usize, value: R) {
         self.input_mut(k).fill(value);
     }
@@ -180,8 +180,8 @@ impl<R: Real> Executor<R> {
         &self.arena[self.output_slots[k] as usize].0
     }
 
-    /// Runs one batch and returns the active lanes that did not discard. When the program uses derivatives, `active` must hold the four
-    /// lanes of every quad of which one is covered: the others are its helper lanes.
+    /// Runs one batch and returns the active lanes that did not discard. If the program uses derivatives, `active` must contain all four lanes of
+    /// every quad that has a covered lane; the uncovered lanes are helper lanes.
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;
@@ -231,7 +231,7 @@ impl<R: Real> Executor<R> {
     }
 
     fn any(&self, slot: u32) -> bool {
-        // The OR of a chunk is vectorised; most often some lane of the first chunk is set, and the other chunks are not read.
+        // The OR of a chunk is vectorised. Usually a lane of the first chunk is set, and the other chunks are not read.
         let (chunks, _) = self.arena[slot as usize].0.as_chunks::<{ kernels::CHUNK }>();
         chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
     }
@@ -256,10 +256,10 @@ impl<R: Real> Executor<R> {
     fn run_kernels(&mut self, kernels: &[KernelStep<R>], operand_offsets: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
         for k in kernels {
-            // SAFETY: Program::check has verified every index against the counts that the arena was made from, so each offset is that of a
-            // whole slot or of a register inside it; `dst` is a slot and no operand's slot, and scratch slots are written by broadcasts
-            // only, whose operand is a register, so nothing overlaps `dst`; `operand_offsets` holds as many as the kernel takes (bind);
-            // the class of the kernel is available (with_class).
+            // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, so each offset refers to
+            // a complete slot or to a register inside the arena. `dst` is a slot that is not an operand of the same kernel, and scratch slots
+            // are written by broadcasts, whose operand is a register, or by chains, which alternate between two slots, so nothing overlaps `dst`.
+            // `operand_offsets` has as many entries as the kernel takes (bind). The class of the kernel is available (with_class).
             unsafe {
                 let dst = &mut *base.add(k.dst as usize).cast::<[R; LANES]>();
                 (k.run)(dst, base, operand_offsets.as_ptr().add(k.operands as usize));
@@ -340,8 +340,8 @@ impl<R: Real> Executor<R> {
             Mask::Register(_) => 0,
         };
         let base = self.arena.as_mut_ptr();
-        // SAFETY: Program::check has verified that slots lie inside the arena, that the four of `dst` differ, and that none of them is an
-        // operand's; scratch slots come after the program's.
+        // SAFETY: Program::check has verified that slots lie inside the arena, that the four slots of `dst` differ, and that none of them is an
+        // operand; scratch slots come after the program's slots.
         let lanes = |slot: u32| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() };
         let mut out = [0, 1, 2, 3].map(|k| if outputs_used[k] { &mut lanes(dst[k])[..] } else { &mut [] });
         let (first_register, registers) = (self.first_register, base.cast::<R>());
@@ -352,7 +352,7 @@ impl<R: Real> Executor<R> {
             TextureArg::Register(r) => unsafe { std::slice::from_ref(&*registers.add(first_register * LANES + r)) },
         };
         if active != LaneMask::MAX && what != TextureOp::Load {
-            // Lanes that are not sampled are zero, so that the result does not depend on what the thread ran before.
+            // Lanes that are not sampled are set to zero, so that the result does not depend on earlier batches of this thread.
             out.iter_mut().for_each(|o| o.fill(R::ZERO));
         }
         match what {

@@ -3,29 +3,29 @@
 use super::LaneMask;
 use crate::render::software::math::Real;
 
-/// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures); slices hold one
-/// value per lane; lanes outside `active` may hold any bits, NaN included, and their results are not used. `out`: red, green, blue, alpha;
-/// empty slices for channels that the program does not read.
+/// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures). Slices contain one
+/// value per lane; lanes outside `active` may contain any bits, NaN included, and their results are not used. `out`: red, green, blue, alpha, with
+/// an empty slice for each channel that the program does not read.
 pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
-    /// The same with up to `max_taps` taps along the footprint, as shaders/lib/filtered_map.wesl sums them; by default one tap.
+    /// Like `sample_gradients`, with up to `max_taps` taps along the footprint, summed as in shaders/lib/filtered_map.wesl. The default is one tap.
     fn sample_filtered(&self, texture: usize, uv: [&[R]; 2], g: Gradients<'_, R>, max_taps: &[R], active: LaneMask, out: [&mut [R]; 4]) {
         let _ = max_taps;
         self.sample_gradients(texture, uv[0], uv[1], g, active, out);
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// One texel; x, y and level are bit-cast integers ([`Real::int`]); zeros outside the level. y and level hold one value per lane, or one for all
-    /// lanes. Every lane is written.
+    /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::int`]); y and level have one value per lane, or one for all
+    /// lanes. Every lane of `out` is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// Width and height in texels of a level (clamped to the existing levels).
+    /// Width and height of a level in texels. `level` is clamped to the existing levels.
     fn dimensions(&self, texture: usize, level: u32) -> [u32; 2];
     /// Number of mip levels.
     fn levels(&self, texture: usize) -> u32;
 }
 
-/// Derivatives of texture coordinates by pixel, one per lane.
+/// Derivatives of texture coordinates per pixel, with one value per lane.
 #[derive(Clone, Copy)]
 pub struct Gradients<'a, R> {
     pub du_dx: &'a [R],
@@ -34,7 +34,7 @@ pub struct Gradients<'a, R> {
     pub dv_dy: &'a [R],
 }
 
-/// For programs that read no texture: every read gives zeros.
+/// A texture unit for programs that read no texture: every read returns zeros.
 pub struct NoTextures;
 
 impl<R: Real> TextureUnit<R> for NoTextures {

@@ -1,8 +1,8 @@
-//! Chains of operations in one kernel: each takes the result of the one before without a store and a load between.
+//! Chains of operations in one kernel: each operation uses the result of the previous one without a store and a load in between.
 //!
-//! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further one. Out: what the single
-//! kernels would give one after the other, bit for bit, because each operation still rounds by itself. The chains are those that occur most in
-//! the atmosphere, eclipse, map and tone-map code; the lowering calls [`find`] and splits every other chain into these.
+//! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
+//! from single kernels run in order, because each operation still rounds separately. The table contains the chains that occur most often in the
+//! atmosphere, eclipse, map and tone-map code; the lowering calls [`find`] and splits every other chain into chains of the table.
 
 use super::input::Input;
 use super::ops::Eval;
@@ -11,9 +11,9 @@ use crate::render::software::tape::{FusedOp, Op};
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-/// Most operands of a chain.
+/// Maximum number of operands of a chain.
 pub const MAX_OPERANDS: usize = 8;
-/// Most operations of a chain.
+/// Maximum number of operations of a chain.
 pub const MAX_LINKS: usize = 8;
 
 /// Operand kinds as bits, the first operand lowest: L = one value per lane (1), R = one value for all lanes (0).
@@ -28,8 +28,8 @@ pub const fn kind_bits(kinds: &str) -> u8 {
     bits
 }
 
-/// Kinds of the operands, the first operation, then each further operation with the position of the previous result among its operands.
-/// Products and sums, which commute, take the previous result second.
+/// Each entry: the kinds of the operands, the first operation, then each further operation with the position of the previous result among its
+/// operands. In products and sums, which commute, the previous result is the second operand.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {
@@ -164,7 +164,7 @@ macro_rules! table {
 }
 with_chains!(table);
 
-/// Every chain that has a kernel, with the kinds of its operands as [`kind_bits`] reads them.
+/// Every chain that has a kernel, with the kinds of its operands in the notation of [`kind_bits`].
 pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
     TABLE
 }
@@ -178,14 +178,14 @@ pub fn operand_count(links: &[FusedOp]) -> usize {
 pub fn find(links: &[FusedOp], kinds: u8) -> Option<usize> {
     static INDEX: LazyLock<HashMap<(&'static [FusedOp], u8), usize>> =
         LazyLock::new(|| TABLE.iter().enumerate().map(|(k, (links, kinds))| ((*links, kind_bits(kinds)), k)).collect());
-    // A function of its own, which shortens the lifetime of the keys to that of `links`.
+    // A separate function shortens the lifetime of the keys to that of `links`.
     fn lookup<'a>(index: &HashMap<(&'a [FusedOp], u8), usize>, links: &'a [FusedOp], kinds: u8) -> Option<usize> {
         index.get(&(links, kinds)).copied()
     }
     lookup(&INDEX, links, kinds)
 }
 
-/// A chain as a type: what it computes on one lane.
+/// A chain as a type, with the function that evaluates it on one lane.
 pub(crate) trait FusedKernel {
     /// Number of operands.
     const OPERANDS: usize;
@@ -223,8 +223,8 @@ impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
 
 /// Runs a chain over `N` lanes. `KINDS`: as [`kind_bits`]. `F`: fused multiply-add.
 /// # Safety
-/// `offsets` holds the offset of every operand in elements from `base`; there `base` is valid for `N` reads, or for one if the operand's bit
-/// is not set; no operand overlaps `dst`.
+/// `offsets` has the offset of every operand from `base`, in elements. Each operand is valid for `N` reads, or for one if its bit in `KINDS`
+/// is not set. No operand overlaps `dst`.
 #[inline(always)]
 pub(crate) unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const F: bool>(
     dst: &mut [R; N],
@@ -233,7 +233,7 @@ pub(crate) unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS:
 ) {
     macro_rules! input {
         ($k:literal) => {{
-            // Unused operands repeat the first.
+            // Unused operands repeat the first operand.
             let k = if $k < C::OPERANDS { $k } else { 0 };
             // SAFETY: passed on to the caller.
             unsafe { Input::<R, N>::new(base.add(*offsets.add(k) as usize), KINDS >> k & 1 == 1) }

@@ -1,21 +1,21 @@
-//! Kernel classes (instruction sets), and the kernels that an element type has: the interface between `math` and the kernels.
+//! Kernel classes (instruction sets), and the trait that supplies the kernels of an element type.
 
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Lanes that the less frequent kernels process at a time; [`LANES`] is a multiple of it.
+/// Lanes that the kernels of less frequent operations process at a time; [`LANES`] is a multiple of it.
 pub const CHUNK: usize = 32;
 
 /// Lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the calls dominate, with more the
 /// L1 cache overflows.
 pub const LANES: usize = 128;
 
-/// A kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Whether an
-/// operand is a lane array or one value is part of the kernel. A kernel of one operation reads three offsets even if it has fewer operands, a
-/// chain's kernel one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
+/// A kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Each kernel is
+/// compiled for fixed operand kinds (lane array or one value). A kernel of one operation reads three offsets even if it has fewer operands; a
+/// chain's kernel reads one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
 pub type KernelFn<R> = unsafe fn(&mut [R; LANES], *const R, *const u32);
 
-/// Which instruction set the kernels use. Classes that fuse multiply and add give the same bits, and so do those that do not.
+/// The instruction set of the kernels. All classes that fuse multiply and add give the same bits, and so do all classes that do not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum KernelClass {
     Avx512,
@@ -85,17 +85,17 @@ pub type ScalarFn<R> = fn(R, R, R) -> R;
 
 /// The kernels of an element type.
 ///
-/// Methods of two types, not generic functions: generic functions would be compiled again, all 6,500 kernels, in every program that uses this
-/// library.
+/// Methods of f32 and f64 instead of generic functions, because every program that uses this library would compile the generic functions, 6,500
+/// kernels, again.
 pub trait Kernels: Sized + 'static {
     /// One operation on single values, for constant folding and the per-draw tape.
     fn scalar(op: Op, fused: bool) -> ScalarFn<Self>;
-    /// The kernel for operands of these kinds (true = lanes); `None` if there is only the generic one. Kernels of this and the other methods
-    /// may be called only on machines where the class is in [`KernelClass::available`].
+    /// The kernel for operands of these kinds (true = lanes); `None` if there is only the generic kernel. The kernels of a class may be called only
+    /// on machines where the class is in [`KernelClass::available`].
     fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;
     /// The kernel for which every operand must be lanes.
     fn generic(class: KernelClass, op: Op) -> KernelFn<Self>;
-    /// The kernels of [`all`](super::chains::all), in that order. Empty for f64, which is for checks and would double the build time; a chain
-    /// then runs as single operations, with the same bits.
+    /// The kernels of [`all`](super::chains::all), in that order. Empty for f64, which is used only for checks and would double the build time; a
+    /// chain then runs as single operations, with the same bits.
     fn chain_kernels(class: KernelClass) -> &'static [KernelFn<Self>];
 }

@@ -2,8 +2,8 @@
 
 use crate::render::software::math::Real;
 
-/// An operand: lanes, or one value for all lanes. Holds references and not pointers: debug builds check every use of a pointer, and loops with
-/// such checks are not vectorised.
+/// An operand: lanes, or one value for all lanes. It contains a reference instead of a pointer, because debug builds check every use of a pointer,
+/// and loops with such checks are not vectorised.
 pub(crate) struct Input<'a, R, const N: usize> {
     lanes: Option<&'a [R; N]>,
     single: R,
@@ -11,7 +11,7 @@ pub(crate) struct Input<'a, R, const N: usize> {
 
 impl<R: Real, const N: usize> Input<'_, R, N> {
     /// # Safety
-    /// `values` is valid for `N` reads, or one where `lanes` is false, as long as this lives.
+    /// `values` is valid for `N` reads, or for one if `lanes` is false, during the lifetime of the result.
     #[inline(always)]
     pub(crate) unsafe fn new(values: *const R, lanes: bool) -> Self {
         // SAFETY: the caller guarantees it.

@@ -1,8 +1,8 @@
 //! Vector kernels: one generic source, compiled once per instruction set and chosen at run time.
 //!
-//! In: pointers to lanes or to one broadcast value. Out: `N` lanes written. Frequent operations have one specialised kernel per combination
-//! of operand kinds, with the lane count known at compile time; the others have one generic kernel, which takes lanes only and processes
-//! [`CHUNK`] lanes at a time. [`chains`] computes several operations in one kernel.
+//! In: operands, each an array of lanes or one value for all lanes. Out: [`LANES`] lanes written. Frequent operations have one specialised kernel per
+//! combination of operand kinds; each other operation has one generic kernel, which accepts only lanes and processes [`CHUNK`] lanes at a time.
+//! [`chains`] computes several operations in one kernel.
 
 pub mod chains;
 pub mod class;
@@ -33,7 +33,7 @@ pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
 }
 
 /// # Safety
-/// The operands are valid for `N` reads, or one where their flag is false, and do not overlap `dst`.
+/// Each operand is valid for `N` reads, or for one if its flag is false, and does not overlap `dst`.
 #[inline(always)]
 unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, const C: bool, const F: bool>(
     dst: &mut [R; N],
@@ -159,7 +159,7 @@ macro_rules! class {
                 })
             }
 
-            /// The kernel that takes operands of these kinds as they are (true = lanes), if there is one.
+            /// The kernel for operands of these kinds (true = lanes), if there is one.
             pub fn specialised<R: Real>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 match op {
                     Op::Copy if kinds[0] => Some(fixed::<ops::Copy, R, true, false, false>),
@@ -207,7 +207,7 @@ macro_rules! generic_kernels {
             match op {
                 Op::Dpdx => dpdx::<R>,
                 Op::Dpdy => dpdy::<R>,
-                $(#[allow(unreachable_patterns, reason = "the list of all operations holds the two above as well")]
+                $(#[allow(unreachable_patterns, reason = "the list of all operations contains the two above as well")]
                 Op::$name => chunked::<ops::$name, R>,)*
             }
         }

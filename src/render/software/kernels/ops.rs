@@ -1,4 +1,4 @@
-//! What each operation computes on one lane: the only definition, which constant folding, the per-draw tape and the vector kernels share.
+//! The only definition of what each operation computes on one lane. Constant folding, the per-draw tape and the vector kernels share it.
 
 use crate::render::software::math::Real;
 use crate::render::software::tape::Op;
@@ -29,7 +29,8 @@ fn signed<R: Real>(a: R) -> i32 {
 fn from_signed<R: Real>(i: i32) -> R {
     R::from_int(i as u32)
 }
-// Classes with fused multiply-add have a rounding instruction; the others round by additions. Both are exact, so the bits are the same.
+// Classes with fused multiply-add have a rounding instruction; the others round by adding and subtracting a power of two. Both are exact, so the
+// bits are the same.
 #[inline(always)]
 fn trunc<R: Real, const F: bool>(a: R) -> R {
     if F {
@@ -78,7 +79,7 @@ fn from_half(h: u32) -> f32 {
 
 #[inline(always)]
 fn leading_zeros(mut x: u32) -> u32 {
-    // Copy the highest set bit to all lower ones, then count: vectorises without a count-leading-zeros instruction.
+    // Copies the highest set bit to all lower bits, then counts; this vectorises without a count-leading-zeros instruction.
     x |= x >> 1;
     x |= x >> 2;
     x |= x >> 4;
@@ -189,7 +190,7 @@ eval! {
     Fms = |R, F, a, b, c| a.fma::<F>(b, -c);
     Fnma = |R, F, a, b, c| (-a).fma::<F>(b, c);
     Select = |R, F, a, b, c| if a.mask() { b } else { c };
-    // Lanes have their own derivative kernels; the derivative of one value for all lanes is zero.
+    // For scalars only: the derivative of one value for all lanes is zero. Lanes have their own derivative kernels.
     Dpdx = |R, F, _, _, _| R::ZERO;
     Dpdy = |R, F, _, _, _| R::ZERO;
 }

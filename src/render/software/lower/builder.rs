@@ -1,7 +1,7 @@
 //! Builds the steps in SSA form: constant folding, simplification, value numbering, and the rate of each value.
 //!
-//! Rates: constant; per draw (computed once, on the draw tape); uniform (one value for all lanes, computed on the lane tape because it may change
-//! in a loop); per lane. An operation has the highest rate among its operands.
+//! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); uniform (one value for all lanes, on the lane tape
+//! because it may change in a loop); per lane. An operation has the highest rate among its operands.
 
 use super::step::{Label, Step, Val, Vals};
 use crate::render::software::kernels;
@@ -9,7 +9,7 @@ use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
 use rustc_hash::FxHashMap as HashMap;
 
-/// What a value computes; equal keys are one value.
+/// The computation of a value; computations with equal keys share one value.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {
     Op(Op, Vals),
@@ -26,7 +26,8 @@ pub(crate) struct Builder {
     next: u32,
     labels: Label,
     draw_available: HashMap<Key, Val>,
-    /// Available expressions of each open region, innermost last: a value from a region that may be skipped must not be used outside it.
+    /// Available expressions of each open region, innermost last. They are kept by region, because a value from a region that may be skipped must not
+    /// be used outside it.
     available: Vec<HashMap<Key, Val>>,
 }
 
@@ -199,7 +200,7 @@ impl Builder {
             (Op::Mul, &[a, b]) if is(self, a, one) => Some(b),
             (Op::Div, &[a, b]) if is(self, b, one) => Some(a),
             (Op::Div, &[a, b]) => {
-                // A power of two within f32 has an exact reciprocal, and the product rounds as the quotient does.
+                // A power of two within the range of f32 has an exact reciprocal, and the product rounds like the quotient.
                 let Some(Constant::Float(x)) = self.known_constant(b) else { return None };
                 let power_of_two = x.to_bits() << 12 == 0 && (2f64.powi(-120)..=2f64.powi(120)).contains(&x.abs());
                 power_of_two.then(|| {
@@ -230,7 +231,7 @@ impl Builder {
                 if a == b {
                     return Some(a);
                 }
-                // Masks are all ones or all zeros, so a select with a constant side is a logical operation.
+                // Masks are all ones or all zeros, so a select between masks of which one is constant is a logical operation.
                 match (self.known_bool(a), self.known_bool(b)) {
                     (Some(true), Some(false)) => Some(c),
                     (Some(false), Some(true)) => Some(self.not(c)),
@@ -252,7 +253,7 @@ impl Builder {
                     Step::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
                     _ => None,
                 };
-                // Only values that are written once qualify; every value but the targets of `Assign` is.
+                // This requires a value that is written only once, as are all values but the targets of `Assign`.
                 self.code.iter().rev().take(64).chain(self.draw.iter().rev().take(64)).find_map(inner)
             }
             _ => None,
@@ -281,7 +282,7 @@ impl Builder {
         dst
     }
 
-    /// `None` if the level differs from lane to lane.
+    /// The size of a texture's level along an axis; `None` if the level differs between lanes.
     pub(crate) fn texture_size(&mut self, texture: u16, axis: u8, level: Val) -> Option<Val> {
         if matches!(level, Val::Lane(_)) {
             return None;

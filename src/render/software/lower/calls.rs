@@ -1,4 +1,4 @@
-//! Calls: every function is inlined where it is called.
+//! Lowers calls by inlining every function at its call sites.
 
 use super::error::Result;
 use super::lowerer::{CallFrame, Lowerer};
@@ -58,7 +58,7 @@ impl<'m> Lowerer<'m> {
         Ok(scalars)
     }
 
-    /// A call statement; stores the value of its result, if it has one.
+    /// Lowers a call statement, and stores the value of its result if it has one.
     pub(crate) fn call_statement(
         &mut self,
         statement: &'m Statement,

@@ -1,7 +1,7 @@
-//! Fuses operations into chains: each operation takes the result of the one before, which has no other reader, and one kernel computes them all.
+//! Fuses operations into chains. Each operation of a chain is the only reader of the previous operation's result, and one kernel computes them all.
 //!
-//! In: the steps after all other passes. Out: the same with chains, with as few kernels as `kernels/chains.rs` allows. A chain stands where its
-//! last operation stood. All its operations come from one basic block, in which no loop variable that it reads is assigned between them.
+//! In: the steps after all other passes. Out: the same steps with chains, and with as few kernels as `kernels/chains.rs` allows. Always: a chain
+//! replaces its last operation; its operations come from one basic block, and no loop variable that they read is assigned between them.
 
 use super::step::{Step, Val, Vals, reads};
 use crate::render::software::kernels::chains::{MAX_LINKS, MAX_OPERANDS, find};
@@ -21,7 +21,7 @@ struct ChainOp {
 pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
     fold_negations(code, outputs);
     let uses = use_counts(code, outputs);
-    // Chains of this basic block that may grow, by their result: it has one reader.
+    // Chains of this basic block that may be extended, by their result, which has one reader.
     let mut open: HashMap<Val, Vec<ChainOp>> = HashMap::default();
     let mut closed: Vec<Vec<ChainOp>> = Vec::new();
     for (index, step) in code.iter().enumerate() {
@@ -35,9 +35,9 @@ pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
                     let mut chain = open.get(v)?.clone();
                     let (link, args) = commuted(FusedOp { op: *op, at: at as u8 }, args);
                     chain.push(ChainOp { index, link, args });
-                    // Prefer a chain that needs no further kernel for this operation; among those the longest.
-                    let free = kernel_count(&chain) == kernel_count(&chain[..chain.len() - 1]);
-                    Some(((free, chain.len()), *v, chain))
+                    // Prefer a chain that needs no further kernel for this operation, and among such chains the longest.
+                    let adds_no_kernel = kernel_count(&chain) == kernel_count(&chain[..chain.len() - 1]);
+                    Some(((adds_no_kernel, chain.len()), *v, chain))
                 });
                 let chain = match candidates.max_by_key(|(benefit, ..)| *benefit) {
                     Some((_, v, chain)) => {
@@ -84,7 +84,7 @@ fn use_counts(code: &[Step], outputs: &[Val]) -> HashMap<Val, u32> {
     uses
 }
 
-/// Folds the negation of a factor into the fused multiply-add that reads it: -a * b + c is exactly c - a * b.
+/// Folds the negation of a factor into the fused multiply-add that reads it, because -a * b + c is exactly c - a * b.
 fn fold_negations(code: &mut Vec<Step>, outputs: &[Val]) {
     let uses = use_counts(code, outputs);
     let mut negated: HashMap<Val, (usize, Val)> = HashMap::default();
@@ -97,7 +97,7 @@ fn fold_negations(code: &mut Vec<Step>, outputs: &[Val]) {
             }
             Step::Op { dst: dst @ Val::Lane(_), op: Op::Fma, args } => {
                 let Some((at, (from, factor))) = (0..2).find_map(|at| Some((at, *negated.get(&args[at])?))) else { continue };
-                // A value for all lanes comes first, as in the table of chains.
+                // A value common to all lanes comes first, as in the table of chains.
                 let mut factors = [factor, args[1 - at]];
                 factors.sort();
                 removed.insert(from);
@@ -116,7 +116,7 @@ fn fold_negations(code: &mut Vec<Step>, outputs: &[Val]) {
     });
 }
 
-/// Operands of a commutative operation, with the chain's result second: that halves the number of kernels.
+/// Swaps the operands of a commutative operation so that the chain's result is second, which halves the number of kernels.
 fn commuted(link: FusedOp, args: &[Val]) -> (FusedOp, Vals) {
     let mut args = Vals::from_slice(args);
     if link.at == 0 && matches!(link.op, Op::Mul | Op::Add | Op::And | Op::Or | Op::Fma | Op::Fms | Op::Fnma) {
@@ -126,7 +126,7 @@ fn commuted(link: FusedOp, args: &[Val]) -> (FusedOp, Vals) {
     (link, args)
 }
 
-/// The operands of a piece of a chain and their kinds: those of the first operation, then the remaining ones of each further operation.
+/// The operands of a piece of a chain, and their kinds. The operands of the first operation come first, then the others of each further operation.
 fn operands(piece: &[ChainOp]) -> Option<(Vals, u8)> {
     let mut all = piece.first()?.args.clone();
     for item in &piece[1..] {
@@ -150,7 +150,7 @@ fn has_kernel(piece: &[ChainOp]) -> bool {
 
 /// Splits a chain into the fewest pieces that have a kernel each, by dynamic programming.
 fn split(chain: &[ChainOp]) -> Vec<&[ChainOp]> {
-    // For each number of operations: the fewest kernels for them, and the start of the last kernel's piece.
+    // Entry k: the fewest kernels for the first k operations, and the start of the last kernel's piece.
     let mut best = vec![(0, 0)];
     for end in 1..=chain.len() {
         let starts = (end.saturating_sub(MAX_LINKS)..end).filter(|start| has_kernel(&chain[*start..end]));

@@ -1,7 +1,7 @@
-//! Branches, switches and loops.
+//! Lowers branches, switches and loops.
 //!
 //! Both sides of a branch on a lane value run, each after a jump that skips it if no lane needs it; scalars that differ between the sides are
-//! merged by a `select`. Loops stay loops: the scalars that change in one become loop variables (phi values).
+//! merged by a `select`. Loops remain loops: the scalars that change in a loop become loop variables (phi values).
 
 use super::error::Result;
 use super::lowerer::{Lowerer, OpenLoop};
@@ -10,15 +10,15 @@ use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 use rustc_hash::FxHashMap as HashMap;
 
-/// Regions with fewer operations than this run without a skip: the test would cost as much as the region.
+/// Regions with fewer operations than this run without a skip, because the test would cost as much as the region.
 const MIN_SKIPPED_STEPS: usize = 12;
 
 /// How a scalar changes in a loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Change {
-    /// Differs between lanes.
+    /// The scalar differs between lanes.
     lane: bool,
-    /// Changes in iterations that continue, not only when the loop is left.
+    /// The scalar changes in iterations that continue, not only when the loop is left.
     each_iteration: bool,
 }
 
@@ -43,7 +43,7 @@ impl<'m> Lowerer<'m> {
         self.clear_flags();
     }
 
-    /// Gives loop variables their next values, with the effect of a parallel assignment.
+    /// Assigns loop variables their next values, with the effect of a parallel assignment.
     fn assign(&mut self, variables: &[(usize, Val)], env: &[Val]) {
         let mut moves: Vec<(Val, Val)> = variables.iter().map(|&(w, phi)| (phi, env[w])).filter(|(phi, v)| phi != v).collect();
         for i in 0..moves.len() {
@@ -59,14 +59,14 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Lowers `body` for the lanes where `cond` holds, after a jump that skips it if there are none, and merges the scalars that it changed.
+    /// Lowers `body` for the lanes where `cond` holds, after a jump that skips it if there are no such lanes, and merges the scalars that it changed.
     pub(super) fn conditional(&mut self, cond: Val, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         let before = self.env.clone();
-        let (path, top) = (self.path, std::mem::replace(&mut self.top_of_loop, false));
+        let (mask, top) = (self.active_mask, std::mem::replace(&mut self.top_of_loop, false));
         let label = self.builder.label();
         if matches!(cond, Val::Lane(_)) {
-            self.path = self.builder.bin(Op::And, path, cond);
-            self.builder.code.push(Step::SkipIfNone { mask: self.path, label });
+            self.active_mask = self.builder.bin(Op::And, mask, cond);
+            self.builder.code.push(Step::SkipIfNone { mask: self.active_mask, label });
         } else {
             self.builder.code.push(Step::JumpIf { cond, when: false, label });
         }
@@ -81,7 +81,7 @@ impl<'m> Lowerer<'m> {
         } else {
             self.builder.code.push(Step::Label(label));
         }
-        self.path = path;
+        self.active_mask = mask;
         self.top_of_loop = top;
         for (w, old) in before.into_iter().enumerate() {
             if self.env[w] != old {
@@ -125,7 +125,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers a `switch` to a sequence of conditions. `break` sets the switch's own flag; a case that falls through runs the next one too.
+    /// Lowers a `switch` to a sequence of conditions. `break` sets the switch's own flag; a case that falls through also runs the next case.
     pub(super) fn switch(&mut self, selector: Handle<Expression>, cases: &'m [naga::SwitchCase]) -> Result<()> {
         let value = self.scalar_of(selector)?;
         let no = self.builder.bool(false);
@@ -154,9 +154,9 @@ impl<'m> Lowerer<'m> {
         }
         let continued = outer.map_or(broken + 1, |l| l.1);
         self.frame_mut().loops.push((broken, continued));
-        let mut falling = no;
+        let mut fall_through_mask = no;
         for (case, is) in cases.iter().zip(matches) {
-            let enter = self.builder.bin(Op::Or, is.unwrap_or(default), falling);
+            let enter = self.builder.bin(Op::Or, is.unwrap_or(default), fall_through_mask);
             let exited = self.exited();
             let stay = self.builder.not(exited);
             let enter_now = self.builder.bin(Op::And, enter, stay);
@@ -168,8 +168,8 @@ impl<'m> Lowerer<'m> {
                 },
                 |_| Ok(()),
             )?;
-            // Lanes inside the case have cleared their flags; the merge keeps the flags of the others.
-            falling = if case.fall_through { enter } else { no };
+            // Lanes inside the case have cleared their flags; the merge keeps the flags of the other lanes.
+            fall_through_mask = if case.fall_through { enter } else { no };
         }
         self.frame_mut().loops.pop();
         self.env.truncate(broken);
@@ -185,18 +185,18 @@ impl<'m> Lowerer<'m> {
         self.env.push(no);
         let start_env = self.env.clone();
         let start_code = self.builder.code.len();
-        let (path, top) = (self.path, self.top_of_loop);
+        let (mask, top) = (self.active_mask, self.top_of_loop);
         let mut changing: HashMap<usize, Change> = HashMap::default();
         loop {
             self.env.clone_from(&start_env);
             self.builder.code.truncate(start_code);
-            self.path = path;
+            self.active_mask = mask;
             self.frame_mut().loops.push((base, base + 1));
-            let seen = self.loop_body(body, continuing, break_if, &changing);
+            let changes = self.loop_body(body, continuing, break_if, &changing);
             self.frame_mut().loops.pop();
-            let seen = seen?;
+            let changes = changes?;
             let mut stable = true;
-            for (scalar, new) in seen {
+            for (scalar, new) in changes {
                 let known = changing.get(&scalar).copied();
                 let merged =
                     known.map_or(new, |k| Change { lane: k.lane || new.lane, each_iteration: k.each_iteration || new.each_iteration });
@@ -209,13 +209,13 @@ impl<'m> Lowerer<'m> {
                 break;
             }
         }
-        self.path = path;
+        self.active_mask = mask;
         self.top_of_loop = top;
         self.env.truncate(base);
         Ok(())
     }
 
-    /// Lowers a loop, given the scalars that change in it; returns those that did change.
+    /// Lowers a loop, given the scalars assumed to change in it; returns the scalars that changed.
     fn loop_body(
         &mut self,
         body: &'m Block,
@@ -223,7 +223,7 @@ impl<'m> Lowerer<'m> {
         break_if: Option<Handle<Expression>>,
         changing: &HashMap<usize, Change>,
     ) -> Result<Vec<(usize, Change)>> {
-        let outer_path = self.path;
+        let outer_mask = self.active_mask;
         let mut scalars: Vec<usize> = changing.keys().copied().collect();
         scalars.sort_unstable();
         let mut variables = Vec::new();
@@ -232,7 +232,7 @@ impl<'m> Lowerer<'m> {
             let lane = changing[&w].lane || matches!(self.env[w], Val::Lane(_));
             let phi = if lane { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
             self.builder.code.push(Step::Assign { dst: phi, from: self.env[w] });
-            // The flag of a `return` that leaves the loop by a jump is never set inside the loop.
+            // If `return` always leaves the loop by a jump, its flag is never set inside the loop.
             if w != returned || changing[&w].each_iteration {
                 self.env[w] = phi;
             }
@@ -285,7 +285,7 @@ impl<'m> Lowerer<'m> {
         let exited = self.exited();
         let end = self.env.clone();
         let stay = self.builder.not(exited);
-        let repeats = if matches!(exited, Val::Lane(_)) { self.builder.bin(Op::And, outer_path, stay) } else { stay };
+        let repeats = if matches!(exited, Val::Lane(_)) { self.builder.bin(Op::And, outer_mask, stay) } else { stay };
         self.assign(&variables, &end);
         match (self.builder.known_bool(exited), repeats) {
             (Some(false), _) => self.builder.code.push(Step::Jump { label: head }),
@@ -301,16 +301,16 @@ impl<'m> Lowerer<'m> {
         self.builder.code.push(Step::Label(exit));
         let exits = self.open_loops.pop().map(|o| o.exits).unwrap_or_default();
         let endless = exits.is_empty() && self.builder.known_bool(exited) == Some(false);
-        let mut seen = Vec::new();
+        let mut changes = Vec::new();
         for (env, each_iteration) in exits.iter().map(|e| (e, false)).chain([(&end, true)]) {
             for (w, v) in env.iter().enumerate().take(start.len()) {
                 let own_flag = !each_iteration && (w == broken || w == continued);
                 if *v != start[w] && !own_flag {
-                    seen.push((w, Change { lane: matches!(v, Val::Lane(_)), each_iteration }));
+                    changes.push((w, Change { lane: matches!(v, Val::Lane(_)), each_iteration }));
                 }
             }
         }
-        if endless && seen.iter().all(|(w, _)| changing.contains_key(w)) {
+        if endless && changes.iter().all(|(w, _)| changing.contains_key(w)) {
             return Err(self.unsupported("this loop never ends".into()));
         }
         // After the loop every changed scalar is its loop variable, which each exit has assigned.
@@ -320,7 +320,7 @@ impl<'m> Lowerer<'m> {
         }
         self.env[broken] = no;
         self.env[continued] = no;
-        Ok(seen)
+        Ok(changes)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Finds statements that need not run for discarded lanes.
 //!
-//! A discarded lane is still needed as a helper lane for derivatives. Where the rest of a function takes no derivative, it is lowered for the
-//! remaining lanes alone: no texture is read for the others, and a batch without remaining lanes skips it.
+//! A discarded lane is still needed as a helper lane for derivatives. If the rest of a function computes no derivative, it is lowered for the
+//! remaining lanes only: no texture is read for discarded lanes, and a batch without remaining lanes skips the rest.
 
 use super::lowerer::{DISCARDED, Lowerer};
 use super::step::Val;
@@ -9,7 +9,7 @@ use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// Whether `rest` may run for the remaining lanes alone. Not inside loops: discarded lanes would never leave them.
+    /// Whether `rest` may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave them.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         matches!(self.env[DISCARDED], Val::Lane(_))
             && !rest.is_empty()

@@ -7,9 +7,9 @@ use naga::Span;
 #[error("{}{what}", .line.map(|l| format!("line {l}: ")).unwrap_or_default())]
 pub struct LowerError {
     pub what: String,
-    /// Where in the WGSL; undefined for a module read back from the library.
+    /// Position in the WGSL text; undefined for a module that was read from the library.
     pub span: Span,
-    /// 1-based, once [`LowerError::with_source`] has seen the text.
+    /// 1-based line of `span`, set by [`LowerError::with_source`].
     pub line: Option<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! Expressions: each becomes a list of scalar values, a place, or a texture or sampler.
+//! Lowers expressions. Each becomes a list of scalar values, a place, or a texture or sampler.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -56,7 +56,7 @@ impl<'m> Lowerer<'m> {
         })
     }
 
-    /// A constant expression of the module.
+    /// Evaluates a constant expression of the module.
     pub(crate) fn global_expression(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
         let module: &'m naga::Module = self.module;
         match &module.global_expressions[handle] {
@@ -176,7 +176,7 @@ impl<'m> Lowerer<'m> {
                     Some(l) => self.scalar_of(*l)?,
                     None => self.builder.int(0),
                 };
-                self.builder.texture(TextureOp::Load, texture, &[c[0], c[1], level], self.path).to_vec()
+                self.builder.texture(TextureOp::Load, texture, &[c[0], c[1], level], self.active_mask).to_vec()
             }
             Expression::ImageQuery { image, query } => {
                 let texture = self.texture_use(*image, None)?;
@@ -207,7 +207,7 @@ impl<'m> Lowerer<'m> {
         Ok(Value::Scalars(scalars))
     }
 
-    /// One operation on every scalar of a value.
+    /// Applies one operation to every scalar of a value.
     pub(crate) fn map_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
         let v = self.scalars_of(expr)?;
         Ok(v.into_iter().map(|x| self.builder.un(op, x)).collect())
@@ -233,7 +233,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Scalar kind of a value, also of a matrix.
+    /// Scalar kind of a value, including a matrix.
     pub(crate) fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
         match self.type_of(handle) {
             TypeInner::Matrix { scalar, .. } => supported(*scalar, self.span),
@@ -241,7 +241,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Element of a value by an index that may differ between lanes.
+    /// The element of a value at an index that may differ between lanes.
     fn select_element(&mut self, inner: &TypeInner, scalars: &[Val], index: Val) -> Result<Vec<Val>> {
         let count = self.children(inner)? as usize;
         let n = scalars.len() / count;
@@ -252,9 +252,9 @@ impl<'m> Lowerer<'m> {
         let mut found = scalars[(count - 1) * n..].to_vec();
         for k in (0..count - 1).rev() {
             let number = self.builder.int(k as u32);
-            let is = self.builder.bin(Op::IEq, index, number);
+            let is_selected = self.builder.bin(Op::IEq, index, number);
             for (f, w) in found.iter_mut().zip(&scalars[k * n..]) {
-                *f = self.builder.select(is, *w, *f);
+                *f = self.builder.select(is_selected, *w, *f);
             }
         }
         Ok(found)
@@ -410,11 +410,11 @@ impl<'m> Lowerer<'m> {
         let gradients = match level {
             SampleLevel::Zero => {
                 let zero = self.builder.float(0.0);
-                return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, zero], self.path).to_vec());
+                return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, zero], self.active_mask).to_vec());
             }
             SampleLevel::Exact(l) => {
                 let l = self.scalar_of(l)?;
-                return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, l], self.path).to_vec());
+                return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, l], self.active_mask).to_vec());
             }
             SampleLevel::Gradient { x, y } => {
                 let (x, y) = (self.scalars_of(x)?, self.scalars_of(y)?);
@@ -428,7 +428,7 @@ impl<'m> Lowerer<'m> {
                     self.derivative(DerivativeAxis::Y, v),
                 ];
                 if let SampleLevel::Bias(b) = level {
-                    // A bias of b levels is a footprint 2^b times as large.
+                    // A bias of b levels corresponds to a footprint 2^b times as large.
                     let b = self.scalar_of(b)?;
                     let factor = self.builder.un(Op::Exp2, b);
                     g = g.map(|d| self.builder.bin(Op::Mul, d, factor));
@@ -437,6 +437,6 @@ impl<'m> Lowerer<'m> {
             }
         };
         let args: Vec<Val> = [u, v].into_iter().chain(gradients).collect();
-        Ok(self.builder.texture(TextureOp::Gradients, texture, &args, self.path).to_vec())
+        Ok(self.builder.texture(TextureOp::Gradients, texture, &args, self.active_mask).to_vec())
     }
 }

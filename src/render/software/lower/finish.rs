@@ -1,7 +1,7 @@
-//! From SSA steps to the stored program: dead-code elimination, fused multiply-add, chains, then allocation of slots and registers by live range.
+//! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, chains, then allocation of slots and registers by live range.
 //!
-//! A lane value lives from its first write to its last use; a value from before a loop that the loop uses lives to the loop's end. Slots are
-//! reused last in, first out. A result never shares the slot of an operand, so kernels may assume that operands and result do not overlap.
+//! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. Slots
+//! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap.
 
 use super::builder::Builder;
 use super::error::LowerError;
@@ -39,7 +39,7 @@ fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
     };
     b.code.retain(keep);
     b.draw.retain(keep);
-    // Jumps to the next step.
+    // Remove jumps to the next step.
     loop {
         let empty = b.code.windows(2).position(|w| {
             matches!((&w[0], &w[1]), (Step::SkipIfNone { label: a, .. } | Step::JumpIf { label: a, .. } | Step::Jump { label: a }, Step::Label(t)) if a == t)
@@ -53,7 +53,7 @@ fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
     }
 }
 
-/// Fuses a*b+c, a*b-c and c-a*b where the product has no other use and is in the same region.
+/// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and is in the same region.
 fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
     let mut uses: HashMap<Val, u32> = HashMap::default();
     for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
@@ -61,16 +61,16 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
     }
     let mut products: HashMap<Val, (usize, u32, Val, Val)> = HashMap::default();
     let mut removed = HashSet::default();
-    // A new region at every jump: operands that a loop reassigns must not be read later than where the product stood.
+    // Every jump starts a new region, because operands that a loop reassigns must not be read later than the original product.
     let mut region = 0u32;
     let mut open: Vec<(u32, Label)> = Vec::new();
-    let mut fresh = 0u32;
+    let mut last_region = 0u32;
     for i in 0..b.code.len() {
         match &b.code[i] {
             Step::SkipIfNone { label, .. } | Step::JumpIf { label, .. } => {
                 open.push((region, *label));
-                fresh += 1;
-                region = fresh;
+                last_region += 1;
+                region = last_region;
             }
             Step::Label(l) => {
                 while let Some(at) = open.iter().rposition(|(_, x)| x == l) {
@@ -79,8 +79,8 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
                 }
             }
             Step::LoopStart | Step::LoopEnd | Step::Jump { .. } => {
-                fresh += 1;
-                region = fresh;
+                last_region += 1;
+                region = last_region;
             }
             Step::Op { dst: dst @ Val::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
                 products.insert(*dst, (i, region, args[0], args[1]));
@@ -110,8 +110,8 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
 
 /// Live range of every value: its first and last position, extended to the end of loops that use it.
 fn live_ranges(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
-    // Inputs are live from the start, wherever they are first read.
-    let mut life: HashMap<Val, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
+    // Inputs are live from the start of the program.
+    let mut ranges: HashMap<Val, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
     let mut loops: Vec<(usize, usize)> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
     for (i, step) in code.iter().enumerate() {
@@ -121,21 +121,21 @@ fn live_ranges(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (
             _ => {}
         }
         for v in reads(step).into_iter().chain(writes(step)) {
-            life.entry(v).or_insert((i, i)).1 = i;
+            ranges.entry(v).or_insert((i, i)).1 = i;
         }
     }
     for v in outputs {
-        life.entry(*v).or_insert((0, 0)).1 = code.len();
+        ranges.entry(*v).or_insert((0, 0)).1 = code.len();
     }
-    // Inner loops come first in `loops`, so that an extended range may be extended again by the outer loop.
+    // Inner loops come first in `loops`, so that the outer loop may extend a range again.
     for (start, end) in loops {
-        for (first, last) in life.values_mut() {
+        for (first, last) in ranges.values_mut() {
             if *first <= start && *last > start && *last < end {
                 *last = end;
             }
         }
     }
-    life
+    ranges
 }
 
 /// Allocates slot or register numbers.
@@ -157,7 +157,7 @@ impl Pool {
     }
 }
 
-/// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy slots 0.. from the start. `outputs` must be lane values.
+/// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
 /// `chains`: whether to fuse operations into chains.
 pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<Finished, LowerError> {
     eliminate_dead_code(&mut b, outputs);
@@ -186,13 +186,13 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
             allocation.insert(v, Operand::Reg(registers.allocate()?));
         }
     }
-    let of = |allocation: &HashMap<Val, Operand>, v: Val| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
+    let operand_of = |allocation: &HashMap<Val, Operand>, v: Val| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
     let index = |o: Operand| match o {
         Operand::Slot(k) | Operand::Reg(k) => k,
     };
     let mut draw_tape = Vec::new();
     for step in &b.draw {
-        draw_tape.push(scalar_instr(step, &|v| of(&allocation, v), &index));
+        draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v), &index));
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
     let mut label_at: HashMap<Label, u32> = HashMap::default();
@@ -212,7 +212,7 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
                 }
             }
         }
-        let at = |v: Val| of(&allocation, v);
+        let at = |v: Val| operand_of(&allocation, v);
         let all = |vs: &[Val]| vs.iter().map(|v| at(*v)).collect::<Vec<_>>();
         match step {
             Step::Op { dst: dst @ Val::Lane(_), op, args } => {
@@ -264,7 +264,7 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
     Ok(Finished {
         draw_tape,
         lane_tape,
-        outputs: outputs.iter().map(|v| of(&allocation, *v)).collect(),
+        outputs: outputs.iter().map(|v| operand_of(&allocation, *v)).collect(),
         registers: registers.count.max(1),
         slots: slots.count.max(1),
     })

@@ -1,4 +1,4 @@
-//! Built-in functions of WGSL, in terms of tape operations.
+//! Lowers the built-in functions of WGSL to tape operations.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -22,7 +22,7 @@ impl Lowerer<'_> {
         self.builder.bin(Op::Min, x, one)
     }
 
-    /// a*b+c, fused where the kernel class can.
+    /// a*b+c, fused if the kernel class supports it.
     fn fma(&mut self, a: Val, b: Val, c: Val) -> Val {
         self.builder.op(Op::Fma, &[a, b, c])
     }
@@ -84,7 +84,7 @@ impl Lowerer<'_> {
             M::Fract => each(self, Op::Fract),
             M::Trunc => each(self, Op::Trunc),
             M::Modf => {
-                // The members of the result: fract, whole.
+                // The members of the result are `fract` and `whole`.
                 let whole = each(self, Op::Trunc);
                 let mut all = self.map2(Op::Sub, &a, &whole);
                 all.extend(whole);
@@ -118,7 +118,7 @@ impl Lowerer<'_> {
                 self.scale(&a, inverse)
             }
             M::FaceForward => {
-                // self = a where dot(b, c) < 0, else -a
+                // a if dot(b, c) < 0, else -a.
                 let side = self.dot(&b, &c, true);
                 let zero = self.builder.float(0.0);
                 let keep = self.builder.bin(Op::FLt, side, zero);
@@ -222,7 +222,7 @@ impl Lowerer<'_> {
         self.builder.un(Op::Sqrt, square)
     }
 
-    /// WGSL `refract`: zero in the case of total internal reflection.
+    /// WGSL `refract`: zero for total internal reflection.
     fn refract(&mut self, incident: &[Val], normal: &[Val], eta: Val) -> Vec<Val> {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let cosine = self.dot(normal, incident, true);

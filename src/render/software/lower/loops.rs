@@ -1,8 +1,8 @@
-//! Loop optimisations that leave every result bit-identical: loop-invariant code motion, and one jump in place of two.
+//! Loop optimisations that leave every result bit-identical: loop-invariant code motion, and merging of jumps.
 //!
-//! In: the steps after dead-code elimination and fused multiply-add. Out: the same steps, with loop-invariant ones moved before their loop and
-//! exits from loops by one jump in place of two. Only steps that every iteration runs are moved: a step that may be skipped stays, since running
-//! it once for every loop may cost more than running it where it is needed.
+//! In: the steps after dead-code elimination and fused multiply-add. Out: the same steps, with loop-invariant steps moved before their loop, and
+//! with one jump instead of two at exits from loops. Only steps that every iteration runs are moved. A step that may be skipped is not moved, since
+//! running it once for every loop may cost more than running it only when it is needed.
 
 use super::step::{Label, Step, Val, reads, writes};
 use crate::render::software::tape::Op;
@@ -26,12 +26,12 @@ pub(crate) fn hoist(code: &mut [Step]) {
     }
 }
 
-/// Hoists from the loop that begins at `start` and ends at `end`. The hoisted steps go right before it, so `end` does not move.
+/// Hoists steps out of the loop that begins at `start` and ends at `end`. They are placed directly before the loop, so `end` does not change.
 fn hoist_one(code: &mut [Step], start: usize, end: usize) {
     let mut changing: HashSet<Val> = code[start..end].iter().flat_map(writes).collect();
     let inside: HashSet<Label> =
         code[start..end].iter().filter_map(|step| if let Step::Label(l) = step { Some(*l) } else { None }).collect();
-    // Labels of the open skips. A jump out of the loop opens none: every iteration that does not end there runs the steps that follow.
+    // Labels of the skips that are open at a step. A jump out of the loop is not a skip: every iteration that continues runs the steps after it.
     let mut skips: Vec<Label> = Vec::new();
     let mut inner = 0;
     let mut hoisted = HashSet::default();
@@ -61,7 +61,7 @@ fn hoist_one(code: &mut [Step], start: usize, end: usize) {
     }
 }
 
-/// A conditional jump over a jump becomes one jump with the opposite condition; a jump on `!x` becomes a jump on `x`.
+/// Replaces a conditional jump over a jump by one jump with the opposite condition, and a jump on `!x` by the opposite jump on `x`.
 pub(crate) fn merge_jumps(code: &mut Vec<Step>) {
     let negation_of: HashMap<Val, Val> = code
         .iter()

@@ -1,7 +1,7 @@
-//! The state of the lowering of one entry point: values of variables, open functions and loops, the textures that the program reads.
+//! The state of the lowering of one entry point: values of variables, the functions and loops being lowered, the textures that the program reads.
 //!
-//! Variables have no memory: `env` maps each scalar of every variable in scope to its current SSA value. Not here: how statements and
-//! expressions change it.
+//! Variables have no memory: `env` maps each scalar of every variable in scope to its current SSA value. Not here: the lowering of statements and
+//! expressions, which changes `env`.
 
 use super::builder::Builder;
 use super::error::{LowerError, Result};
@@ -27,7 +27,7 @@ pub(crate) struct CallFrame<'m> {
     pub loops: Vec<(usize, usize)>,
 }
 
-/// A loop whose body is being lowered, which uniform control flow leaves by a jump.
+/// A loop whose body is being lowered. Uniform control flow leaves it by a jump.
 pub(crate) struct OpenLoop {
     pub exit: Label,
     /// Scalars that change in the loop, with their loop variables.
@@ -47,10 +47,10 @@ pub(crate) struct Lowerer<'m> {
     /// Source position of the statement or expression being lowered.
     pub span: Span,
     /// Mask of the lanes that are active here.
-    pub path: Val,
+    pub active_mask: Val,
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     pub open_loops: Vec<OpenLoop>,
-    /// The statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
+    /// Whether the current statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
     pub top_of_loop: bool,
     /// Named values to be output, if they were requested.
     pub watch: Option<super::watch::NamedValueCapture>,
@@ -58,21 +58,21 @@ pub(crate) struct Lowerer<'m> {
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For functions with the name of a native operation: whether their body is the one that the operation computes.
+    /// For functions with the name of a native operation: whether their body computes the same as the operation.
     pub native: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
 pub(crate) const DISCARDED: usize = 0;
 
-/// Most statements of a module once all calls are inlined and loops are analysed: thirty functions that each call the next one twice would come
-/// to 2^30. The shipped modules have some 10^4.
+/// Maximum number of statements of a module after all calls are inlined and loops are analysed. Thirty functions that each call the next one twice
+/// would have 2^30. The shipped modules have some 10^4.
 const MAX_STATEMENTS: usize = 1 << 19;
 /// Copying this many scalars of the environment counts as a statement.
 const SCALARS_PER_STATEMENT: usize = 64;
-/// Most steps: a store with a variable index has one step per element.
+/// Maximum number of steps. It is limited separately, because a store with a variable index has one step per element.
 const MAX_STEPS: usize = 1 << 20;
-/// Deepest nesting of blocks and calls: lowering recurses.
+/// Maximum nesting of blocks and calls, because lowering is recursive.
 const MAX_NESTING: usize = 200;
 
 impl<'m> Lowerer<'m> {
@@ -88,10 +88,10 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers what is nested in a block.
+    /// Runs `inside`, which lowers the content of a nested block.
     ///
     /// # Errors
-    /// As `inside`, or that it is nested too deep.
+    /// The errors of `inside`, or nesting deeper than the limit.
     pub(super) fn in_block(&mut self, inside: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
@@ -113,7 +113,7 @@ impl<'m> Lowerer<'m> {
             textures: Vec::new(),
             uniform_size: 0,
             span: Span::UNDEFINED,
-            path: active,
+            active_mask: active,
             globals: HashMap::default(),
             open_loops: Vec::new(),
             top_of_loop: false,

@@ -1,13 +1,13 @@
-//! Lowering: a validated naga module to one [`Program`] per entry point.
+//! Lowers a validated naga module to one [`Program`] per entry point.
 //!
-//! In: a module that naga has validated, and the name of an entry point. Out: a tape for all lanes of a batch, or the first thing that the software
-//! renderer does not support, with its place in the source.
+//! In: a module that naga has validated, and the name of an entry point. Out: a tape for all lanes of a batch, or the first construct that the
+//! software renderer does not support, with its position in the source.
 //!
-//! Everything becomes scalars: vectors, matrices, structs and arrays are lists of them. Local variables have no memory: an environment maps each of
+//! Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of
 //! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
-//! (`calls.rs`), pointers are resolved to static places (`place.rs`). Both sides of a branch on a lane value run, each after a jump that skips it if
-//! no lane needs it; loops stay loops (`control_flow.rs`). The builder folds constants and numbers values (`builder.rs`); passes over the steps
-//! then eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
+//! (`calls.rs`), pointers are resolved to places (`place.rs`). Both sides of a branch on a lane value run, each after a jump that skips it if
+//! no lane needs it; loops remain loops (`control_flow.rs`). The builder folds constants and applies value numbering (`builder.rs`); passes over the
+//! steps then eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
 
 mod builder;
 mod calls;
@@ -42,15 +42,15 @@ use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
 use step::Val;
 use watch::NamedValueCapture;
 
-/// Lowers one entry point, vertex or fragment. `info` comes from validating this `module`.
+/// Lowers one entry point, vertex or fragment. `info`: the result of validating `module`.
 ///
 /// # Errors
-/// The first thing that the software renderer does not support, with its place.
+/// The first construct that the software renderer does not support, with its position.
 pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Program> {
     lower_with(module, info, entry, true)
 }
 
-/// The same, with operations fused into chains if `chains`. Both give the same bits.
+/// Like [`lower`], but fuses operations into chains only if `chains`. The results have the same bits either way.
 ///
 /// # Errors
 /// As [`lower`].
@@ -58,14 +58,14 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
     lowered(module, info, entry, chains, None).map(|(program, _)| program)
 }
 
-/// A program whose named values are outputs too, after its own outputs.
+/// A program with its named values as additional outputs, after its own outputs.
 pub(crate) struct InspectableProgram {
     pub program: Program,
     /// Each name with the indices of its outputs, in order of first appearance.
     pub names: Vec<(String, std::ops::Range<usize>)>,
 }
 
-/// Lowers an entry point with every named value as an output.
+/// Lowers an entry point with every named value as an additional output.
 ///
 /// # Errors
 /// As [`lower`].
@@ -80,7 +80,7 @@ pub(crate) fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, ent
     Ok(InspectableProgram { names: names.collect(), program })
 }
 
-/// Lowers one entry point; with `watch` also the named values, as outputs after the program's own.
+/// Lowers one entry point. With `watch`, the named values become outputs after the program's own.
 fn lowered(
     module: &naga::Module,
     info: &ModuleInfo,
@@ -111,7 +111,7 @@ fn lowered(
     if let Some(k) = discarded {
         outputs.push(k);
     }
-    // Each output is a lane value of its own: inputs, values for all lanes and repeated outputs are copied.
+    // Each output must be a separate lane value, so inputs, values common to all lanes, and repeated outputs are copied.
     let mut used = rustc_hash::FxHashSet::default();
     for v in &mut outputs {
         if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !used.insert(*v) {
@@ -159,14 +159,15 @@ pub fn lower_to_bytes(module: &naga::Module, info: &ModuleInfo) -> std::result::
 /// The programs of a module, verified.
 ///
 /// # Errors
-/// Bytes that are no serialized programs, or programs with an index out of range.
+/// Bytes that are not serialized programs, or programs with an index out of range.
 pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, ProgramError> {
     let programs: Vec<Program> = postcard::from_bytes(bytes)?;
     programs.iter().try_for_each(Program::check)?;
     Ok(programs)
 }
 
-/// Verifies that bytes are programs of this module's entry points: the same names, stages, inputs and outputs, and only textures that it binds.
+/// Verifies that `bytes` are programs of this module's entry points, with the same names, stages, inputs and outputs, and use only textures that the
+/// module binds.
 ///
 /// # Errors
 /// The first mismatch, in one line.
@@ -217,7 +218,7 @@ fn scalars(inner: &TypeInner) -> u32 {
     }
 }
 
-fn flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bool> {
+fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bool> {
     match interpolation {
         Some(Interpolation::Flat) => Ok(true),
         None | Some(Interpolation::Perspective) => Ok(!matches!(inner.scalar_kind(), Some(naga::ScalarKind::Float))),
@@ -231,15 +232,15 @@ impl Interface {
         let mut interface = Self { inputs: Vec::new(), values: Vec::new(), outputs: Vec::new() };
         let mut arguments = Vec::new();
         for arg in &point.function.arguments {
-            arguments.push(interface.read(module, stage, builder, arg.ty, arg.binding.as_ref(), &arg.name)?);
+            arguments.push(interface.add_input(module, stage, builder, arg.ty, arg.binding.as_ref(), &arg.name)?);
         }
         if let Some(r) = &point.function.result {
-            interface.write(module, stage, r.ty, r.binding.as_ref())?;
+            interface.add_output(module, stage, r.ty, r.binding.as_ref())?;
         }
         Ok((interface, arguments))
     }
 
-    fn read(
+    fn add_input(
         &mut self,
         module: &naga::Module,
         stage: Stage,
@@ -253,7 +254,7 @@ impl Interface {
         if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {
             let mut all = Vec::new();
             for m in members {
-                all.extend(self.read(module, stage, b, m.ty, m.binding.as_ref(), &m.name)?);
+                all.extend(self.add_input(module, stage, b, m.ty, m.binding.as_ref(), &m.name)?);
             }
             return Ok(all);
         }
@@ -262,7 +263,7 @@ impl Interface {
         for component in 0..scalars(inner) {
             let input = match binding {
                 Some(Binding::Location { location, interpolation, .. }) => {
-                    LaneInput::Location { index: *location, component, flat: stage == Stage::Fragment && flat(*interpolation, inner)? }
+                    LaneInput::Location { index: *location, component, flat: stage == Stage::Fragment && is_flat(*interpolation, inner)? }
                 }
                 Some(Binding::BuiltIn(BuiltIn::Position { .. })) => LaneInput::FragCoord { component },
                 Some(Binding::BuiltIn(BuiltIn::FrontFacing)) => LaneInput::FrontFacing,
@@ -280,15 +281,15 @@ impl Interface {
         Ok(all)
     }
 
-    fn write(&mut self, module: &naga::Module, stage: Stage, ty: naga::Handle<naga::Type>, binding: Option<&Binding>) -> Result<()> {
+    fn add_output(&mut self, module: &naga::Module, stage: Stage, ty: naga::Handle<naga::Type>, binding: Option<&Binding>) -> Result<()> {
         let inner = &module.types[ty].inner;
         if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {
-            return members.iter().try_for_each(|m| self.write(module, stage, m.ty, m.binding.as_ref()));
+            return members.iter().try_for_each(|m| self.add_output(module, stage, m.ty, m.binding.as_ref()));
         }
         for component in 0..scalars(inner) {
             self.outputs.push(match binding {
                 Some(Binding::Location { location, interpolation, .. }) => {
-                    LaneOutput::Location { index: *location, component, flat: stage == Stage::Vertex && flat(*interpolation, inner)? }
+                    LaneOutput::Location { index: *location, component, flat: stage == Stage::Vertex && is_flat(*interpolation, inner)? }
                 }
                 Some(Binding::BuiltIn(BuiltIn::Position { .. })) => LaneOutput::Position { component },
                 Some(Binding::BuiltIn(BuiltIn::FragDepth)) => LaneOutput::FragDepth,

@@ -1,9 +1,9 @@
-//! Programs that also output their named intermediate values, for inspecting a pixel.
+//! Adds named intermediate values to the outputs of a program, for inspecting a pixel.
 //!
-//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value: each `let`, and each variable as
-//! it is when its function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same caller
-//! is `name#2`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is NaN. Programs that
-//! draw images have none of these outputs.
+//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value. Named values are each `let`, and
+//! each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same
+//! caller has the prefix `name#2`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is NaN.
+//! Programs that draw images have none of these outputs.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -13,26 +13,26 @@ use super::watch::CapturedValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
 
-/// Most scalars of a value that is output: larger values are tables.
+/// Values with more scalars than this are tables and are not output.
 const MAX_SCALARS: usize = 16;
 
 impl<'m> Lowerer<'m> {
     pub(crate) fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
         let Some(watch) = &mut self.watch else { return };
         let callee = callee.unwrap_or("?").to_owned();
-        let sites = watch.calls.entry((watch.path.join("/"), callee.clone())).or_default();
-        // The address of a call identifies it: the module is borrowed while it is lowered.
+        let sites = watch.calls.entry((watch.call_path.join("/"), callee.clone())).or_default();
+        // The address of a call statement identifies it, since the module is borrowed during lowering.
         let site = std::ptr::from_ref(call).addr();
         let at = sites.iter().position(|s| *s == site).unwrap_or_else(|| {
             sites.push(site);
             sites.len() - 1
         });
-        watch.path.push(if at == 0 { callee } else { format!("{callee}#{}", at + 1) });
+        watch.call_path.push(if at == 0 { callee } else { format!("{callee}#{}", at + 1) });
     }
 
     pub(crate) fn watch_leave(&mut self) {
         if let Some(watch) = &mut self.watch {
-            watch.path.pop();
+            watch.call_path.pop();
         }
     }
 
@@ -45,7 +45,7 @@ impl<'m> Lowerer<'m> {
         self.capture(name.clone(), &inner, scalars)
     }
 
-    /// Captures the variables of a function at its end.
+    /// Captures the variables of a function when it returns.
     pub(crate) fn watch_variables(&mut self) -> Result<()> {
         if self.watch.is_none() {
             return Ok(());
@@ -84,7 +84,7 @@ impl<'m> Lowerer<'m> {
             .collect();
         let fresh: Vec<Val> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
         let Some(watch) = &mut self.watch else { return Ok(()) };
-        let name = watch.path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
+        let name = watch.call_path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
         let at = *watch.index_of.entry(name.clone()).or_insert_with(|| {
             watch.captured.push(CapturedValue { name, lanes: fresh });
             watch.captured.len() - 1
@@ -92,7 +92,7 @@ impl<'m> Lowerer<'m> {
         let lanes = watch.captured[at].lanes.clone();
         for (dst, v) in lanes.into_iter().zip(numbers) {
             // Inactive lanes keep their earlier value.
-            let from = self.builder.select(self.path, v, dst);
+            let from = self.builder.select(self.active_mask, v, dst);
             self.builder.code.push(Step::Assign { dst, from });
         }
         Ok(())

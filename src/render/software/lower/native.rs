@@ -1,9 +1,9 @@
-//! The one WGSL function that is not lowered but computed natively: `filtered_map` of shaders/lib/filtered_map.wesl, as [`TextureOp::Filtered`].
+//! Replaces calls of one WGSL function, `filtered_map` of shaders/lib/filtered_map.wesl, by the native operation [`TextureOp::Filtered`].
 //!
-//! In: a call. Out: the operation, if the callee does what the shipped fragment does; otherwise nothing, and the call is lowered like any other. So
+//! In: a call. Out: the operation, if the callee is equal to the shipped fragment; otherwise `None`, and the call is lowered like any other, so that
 //! an edited fragment runs as edited. tests/software/filtered.rs checks that the operation and the shipped fragment agree.
 //!
-//! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter; an edit that changes a step does.
+//! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 
 use super::builder::Builder;
 use super::error::{LowerError, Result};
@@ -18,7 +18,7 @@ use std::sync::OnceLock;
 
 const NAME: &str = "filtered_map";
 const SHIPPED: &str = include_str!("../../../../shaders/lib/filtered_map.wesl");
-/// Texture and sampler that the shipped fragment is lowered with when it stands alone.
+/// Declarations of the texture and the sampler with which the shipped fragment is lowered on its own.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
 
 /// A function's lowered body, for arguments that differ from lane to lane.
@@ -29,8 +29,8 @@ struct Body {
     result: Vec<Val>,
 }
 
-/// Lowers a function alone. `constants` are numbered first, so that equal steps refer to equal constants. `resources`: its textures and samplers,
-/// in the order of its parameters.
+/// Lowers a function on its own. `constants` are numbered first, so that equal steps refer to equal constants. `resources`: the function's textures
+/// and samplers, in the order of its parameters.
 fn body(
     module: &Module,
     info: &ModuleInfo,
@@ -71,7 +71,7 @@ fn find_function(module: &Module) -> Option<Handle<Function>> {
     module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(NAME)).map(|(handle, _)| handle)
 }
 
-/// The shipped fragment's body and constants; `None` if it cannot be parsed alone, in which case no call is replaced.
+/// The shipped fragment's body and constants; `None` if it cannot be parsed on its own, in which case no call is replaced.
 fn shipped() -> Option<&'static (Body, Vec<Constant>)> {
     static BODY: OnceLock<Option<(Body, Vec<Constant>)>> = OnceLock::new();
     let parsed = || {
@@ -84,7 +84,7 @@ fn shipped() -> Option<&'static (Body, Vec<Constant>)> {
 }
 
 impl Lowerer<'_> {
-    /// The call as one native operation; `None` where the function is another one, or has another body than the shipped fragment's.
+    /// The call as one native operation; `None` if the function has another name, or another body than the shipped fragment.
     pub(crate) fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
         let callee = &self.module.functions[function];
         let (Some(NAME), &[image, sampler, uv, dx, dy, max_taps]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
@@ -96,7 +96,7 @@ impl Lowerer<'_> {
         for argument in [uv, dx, dy, max_taps] {
             args.extend(self.scalars_of(argument)?);
         }
-        Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.path).to_vec()))
+        Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.active_mask).to_vec()))
     }
 
     fn is_shipped(&mut self, function: Handle<Function>, resources: [Handle<Expression>; 2]) -> Result<bool> {

@@ -1,4 +1,4 @@
-//! Pointers resolved to static places: scalars of the environment, or bytes of the uniform block, with constant or computed indices.
+//! Resolves pointers to places: scalars of the environment, or bytes of the uniform block, with constant or computed indices.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
@@ -19,11 +19,11 @@ pub(crate) fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> 
     }
 }
 
-/// Most scalars of an array: each is an SSA value of its own, and access with a variable index selects among all.
+/// Maximum number of scalars of an array. It is limited because each scalar is an SSA value, and access with a variable index selects among all.
 const MAX_SCALARS: usize = 1 << 14;
 
 impl Lowerer<'_> {
-    /// Scalars in a value of this type.
+    /// Number of scalars in a value of this type.
     pub(crate) fn scalar_count(&self, inner: &TypeInner) -> Result<usize> {
         Ok(match inner {
             TypeInner::Scalar(_) => 1,
@@ -45,7 +45,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// Child `index` of a composite type: its type, its offset in scalars and in uniform bytes.
+    /// Child `index` of a composite type: its type, its offset in scalars, and its offset in uniform bytes.
     pub(crate) fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {
@@ -141,9 +141,9 @@ impl Lowerer<'_> {
         for k in (0..count - 1).rev() {
             let here = self.load_local(base + k as usize * stride, rest, n)?;
             let number = self.builder.int(k);
-            let is = self.builder.bin(Op::IEq, *index, number);
+            let is_selected = self.builder.bin(Op::IEq, *index, number);
             for (f, h) in found.iter_mut().zip(here) {
-                *f = self.builder.select(is, h, *f);
+                *f = self.builder.select(is_selected, h, *f);
             }
         }
         Ok(found)
@@ -169,8 +169,8 @@ impl Lowerer<'_> {
         };
         for k in 0..*count {
             let number = self.builder.int(k);
-            let is = self.builder.bin(Op::IEq, *index, number);
-            let both = self.builder.bin(Op::And, when, is);
+            let is_selected = self.builder.bin(Op::IEq, *index, number);
+            let both = self.builder.bin(Op::And, when, is_selected);
             self.store_local(base + k as usize * stride, rest, values, both);
         }
     }

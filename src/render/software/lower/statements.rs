@@ -1,7 +1,7 @@
-//! Statements of a block, one after the other.
+//! Lowers the statements of a block in order.
 //!
-//! An exit from a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it stood under
-//! `if (!flag)`. So stores need no guards, and the rest is skipped when no lane is active any more.
+//! An exit from a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it were inside
+//! `if (!flag)`. Therefore stores need no guards, and the rest is skipped when no lane is active any more.
 
 use super::error::Result;
 use super::lowerer::{DISCARDED, Lowerer};
@@ -58,8 +58,8 @@ impl<'m> Lowerer<'m> {
                 Some(true) => return Ok(()),
                 Some(false) => {
                     if self.env[DISCARDED] != discarded && self.can_skip_discarded(rest) {
-                        let alive = self.builder.not(self.env[DISCARDED]);
-                        return self.conditional(alive, |this| this.statements(rest));
+                        let remaining = self.builder.not(self.env[DISCARDED]);
+                        return self.conditional(remaining, |this| this.statements(rest));
                     }
                     continue;
                 }

@@ -10,17 +10,17 @@ pub(crate) enum Val {
     Const(u32),
     /// Computed once per draw.
     Draw(u32),
-    /// One value for all lanes, computed in line.
+    /// One value for all lanes, computed on the lane tape.
     Uniform(u32),
     Lane(u32),
 }
 
 pub(crate) type Label = u32;
 
-/// Values of one step, inline up to the operands of an operation: with heap vectors most of the lowering time was allocation.
+/// Values of one step. Up to four are stored inline, because with heap vectors allocation took most of the lowering time.
 pub(crate) type Vals = SmallVec<[Val; 4]>;
 
-/// One step before slots and registers are assigned. The rate of `dst` is the rate at which the step runs.
+/// One step before slots and registers are assigned. The rate of `dst` (see `builder.rs`) determines how often the step runs.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Step {
     Op {
@@ -28,13 +28,13 @@ pub(crate) enum Step {
         op: Op,
         args: Vals,
     },
-    /// Several operations as one instruction; made last, by `chains.rs`.
+    /// Several operations as one instruction; created by the last pass, `chains.rs`.
     FusedKernel {
         dst: Val,
         links: Vec<FusedOp>,
         args: Vals,
     },
-    /// A loop variable gets its next value. The only step whose `dst` may be written more than once.
+    /// Assigns a loop variable its next value. No other step has a `dst` that may be written more than once.
     Assign {
         dst: Val,
         from: Val,

@@ -1,4 +1,4 @@
-//! What the shader library needs to store lowered modules: the lowering and a digest of its sources.
+//! The interface through which the shader library lowers and stores modules: the lowering functions and a digest of their sources.
 //!
 //! The digest is part of the names of the library's folder and of the record of modules that a test run has verified, so it covers every source
 //! file on which a module's tape depends:
@@ -7,8 +7,8 @@
 //!   `kernels/chains.rs`;
 //! - `tape.rs` and `program.rs`: the format that is stored.
 //!
-//! Whole folders are embedded, so a file that is added there is covered. Not covered: what only runs a tape (`exec`, `sample`, `raster`, `shade` and
-//! the rest of `render::software`), which works on stored tapes as they are. naga and the fragments are in the generator's own digest.
+//! Complete folders are embedded, so that a new file in them is covered. Not covered: code that only runs tapes (`exec`, `sample`, `raster`, `shade`
+//! and the rest of `render::software`) and does not change stored tapes. naga and the fragments are covered by the generator's own digest.
 
 use include_dir::{Dir, include_dir};
 use sha2::{Digest, Sha256};
@@ -36,7 +36,7 @@ fn sources() -> Vec<(String, &'static [u8])> {
 fn digest_of(sources: &[(String, &[u8])]) -> String {
     let mut hash = Sha256::new();
     for (path, content) in sources {
-        // Length-prefixed, so that different lists never give the same bytes.
+        // Each part is prefixed with its length, so that different lists never give the same bytes.
         for part in [path.as_bytes(), content] {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);
@@ -45,7 +45,7 @@ fn digest_of(sources: &[(String, &[u8])]) -> String {
     hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
 }
 
-/// What the shader library needs to store tapes: the lowering and the digest of its code.
+/// The functions that the shader library needs to store tapes, and the digest of their code.
 pub fn lowering() -> crate::shader::Lowering {
     crate::shader::Lowering { digest: digest_of(&sources()), lower: super::lower_to_bytes, check: super::check_bytes }
 }
@@ -64,7 +64,7 @@ mod tests {
     }
 
     /// Modules of render/software, and other top-level modules, that a source file names in its paths.
-    fn named_by(path: &str, text: &str) -> BTreeSet<String> {
+    fn modules_named_in(path: &str, text: &str) -> BTreeSet<String> {
         let text = text.split("#[cfg(test)]").next().unwrap_or("");
         let code: String = text.lines().map(|l| l.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n");
         let mut named = BTreeSet::new();
@@ -74,12 +74,12 @@ mod tests {
                 rest.strip_prefix("render::software::").map_or_else(|| format!("crate::{}", identifier(rest)), |r| identifier(r).into()),
             );
         }
-        // `super` of lower/x.rs is lower, of lower/mod.rs and of tape.rs render::software.
-        let to_software = if path.contains('/') && !path.ends_with("/mod.rs") { 2 } else { 1 };
+        // In lower/x.rs, `super` is lower; in lower/mod.rs and tape.rs it is render::software.
+        let supers_to_software = if path.contains('/') && !path.ends_with("/mod.rs") { 2 } else { 1 };
         for (at, _) in code.match_indices("super::") {
             let before = &code[..at];
-            let deep = 1 + (0..).take_while(|k| before.ends_with(&"super::".repeat(k + 1))).count();
-            if deep == to_software {
+            let super_count = 1 + (0..).take_while(|k| before.ends_with(&"super::".repeat(k + 1))).count();
+            if super_count == supers_to_software {
                 named.insert(identifier(&code[at + "super::".len()..]).to_owned());
             }
         }
@@ -88,10 +88,10 @@ mod tests {
     }
 
     /// Modules that the sources name and that the digest does not cover.
-    fn left_out(sources: &[(String, &[u8])]) -> BTreeSet<String> {
+    fn uncovered_modules(sources: &[(String, &[u8])]) -> BTreeSet<String> {
         let covered: BTreeSet<&str> = sources.iter().map(|(p, _)| p.split(['/', '.']).next().unwrap_or("")).collect();
         let texts = sources.iter().map(|(path, content)| (path, std::str::from_utf8(content).expect("UTF-8")));
-        let named = texts.flat_map(|(path, text)| named_by(path, text));
+        let named = texts.flat_map(|(path, text)| modules_named_in(path, text));
         named
             .filter(|n| !covered.contains(n.as_str()))
             .filter(|n| n.strip_prefix("crate::").is_none_or(|module| !COVERED_ELSEWHERE.contains(&module)))
@@ -114,25 +114,25 @@ mod tests {
     }
 
     #[test]
-    fn every_module_that_they_use_is_in_the_digest() {
+    fn every_module_that_the_sources_use_is_in_the_digest() {
         let all = sources();
-        assert_eq!(left_out(&all), BTreeSet::new());
-        // The check finds a folder that is missing from the digest, and a new dependency.
+        assert_eq!(uncovered_modules(&all), BTreeSet::new());
+        // The check must find a folder that is missing from the digest, and a new dependency.
         for folder in ["kernels", "math", "tape", "program"] {
             let without: Vec<_> = all.iter().filter(|(p, _)| !p.starts_with(folder)).cloned().collect();
-            assert!(left_out(&without).contains(folder), "{folder}");
+            assert!(uncovered_modules(&without).contains(folder), "{folder}");
         }
         for (path, new) in [
             ("lower/new.rs", "use crate::render::software::exec::Executor;"),
             ("lower/new.rs", "use super::super::exec;"),
             ("lower/mod.rs", "use super::exec;"),
         ] {
-            assert_eq!(named_by(path, new), BTreeSet::from(["exec".to_owned()]), "{path}: {new}");
+            assert_eq!(modules_named_in(path, new), BTreeSet::from(["exec".to_owned()]), "{path}: {new}");
         }
-        assert_eq!(named_by("lower/new.rs", "use super::builder::Val;"), BTreeSet::new());
-        // Put together, because tests/project/layering.rs reads this file too.
+        assert_eq!(modules_named_in("lower/new.rs", "use super::builder::Val;"), BTreeSet::new());
+        // The path is joined at run time, because tests/project/layering.rs reads this file too.
         let elsewhere = ["use crate", "scene::draw;"].join("::");
-        assert_eq!(named_by("lower/new.rs", &elsewhere), BTreeSet::from([["crate", "scene"].join("::")]));
+        assert_eq!(modules_named_in("lower/new.rs", &elsewhere), BTreeSet::from([["crate", "scene"].join("::")]));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The named values that a program is to output, collected while it is lowered.
+//! Collects the named values that a program outputs in addition to its own outputs.
 
 use super::builder::Builder;
 use super::step::{Step, Val};
@@ -13,16 +13,17 @@ pub(crate) struct CapturedValue {
     pub lanes: Vec<Val>,
 }
 
-/// The named values so far.
+/// The named values captured so far.
 #[derive(Debug, Default)]
 pub(crate) struct NamedValueCapture {
     pub captured: Vec<CapturedValue>,
     /// Index in `captured` by name.
     pub index_of: HashMap<String, usize>,
-    /// Addresses of call statements by the caller's path and the callee, in order of first appearance: a loop's body is lowered several times.
+    /// Addresses of call statements by the caller's call path and the callee, in order of first appearance. They identify a call if a loop around it
+    /// is lowered several times.
     pub calls: HashMap<(String, String), Vec<usize>>,
     /// Names of the functions being inlined, outermost first.
-    pub path: Vec<String>,
+    pub call_path: Vec<String>,
 }
 
 impl NamedValueCapture {

@@ -1,4 +1,5 @@
-//! f64 functions. Coefficients: S. Moshier, Cephes (exp, atan, sinh, tanh); Sun Microsystems, fdlibm (log, sin, cos, asin, pow's splitting).
+//! Elementary functions of f64. Coefficients: S. Moshier, Cephes (exp, atan, sinh, tanh); Sun Microsystems, fdlibm (log, sin, cos, asin, and the
+//! splitting in pow).
 
 use super::horner;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
@@ -15,7 +16,7 @@ fn exp2_int(n: i64) -> f64 {
     f64::from_bits((n.wrapping_add(1023) as u64) << 52)
 }
 
-/// x * 2^n in three exact steps, so that only a result below the normal range rounds.
+/// x * 2^n in three exact steps, so that rounding occurs only if the result is below the normal range.
 #[inline(always)]
 pub(crate) fn scale(x: f64, n: i32) -> f64 {
     let n = i64::from(n).clamp(-2200, 2200);
@@ -60,14 +61,14 @@ pub(crate) fn exp2<const F: bool>(x: f64) -> f64 {
     scale_pair(exp_of_reduced::<F>((c - k) * LN_2), n)
 }
 
-/// Mantissa less one, exponent, x^2/2, and s (x^2/2 + R(s^2)) with s = f/(2+f).
+/// Reduces a logarithm's argument: f = mantissa - 1, the exponent, f^2/2, and s (f^2/2 + R(s^2)) with s = f/(2+f).
 #[inline(always)]
 fn log_parts<const F: bool>(x: f64) -> (f64, f64, f64, f64) {
     let tiny = x < f64::MIN_POSITIVE;
     let scaled = if tiny { x * 18_014_398_509_481_984.0 } else { x };
     const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
     let bits = scaled.to_bits().wrapping_sub(ROOT_HALF);
-    // The exponent as a float without an integer conversion, which has no vector form below AVX-512.
+    // The exponent as a float, without an integer conversion, which has no vector instruction below AVX-512.
     let e = (bits >> 52) ^ 0x800;
     let k = f64::from_bits(e | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
     let k = if k > 1024.0 { k - 4096.0 } else { k };
@@ -105,7 +106,7 @@ pub(crate) fn log<const F: bool>(x: f64) -> f64 {
     log_special_cases(x, fma::<F>(k, 6.931_471_803_691_238e-1, f - (half - low)))
 }
 
-/// log2 of a positive finite x as an unevaluated sum (pow comes out within 5 ulp, measured).
+/// log2 of a positive finite x as an unevaluated sum of two numbers. The measured error of `pow`, which uses it, is at most 5 ulp.
 #[inline(always)]
 fn log2_pair<const F: bool>(x: f64) -> (f64, f64) {
     let (f, k, half, tail) = log_parts::<F>(x);
@@ -128,8 +129,9 @@ pub(crate) fn log2<const F: bool>(x: f64) -> f64 {
     log_special_cases(x, hi + lo)
 }
 
-/// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of turns. Exact to 1e-16 relative for
-/// |x| <= 1.6e6 (pi/2 in three parts of which the first two have 33 bits); beyond, the remainder is clamped to its range. inf and NaN give NaN.
+/// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of quarter turns. Accurate to 1e-16 relative for
+/// |x| <= 1.6e6 (pi/2 is the sum of three parts, of which the first two have 33 bits); for greater |x| the remainder is clamped to its range. inf and
+/// NaN give NaN.
 #[inline(always)]
 pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
     let (k, n) = round_to_int(x * std::f64::consts::FRAC_2_PI);
@@ -229,8 +231,8 @@ pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
     let equal = small == large;
-    let far = small > 0.414_213_562_373_095 * large;
-    let (num, den) = if far { (small - large, small + large) } else { (small, large) };
+    let near_diagonal = small > 0.414_213_562_373_095 * large;
+    let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
     let q = if equal { 0.0 } else { q };
     let z = q * q;
@@ -256,7 +258,7 @@ pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
         ],
     );
     let t = fma::<F>(z * p / d, q, q);
-    let t = if far | (equal & (large > 0.0)) { FRAC_PI_4 + t } else { t };
+    let t = if near_diagonal | (equal & (large > 0.0)) { FRAC_PI_4 + t } else { t };
     let t = if swap { FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { PI - t } else { t };
     let t = t.copysign(y);
@@ -307,17 +309,17 @@ fn log1p<const F: bool>(u: f64) -> f64 {
 pub(crate) fn asinh<const F: bool>(x: f64) -> f64 {
     let a = x.abs();
     let huge = a > 1e150;
-    let near = log1p::<F>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
-    let far = log::<F>(a) + LN_2;
-    (if huge { far } else { near }).copysign(x)
+    let moderate = log1p::<F>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
+    let asymptotic = log::<F>(a) + LN_2;
+    (if huge { asymptotic } else { moderate }).copysign(x)
 }
 
 #[inline(always)]
 pub(crate) fn acosh<const F: bool>(x: f64) -> f64 {
     let t = x - 1.0;
-    let near = log1p::<F>(t + (2.0 * t + t * t).sqrt());
-    let far = log::<F>(x) + LN_2;
-    let y = if x > 1e150 { far } else { near };
+    let moderate = log1p::<F>(t + (2.0 * t + t * t).sqrt());
+    let asymptotic = log::<F>(x) + LN_2;
+    let y = if x > 1e150 { asymptotic } else { moderate };
     if x < 1.0 { f64::NAN } else { y }
 }
 
@@ -329,11 +331,11 @@ pub(crate) fn atanh<const F: bool>(x: f64) -> f64 {
     (if a > 1.0 { f64::NAN } else { y }).copysign(x)
 }
 
-/// x^y for x >= 0 (WGSL leaves negative x open: NaN here). x^0 = 1, 1^y = 1.
+/// x^y for x >= 0. WGSL does not specify negative x; the result is NaN here. x^0 = 1, 1^y = 1.
 #[inline(always)]
 pub(crate) fn pow<const F: bool>(x: f64, y: f64) -> f64 {
     let (w, low) = log2_pair::<F>(x);
-    // Beyond 1e20 every x but 1 over- or underflows; the bound keeps the products finite.
+    // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the products finite.
     let b = if y > 1e20 { 1e20 } else { y };
     let b = if b < -1e20 { -1e20 } else { b };
     let (w1, b1) = (high_bits(w), high_bits(b));

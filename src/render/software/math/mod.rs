@@ -1,10 +1,10 @@
 //! Elementary functions for lanes, branch-free so that the compiler turns a loop over lanes into vector code.
 //!
-//! Every function is generic over `F`: true uses fused multiply-add, false rounds product and sum apart. For one value of `F` the result
-//! is the same bit pattern on every kernel class, because only IEEE basic operations occur. Errors are measured in tests/software/math.rs.
+//! Every function is generic over `F`: true uses fused multiply-add, false rounds product and sum separately. For a given `F` the result
+//! is the same bit pattern in every kernel class, because only IEEE basic operations occur. Errors are measured in tests/software/math.rs.
 //!
-//! f32 `sin` and `cos` reduce in f64; `pow` passes through f64 polynomials of the length that an f32 needs; the less frequent
-//! f32 functions (tan, hyperbolic and inverse hyperbolic) are the f64 ones, rounded.
+//! f32 `sin` and `cos` reduce the argument in f64. f32 `pow` evaluates f64 polynomials whose length suffices for an f32 result. The less
+//! frequent f32 functions (tan, hyperbolic and inverse hyperbolic) round the result of the f64 function.
 
 pub mod double;
 pub mod single;
@@ -12,7 +12,7 @@ pub mod single;
 use super::kernels::class::Kernels;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks travel in the same slots, bit-cast:
+/// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks are bit-cast and stored in the same slots:
 /// integers as the low 32 bits, masks as all zeros or all ones.
 pub trait Real:
     Copy
@@ -31,23 +31,23 @@ pub trait Real:
     const ONE: Self;
     /// An integer's bits as an element.
     fn from_int(bits: u32) -> Self;
-    /// The low 32 bits.
+    /// The low 32 bits, as an integer's bits.
     fn int(self) -> u32;
     fn from_mask(set: bool) -> Self;
     fn mask(self) -> bool;
     fn from_f64(x: f64) -> Self;
     fn f64(self) -> f64;
-    /// The elements themselves where they are f32.
+    /// The same slice if the elements are f32.
     fn as_f32(values: &[Self]) -> Option<&[f32]>;
-    /// Bitwise operations on the whole element, for masks and integers alike.
+    /// Bitwise operations on all bits of the element, for masks and integers.
     fn bit_and(self, b: Self) -> Self;
     fn bit_or(self, b: Self) -> Self;
     fn bit_xor(self, b: Self) -> Self;
     fn bit_not(self) -> Self;
-    /// The value rounded to f32 as its bits, and back (WGSL `bitcast`).
+    /// The bits of the value rounded to f32, and the reverse (WGSL `bitcast`).
     fn f32_bits(self) -> u32;
     fn from_f32_bits(bits: u32) -> Self;
-    /// Saturating conversions, NaN to 0.
+    /// Saturating conversions; NaN becomes 0.
     fn to_i32(self) -> i32;
     fn to_u32(self) -> u32;
     fn from_i32(i: i32) -> Self;
@@ -59,7 +59,7 @@ pub trait Real:
     fn with_sign(self, s: Self) -> Self;
     /// Nearest integer, ties to even.
     fn round(self) -> Self;
-    /// [`Real::round`], floor and truncation as one instruction on machines that have it, elsewhere a library call.
+    /// [`Real::round`], floor and truncation: one instruction on machines that have it, a library call on others.
     fn round_native(self) -> Self;
     fn floor_native(self) -> Self;
     fn trunc_native(self) -> Self;
@@ -142,7 +142,7 @@ macro_rules! common {
         }
         #[inline(always)]
         fn to_i32(self) -> i32 {
-            // `self as i32` in steps that have vector forms.
+            // Equals `self as i32`, in steps that have vector instructions.
             const LIMIT: $t = 2_147_483_648.0;
             let over = self >= LIMIT;
             let under = self < -LIMIT;
@@ -182,7 +182,7 @@ macro_rules! common {
         }
         #[inline(always)]
         fn round(self) -> Self {
-            // Adding and taking away 2^(mantissa bits) rounds to nearest even; larger values are integers already.
+            // Adding and subtracting 2^(mantissa bits) rounds to nearest even; larger values are integers already.
             let a = <$t>::abs(self);
             let r = (a + $magic) - $magic;
             (if a < $magic { r } else { a }).copysign(self)
@@ -201,7 +201,7 @@ macro_rules! common {
         }
         #[inline(always)]
         fn round_small(self) -> (Self, i32) {
-            // With 1.5 times that power the integer is in the low bits. A saturating conversion would have no vector form.
+            // After adding 1.5 * 2^(mantissa bits), the low bits are the integer. A saturating conversion has no vector instruction.
             const MAGIC: $t = 1.5 * $magic;
             let sum = self + MAGIC;
             (sum - MAGIC, (sum.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32))

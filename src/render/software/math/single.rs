@@ -1,4 +1,4 @@
-//! f32 functions. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf).
+//! Elementary functions of f32. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf).
 
 use super::{Real, double, horner};
 
@@ -15,7 +15,7 @@ fn exp2_int(n: i32) -> f32 {
     f32::from_bits((n.wrapping_add(127) as u32) << 23)
 }
 
-/// x * 2^n in three exact steps, so that only a result below the normal range rounds.
+/// x * 2^n in three exact steps, so that rounding occurs only if the result is below the normal range.
 #[inline(always)]
 pub(crate) fn scale(x: f32, n: i32) -> f32 {
     let n = n.clamp(-300, 300);
@@ -23,7 +23,7 @@ pub(crate) fn scale(x: f32, n: i32) -> f32 {
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
-/// e^r 2^n from r of at most ln(2)/2 and t = MAGIC + n, -126 <= n <= 128. The factor is 2^(n-1), because f32 has no 2^128; for n = -126
+/// e^r 2^n for |r| <= ln(2)/2 and t = MAGIC + n, -126 <= n <= 128. The factor used is 2^(n-1), because 2^128 is not an f32; for n = -126
 /// its bits are those of zero.
 #[inline(always)]
 fn exp_of_reduced<const F: bool>(r: f32, t: f32) -> f32 {
@@ -32,8 +32,8 @@ fn exp_of_reduced<const F: bool>(r: f32, t: f32) -> f32 {
     2.0 * fma::<F>(fma::<F>(p, r * r, r), half, half)
 }
 
-/// Results below 2^-125 (x < -86.99) are zero. WGSL lets subnormal results be flushed; flushing from 2^-125 saves the second factor that the
-/// whole range would need.
+/// e^x. Results below 2^-125 (x < -86.99) are zero. WGSL allows subnormal results to be flushed to zero; flushing from 2^-125 saves the second
+/// scale factor that the full range would need.
 #[inline(always)]
 pub(crate) fn exp<const F: bool>(x: f32) -> f32 {
     let c = if x > 88.9 { 88.9 } else { x };
@@ -44,7 +44,7 @@ pub(crate) fn exp<const F: bool>(x: f32) -> f32 {
     exp_of_reduced::<F>(r, t)
 }
 
-/// Results below 2^-125.5 are zero, as with [`exp`].
+/// 2^x. Results below 2^-125.5 are zero, for the same reason as in [`exp`].
 #[inline(always)]
 pub(crate) fn exp2<const F: bool>(x: f32) -> f32 {
     let c = if x > 128.25 { 128.25 } else { x };
@@ -54,12 +54,12 @@ pub(crate) fn exp2<const F: bool>(x: f32) -> f32 {
     exp_of_reduced::<F>(r, t)
 }
 
-/// Mantissa less one in [-0.293, 0.414], exponent, and x^3 P(x) - x^2/2 of it.
+/// Reduces a logarithm's argument: f = mantissa - 1 in [-0.293, 0.414], the exponent, and f^3 P(f) - f^2/2.
 #[inline(always)]
 fn log_parts<const F: bool>(x: f32) -> (f32, f32, f32) {
     let tiny = x < f32::MIN_POSITIVE;
     let scaled = if tiny { x * 8_388_608.0 } else { x };
-    // Subtracting the bits of sqrt(1/2) makes the exponent field round at sqrt(2).
+    // Subtracting the bits of sqrt(1/2) makes the exponent field change at sqrt(2) instead of 2.
     let bits = scaled.to_bits().wrapping_sub(0x3f35_04f3);
     let k = ((bits as i32) >> 23) as f32 - if tiny { 23.0 } else { 0.0 };
     let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(0x3f35_04f3)) - 1.0;
@@ -81,7 +81,7 @@ fn log_parts<const F: bool>(x: f32) -> (f32, f32, f32) {
     (f, k, fma::<F>(-0.5, z, f * z * p))
 }
 
-/// 0 to -inf, negative to NaN, inf to inf.
+/// Replaces the logarithm `y` for special arguments: 0 gives -inf, a negative number or NaN gives NaN, inf gives inf.
 #[inline(always)]
 fn log_special_cases(x: f32, y: f32) -> f32 {
     let y = if x == f32::INFINITY { x } else { y };
@@ -99,13 +99,13 @@ pub(crate) fn log<const F: bool>(x: f32) -> f32 {
 #[inline(always)]
 pub(crate) fn log2<const F: bool>(x: f32) -> f32 {
     let (f, k, rest) = log_parts::<F>(x);
-    // log2(e) = 1 + 0.4427: the large part is exact, so that the sum rounds once more only.
+    // log2(e) = 1 + 0.4427. The product with 1 is exact, so that adding it rounds only once more.
     const REST: f32 = 0.442_695_04;
     let small = fma::<F>(f, REST, rest * REST) + rest;
     log_special_cases(x, (small + f) + k)
 }
 
-/// sin, or cos when `COS`. Relative error as stated for |x| <= 1.6e6; beyond, the result stays within [-1, 1].
+/// sin, or cos if `COS`. Accurate for |x| <= 1.6e6; for greater |x| the result only stays within [-1, 1].
 #[inline(always)]
 pub(crate) fn sin_cos<const F: bool, const COS: bool>(x: f32) -> f32 {
     let (r, n) = double::quarter_turns(f64::from(x));
@@ -129,7 +129,7 @@ pub(crate) fn asin<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    // The smaller of the two is the right argument. Selecting by `big` would make the compiler evaluate the polynomial for both.
+    // The argument needed is the smaller of the two. Selecting by `big` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<F>(z, if big { root } else { a });
@@ -142,7 +142,7 @@ pub(crate) fn acos<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    // The smaller of the two is the right argument. Selecting by `big` would make the compiler evaluate the polynomial for both.
+    // The argument needed is the smaller of the two. Selecting by `big` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<F>(z, if big { root } else { x });
@@ -150,36 +150,36 @@ pub(crate) fn acos<const F: bool>(x: f32) -> f32 {
     if big { outer } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
 }
 
-/// All four quadrants; signed zeros and infinities as IEEE 754 recommends.
+/// The angle in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
 #[inline(always)]
 pub(crate) fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
     let equal = small == large;
-    // tan(pi/8): beyond it the angle is taken from the diagonal.
-    let far = small > 0.414_213_57 * large;
-    let (num, den) = if far { (small - large, small + large) } else { (small, large) };
+    // Above tan(pi/8), the angle is computed relative to the diagonal.
+    let near_diagonal = small > 0.414_213_57 * large;
+    let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
     let q = if equal { 0.0 } else { q };
     let z = q * q;
     let p = horner::<f32, F, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
     let t = fma::<F>(p * z, q, q);
-    let t = if far | (equal & (large > 0.0)) { std::f32::consts::FRAC_PI_4 + t } else { t };
+    let t = if near_diagonal | (equal & (large > 0.0)) { std::f32::consts::FRAC_PI_4 + t } else { t };
     let t = if swap { std::f32::consts::FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { std::f32::consts::PI - t } else { t };
     let t = t.copysign(y);
     if x.is_nan() | y.is_nan() { f32::NAN } else { t }
 }
 
-/// x^y for x >= 0 (WGSL leaves negative x open: NaN here). x^0 = 1, 1^y = 1. By way of f64 polynomials that are as long as an f32 result
-/// needs (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2), because y log2(x) must be good to 2^-32.
+/// x^y for x >= 0. WGSL does not specify negative x; the result is NaN here. x^0 = 1, 1^y = 1. Evaluates f64 polynomials, because y log2(x) must be
+/// accurate to 2^-32. Their length suffices for f32 (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2).
 #[inline(always)]
 pub(crate) fn pow<const F: bool>(x: f32, y: f32) -> f32 {
     const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
     const BIAS: u64 = 1024;
     let bits = f64::from(x).to_bits().wrapping_sub(ROOT_HALF);
-    // The exponent as a float without an integer conversion, which has no vector form below AVX-512.
+    // The exponent as a float, without an integer conversion, which has no vector instruction below AVX-512.
     let e = bits.wrapping_add(BIAS << 52) >> 52;
     let k = f64::from_bits(e | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
     let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(ROOT_HALF)) - 1.0;
@@ -203,7 +203,7 @@ pub(crate) fn pow<const F: bool>(x: f32, y: f32) -> f32 {
         ],
     );
     let log2 = f.fma::<F>(q, k);
-    // Beyond 1e20 every x but 1 over- or underflows; the bound keeps the product finite.
+    // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the product finite.
     let b = f64::from(y);
     let b = if b > 1e20 { 1e20 } else { b };
     let b = if b < -1e20 { -1e20 } else { b };

@@ -1,12 +1,12 @@
-//! Clipping in homogeneous coordinates.
+//! Clips triangles in homogeneous coordinates.
 //!
-//! In: three clip-space vertices with x and y already in pixels times w. Out: a convex polygon of at most eight corners whose w is
-//! positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes come
-//! from the whole triangle, so a cut edge needs no interpolated values.
+//! In: three clip-space vertices with x and y in pixels times w. Out: a convex polygon of at most ten corners whose w is
+//! positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes are computed
+//! from the unclipped triangle, so new corners need no interpolated values.
 
-/// Triangles are clipped to this many pixels around the target's origin; the largest target is 16384 wide.
+/// Triangles are clipped to this many pixels around the target's origin; the largest target is 16384 pixels wide.
 pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
-/// Smallest w that is kept, relative to the triangle's greatest: nearer points project beyond the guard band anyway.
+/// Smallest w that is kept, relative to the triangle's greatest w; points with smaller w project beyond the guard band.
 const MIN_W: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
@@ -35,12 +35,12 @@ impl Corner {
     }
 }
 
-/// A convex polygon, corners in the triangle's own order.
+/// A convex polygon whose corners wind like those of the triangle.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
     corners: [Corner; 12],
     count: usize,
-    /// False when the polygon is the triangle itself.
+    /// Whether the triangle was clipped; if false, the polygon is the triangle itself.
     pub cut: bool,
 }
 
@@ -51,22 +51,22 @@ impl Polygon {
 }
 
 /// Signed distances to the clip planes, positive inside.
-fn distances(c: &Corner, least_w: f64) -> [f64; 7] {
+fn distances(c: &Corner, min_w: f64) -> [f64; 7] {
     let guard = GUARD_BAND_PX * c.w;
-    [c.w - least_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]
+    [c.w - min_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]
 }
 
-/// The visible part of a triangle; None when nothing is left or a coordinate is not finite.
+/// The visible part of a triangle; `None` if there is no visible part or a coordinate is not finite.
 pub(crate) fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
     if !triangle.iter().all(Corner::is_finite) {
         return None;
     }
-    let greatest_w = triangle.iter().fold(0.0_f64, |m, c| m.max(c.w));
-    if greatest_w <= 0.0 {
+    let max_w = triangle.iter().fold(0.0_f64, |m, c| m.max(c.w));
+    if max_w <= 0.0 {
         return None;
     }
-    let least_w = greatest_w * MIN_W;
-    let all = triangle.map(|c| distances(&c, least_w));
+    let min_w = max_w * MIN_W;
+    let all = triangle.map(|c| distances(&c, min_w));
     let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, cut: false };
     polygon.corners[..3].copy_from_slice(triangle);
     for plane in 0..7 {
@@ -81,12 +81,12 @@ pub(crate) fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
         polygon.count = 0;
         for i in 0..from.count {
             let (a, b) = (from.corners[i], from.corners[(i + 1) % from.count]);
-            let (da, db) = (distances(&a, least_w)[plane], distances(&b, least_w)[plane]);
+            let (da, db) = (distances(&a, min_w)[plane], distances(&b, min_w)[plane]);
             if da >= 0.0 {
                 polygon.push(a);
             }
             if (da >= 0.0) != (db >= 0.0) {
-                // From the inner corner to the outer one, so that two triangles that share the edge are cut at bit-identical points.
+                // Interpolate from the inner corner to the outer one, so that two triangles that share the edge are cut at bit-identical points.
                 polygon.push(if da >= 0.0 { a.mix(&b, da / (da - db)) } else { b.mix(&a, db / (db - da)) });
             }
         }
@@ -99,7 +99,7 @@ pub(crate) fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
 
 impl Polygon {
     fn push(&mut self, c: Corner) {
-        // Seven planes add one corner each at the most: ten in all.
+        // Seven planes add at most one corner each, so there are at most ten.
         if self.count < self.corners.len() {
             self.corners[self.count] = c;
             self.count += 1;
@@ -124,13 +124,13 @@ mod tests {
     }
 
     #[test]
-    fn behind_the_camera_nothing_is_left() {
+    fn a_triangle_behind_the_camera_is_dropped() {
         let t = [corner(0.0, 0.0, 0.5, -1.0), corner(9.0, 0.0, 0.5, -1.0), corner(0.0, 9.0, 0.5, -2.0)];
         assert!(clip(&t).is_none());
     }
 
     #[test]
-    fn beyond_the_near_plane_nothing_is_left() {
+    fn a_triangle_nearer_than_the_near_plane_is_dropped() {
         // Reversed depth: nearer than the near plane is z > w.
         let t = [corner(0.0, 0.0, 2.0, 1.0), corner(9.0, 0.0, 2.0, 1.0), corner(0.0, 9.0, 3.0, 1.0)];
         assert!(clip(&t).is_none());
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_dropped() {
+    fn triangles_that_are_not_finite_are_dropped() {
         assert!(clip(&[corner(f64::NAN, 0.0, 0.0, 1.0), corner(1.0, 0.0, 0.0, 1.0), corner(0.0, 1.0, 0.0, 1.0)]).is_none());
         assert!(clip(&[corner(0.0, 0.0, 0.0, f64::INFINITY), corner(1.0, 0.0, 0.0, 1.0), corner(0.0, 1.0, 0.0, 1.0)]).is_none());
     }

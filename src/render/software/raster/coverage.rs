@@ -1,24 +1,25 @@
-//! Which samples of a tile a triangle covers.
+//! Determines which samples of a tile a triangle covers.
 //!
-//! A tile is 64x64 pixels, walked in blocks of 16x8, each in quads of 2x2: the lane order. Pixel `p` of a tile lies at `block * 128 +
-//! quad * 4 + corner`; `TilePixels` maps that to x and y. Coverage of a quad is sixteen bits: four per pixel, one per sample (with one
-//! sample only the lowest of the four is used).
+//! A tile is 64x64 pixels, divided into blocks of 16x8 pixels, and these into quads of 2x2. Lane order goes through blocks, quads and corners: the
+//! index of a pixel in its tile is `block * 128 + quad * 4 + corner`, and `TilePixels` maps it to x and y. The coverage of a quad is sixteen bits:
+//! four per pixel, one per sample (with one sample per pixel only the lowest of the four is used).
 
 use super::setup::{RasterTriangle, SUBPIXEL};
 
+/// Width and height of a tile in pixels.
 pub(crate) const TILE: u32 = 64;
-/// Quads of a tile.
+/// Number of quads in a tile.
 pub(crate) const TILE_QUADS: usize = (TILE * TILE / 4) as usize;
-/// Pixels of a block.
+/// Size of a block in pixels.
 pub(crate) const BLOCK_WIDTH: u32 = 16;
 pub(crate) const BLOCK_HEIGHT: u32 = 8;
 const BLOCKS_ACROSS: u32 = TILE / BLOCK_WIDTH;
 const QUADS_ACROSS: u32 = BLOCK_WIDTH / 2;
-/// Quads of a block.
+/// Number of quads in a block.
 pub(crate) const BLOCK_QUADS: u32 = BLOCK_WIDTH * BLOCK_HEIGHT / 4;
-/// Pixels of a block: as many as a batch has lanes.
+/// Number of pixels in a block, equal to the number of lanes in a batch.
 pub(crate) const BLOCK_PIXELS: usize = (BLOCK_WIDTH * BLOCK_HEIGHT) as usize;
-/// Blocks of a tile.
+/// Number of blocks in a tile.
 pub(crate) const TILE_BLOCKS: usize = (TILE * TILE) as usize / BLOCK_PIXELS;
 
 /// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point.
@@ -52,7 +53,7 @@ pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
     is_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
 }
 
-/// Whether the triangle covers every sample of a target. The right and bottom edges themselves hold no sample and need not be covered.
+/// Whether the triangle covers every sample of a target. The target's right and bottom edges contain no sample and need not be covered.
 pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
     let last = |size: u32| i64::from(size) * SUBPIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
@@ -87,7 +88,7 @@ impl Default for TilePixels {
 }
 
 /// Calls `emit(quad, count, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once for
-/// all quads of a fully covered block, else one by one.
+/// all quads of a fully covered block, otherwise once per quad.
 pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [px0, py0, px1, py1] = triangle.pixels;
     let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
@@ -101,13 +102,13 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
         for block_x in x0 / BLOCK_WIDTH..x1.div_ceil(BLOCK_WIDTH) {
             let block = block_y * BLOCKS_ACROSS + block_x;
             let (bx, by) = (block_x * BLOCK_WIDTH, block_y * BLOCK_HEIGHT);
-            let (least, most) = extremes(triangle, tile_x + bx, tile_y + by, BLOCK_WIDTH, BLOCK_HEIGHT);
-            if most < 0 {
+            let (lower, upper) = edge_function_bounds(triangle, tile_x + bx, tile_y + by, BLOCK_WIDTH, BLOCK_HEIGHT);
+            if upper < 0 {
                 continue;
             }
-            let within = bx >= x0 && by >= y0 && bx + BLOCK_WIDTH <= x1 && by + BLOCK_HEIGHT <= y1;
+            let inside_bounds = bx >= x0 && by >= y0 && bx + BLOCK_WIDTH <= x1 && by + BLOCK_HEIGHT <= y1;
             let first = (block * BLOCK_QUADS) as usize;
-            if least >= 0 && within {
+            if lower >= 0 && inside_bounds {
                 emit(first, BLOCK_QUADS as usize, full_coverage(samples));
                 continue;
             }
@@ -121,24 +122,24 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
 }
 
 /// Bounds of the three edge functions over a rectangle of pixels: (smallest of the three minima, smallest of the three maxima).
-/// A negative second value means that nothing is covered, a first value of zero or more that everything is.
-fn extremes(triangle: &RasterTriangle, x: u32, y: u32, width: u32, height: u32) -> (i64, i64) {
+/// If the second value is negative, nothing is covered; if the first value is not negative, everything is.
+fn edge_function_bounds(triangle: &RasterTriangle, x: u32, y: u32, width: u32, height: u32) -> (i64, i64) {
     let (x, y) = (i64::from(x) * SUBPIXEL, i64::from(y) * SUBPIXEL);
     let (w, h) = (i64::from(width) * SUBPIXEL, i64::from(height) * SUBPIXEL);
-    let (mut least, mut most) = (i64::MAX, i64::MAX);
+    let (mut lower, mut upper) = (i64::MAX, i64::MAX);
     for e in &triangle.edges {
         let corner = e.a * x + e.b * y + e.c;
         let (across, down) = (e.a * w, e.b * h);
-        least = least.min(corner + across.min(0) + down.min(0));
-        most = most.min(corner + across.max(0) + down.max(0));
+        lower = lower.min(corner + across.min(0) + down.min(0));
+        upper = upper.min(corner + across.max(0) + down.max(0));
     }
-    (least, most)
+    (lower, upper)
 }
 
 /// The quads of a block with a covered sample, in lane order.
 struct CoveredQuads {
     count: usize,
-    /// Number of the quad in the block.
+    /// Index of each quad in the block.
     inner: [u8; BLOCK_QUADS as usize],
     coverage: [u16; BLOCK_QUADS as usize],
 }
@@ -146,28 +147,28 @@ struct CoveredQuads {
 /// A triangle's edge functions at the samples of a quad, relative to its top-left corner; `N` = 4 pixels times the samples of a pixel.
 struct QuadSamples<const N: usize> {
     at: [[i64; N]; 3],
-    greatest: [i64; 3],
-    /// Steps to the next quad, across and down.
+    max_at_samples: [i64; 3],
+    /// Differences to the next quad in x and in y.
     step: [[i64; 2]; 3],
 }
 
 impl<const N: usize> QuadSamples<N> {
     fn new(triangle: &RasterTriangle) -> Self {
         let positions = sample_positions((N / 4) as u8);
-        // Plain loops: for a small triangle this takes as long as what follows.
-        let mut samples = Self { at: [[0; N]; 3], greatest: [i64::MIN; 3], step: [[0; 2]; 3] };
+        // Plain loops, because for a small triangle this takes as long as the coverage tests that follow.
+        let mut samples = Self { at: [[0; N]; 3], max_at_samples: [i64::MIN; 3], step: [[0; 2]; 3] };
         for (k, e) in triangle.edges.iter().enumerate() {
             for (at, value) in samples.at[k].iter_mut().enumerate() {
                 let (corner, [sx, sy]) = ((at / positions.len()) as i64, positions[at % positions.len()]);
                 *value = e.a * ((corner & 1) * SUBPIXEL + sx) + e.b * ((corner >> 1) * SUBPIXEL + sy);
-                samples.greatest[k] = samples.greatest[k].max(*value);
+                samples.max_at_samples[k] = samples.max_at_samples[k].max(*value);
             }
             samples.step[k] = [e.a * 2 * SUBPIXEL, e.b * 2 * SUBPIXEL];
         }
         samples
     }
 
-    /// Coverage of a quad by the values of the edge functions at its corner.
+    /// Coverage of a quad, given the values of the edge functions at its top-left corner.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "loops by index over several arrays of one length are what the compiler vectorises")]
     fn coverage(&self, at_corner: [i64; 3]) -> u16 {
@@ -176,7 +177,7 @@ impl<const N: usize> QuadSamples<N> {
         // Overflow checks would keep the loop from being vectorised in debug builds.
         let mut coverage = 0;
         for k in 0..N {
-            // The sign bit is set where the sample lies outside an edge.
+            // The sign bit is set if the sample lies outside an edge.
             let outside = at_corner[0].wrapping_add(a[k]) | at_corner[1].wrapping_add(b[k]) | at_corner[2].wrapping_add(c[k]);
             coverage |= if outside >= 0 { SAMPLE_BITS[k * (16 / N)] } else { 0 };
         }
@@ -191,16 +192,16 @@ impl<const N: usize> QuadSamples<N> {
         let (x, y) = (i64::from(x) * SUBPIXEL, i64::from(y) * SUBPIXEL);
         let at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
         for row in y0 / 2..y1.div_ceil(2) {
-            let rows = unclipped(row * 2, y0, y1, LOWER_ROW);
+            let rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
             for column in x0 / 2..x1.div_ceil(2) {
                 let (across, down) = (i64::from(column), i64::from(row));
-                let of_edge = |k: usize| at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
-                let at_corner = [of_edge(0), of_edge(1), of_edge(2)];
-                let [a, b, c] = self.greatest;
+                let edge_value = |k: usize| at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
+                let at_corner = [edge_value(0), edge_value(1), edge_value(2)];
+                let [a, b, c] = self.max_at_samples;
                 if (at_corner[0] + a) | (at_corner[1] + b) | (at_corner[2] + c) < 0 {
                     continue;
                 }
-                let coverage = self.coverage(at_corner) & rows & unclipped(column * 2, x0, x1, RIGHT_COLUMN);
+                let coverage = self.coverage(at_corner) & rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
                 if let (true, Some(inner), Some(to)) =
                     (coverage != 0, found.inner.get_mut(found.count), found.coverage.get_mut(found.count))
                 {
@@ -212,7 +213,7 @@ impl<const N: usize> QuadSamples<N> {
         found
     }
 
-    /// The same code compiled for AVX2.
+    /// [`QuadSamples::covered`] compiled for AVX2.
     /// # Safety
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
@@ -222,17 +223,18 @@ impl<const N: usize> QuadSamples<N> {
     }
 }
 
-/// The lower two pixels of a quad, and the right two.
+/// Coverage bits of the lower two pixels of a quad, and of the right two.
 const LOWER_ROW: u16 = 0xff00;
 const RIGHT_COLUMN: u16 = 0xf0f0;
 
-/// The part of a quad's coverage from `from` to `to` along one axis; `first`: its first pixel there, `second_half`: the coverage of the other one.
+/// The coverage bits of a quad that lie in `from..to` along one axis. `first`: coordinate of the quad's first pixels along the axis;
+/// `second_half`: the bits of its second pixels.
 #[inline(always)]
-fn unclipped(first: u32, from: u32, to: u32, second_half: u16) -> u16 {
+fn coverage_within(first: u32, from: u32, to: u32, second_half: u16) -> u16 {
     (if first < from { second_half } else { u16::MAX }) & (if first + 1 >= to { !second_half } else { u16::MAX })
 }
 
-/// The bits of a quad's coverage; loops that select from a table are vectorised, loops that shift are not.
+/// The single bits of a quad's coverage. Loops that select from a table are vectorised; loops that shift are not.
 const SAMPLE_BITS: [u16; 16] = {
     let mut bits = [0; 16];
     let mut k = 0;
@@ -243,7 +245,7 @@ const SAMPLE_BITS: [u16; 16] = {
     bits
 };
 
-/// The blocks of one triangle. What a partly covered block needs is computed when there is the first one.
+/// Coverage of the partly covered blocks of one triangle. The edge functions at the samples are computed for the first such block.
 struct BlockCoverage<'a> {
     triangle: &'a RasterTriangle,
     samples: u8,
@@ -278,7 +280,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pixel_of_a_tile_has_one_place() {
+    fn lane_order_visits_every_pixel_of_a_tile_once() {
         let pixels = TilePixels::new();
         let mut seen = vec![false; (TILE * TILE) as usize];
         for (x, y) in pixels.x.iter().zip(&pixels.y) {
@@ -294,13 +296,13 @@ mod tests {
         }
     }
 
-    /// A number below `n` that looks random (Knuth's multiplicative congruence).
+    /// A pseudorandom number below `n` (Knuth's linear congruential generator).
     fn random(seed: &mut u64, n: u64) -> i64 {
         *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         ((*seed >> 33) % n) as i64
     }
 
-    /// Each sample of each pixel against the edges themselves, for triangles of all sizes that reach over tiles and are cut by a scissor.
+    /// Compares each sample of each pixel with the edge functions, for triangles of all sizes that span several tiles or are cut by a scissor.
     #[test]
     fn quads_are_covered_where_their_samples_lie_inside() {
         let (mut seed, mut partly) = (1, 0);
@@ -339,6 +341,6 @@ mod tests {
                 }
             }
         }
-        assert!(partly > 1000, "{partly} quads were covered in part");
+        assert!(partly > 1000, "only {partly} quads were partly covered");
     }
 }

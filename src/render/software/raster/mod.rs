@@ -1,7 +1,7 @@
-//! From clip-space vertices to covered quads.
+//! The rasteriser: turns clip-space vertices into covered quads.
 //!
-//! [`clip`] cuts a triangle to what can be projected, [`setup`] snaps it to fixed point and derives the planes of depth and varyings,
-//! [`coverage`] walks a tile and says which samples of which quads are inside. Nothing here shades or stores.
+//! [`clip`] clips a triangle to the part that can be projected, [`setup`] snaps it to fixed point and derives the planes of depth and varyings, and
+//! [`coverage`] walks a tile and determines the covered samples of its quads. Not here: shading, and storing colours or depths.
 
 pub mod clip;
 pub mod coverage;

@@ -1,8 +1,8 @@
 //! Triangle set-up: edges in fixed point, and the plane equations of depth, 1/w and the varyings.
 //!
-//! Positions snap to 1/4096 pixel (a silhouette moves by at most 0.00012 pixel); edge functions are exact in i64 up to the guard band.
+//! Positions are snapped to 1/4096 pixel (a silhouette moves by at most 0.00012 pixel); edge functions are exact in i64 up to the guard band.
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
-//! 1997), so clipped parts share the planes of the whole.
+//! 1997), so clipped parts share the planes of the unclipped triangle.
 
 use super::clip::{Corner, clip};
 use crate::render::software::{RenderError, try_grow};
@@ -20,7 +20,7 @@ pub(crate) struct Bounds {
     pub cull_back: bool,
 }
 
-/// Edge function: `a x + b y + c >= 0` inside, x and y in fixed point; c includes the top-left rule.
+/// Edge function: `a x + b y + c >= 0` inside the triangle, with x and y in fixed point; c includes the top-left rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Edge {
     pub a: i64,
@@ -34,11 +34,11 @@ pub(crate) struct RasterTriangle {
     pub edges: [Edge; 3],
     /// Pixels that may be covered: x0, y0, x1, y1, exclusive.
     pub pixels: [u32; 4],
-    /// Index of the [`SourceTriangle`] that it is a part of.
+    /// Index of the [`SourceTriangle`] of which this triangle is a part.
     pub source_triangle: u32,
 }
 
-/// value(x, y) = `at_origin` + `dx` (x - origin x) + `dy` (y - origin y), pixels.
+/// A linear function of the position in pixels: value(x, y) = `at_origin` + `dx` (x - origin x) + `dy` (y - origin y).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Plane {
     pub at_origin: f64,
@@ -62,10 +62,10 @@ pub(crate) struct SourceTriangle {
     /// Reversed depth.
     pub depth: Plane,
     pub inverse_w: Plane,
-    /// All three w are equal: varyings are linear in screen space.
+    /// Whether all three w are equal, so that varyings are linear in screen space.
     pub affine: bool,
     pub front: bool,
-    /// Index of its first plane in [`Geometry::planes`]: one per interpolated scalar, of value / w, or of the value itself when affine.
+    /// Index of its first plane in [`Geometry::planes`]: one per interpolated scalar, of value / w, or of the value itself if `affine`.
     pub first_plane: usize,
     /// Index of its first value in [`Geometry::constants`]: one per flat scalar.
     pub first_constant: usize,
@@ -83,8 +83,8 @@ pub(crate) struct Geometry {
     pub clipped: usize,
 }
 
-/// Raster triangles that one triangle can become when the near plane and the four sides of the guard band clip it.
-const MAX_PARTS: usize = 7;
+/// Upper bound of the raster triangles that one source triangle becomes: each of the seven clip planes adds at most one corner, and ten corners make eight triangles.
+const MAX_PARTS: usize = 8;
 
 impl Geometry {
     /// Reserves memory for one more triangle with this many varying scalars.
@@ -98,7 +98,7 @@ impl Geometry {
         try_grow(&mut self.constants, varyings, "the triangles' varyings")
     }
 
-    /// The triangles of all parts, one part after the other.
+    /// Concatenates the triangles of all parts.
     ///
     /// # Errors
     /// Too little memory.
@@ -127,14 +127,15 @@ impl Geometry {
     }
 }
 
-/// How many triangles ahead of its use each kind of data is fetched: a triangle's edges, then what they point to.
+/// How many triangles before its use each kind of data is prefetched: raster triangles, source triangles, planes and constants.
 #[cfg(target_arch = "x86_64")]
-const AHEAD: [usize; 3] = [12, 8, 4];
+const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
 impl Geometry {
-    /// Asks for the data of triangles that will be drawn soon: those of a tile lie scattered over memory. `coming`: triangles in drawing order.
+    /// Prefetches the data of triangles that will be drawn soon, because a tile's triangles are scattered in memory. `upcoming`: triangles in drawing
+    /// order.
     #[inline(always)]
-    pub(crate) fn prefetch(&self, coming: &[u32]) {
+    pub(crate) fn prefetch(&self, upcoming: &[u32]) {
         #[cfg(target_arch = "x86_64")]
         {
             fn fetch<T>(of: &[T], at: usize) {
@@ -145,14 +146,14 @@ impl Geometry {
                     unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line)) }
                 }
             }
-            let coming_at = |k: usize| coming.get(AHEAD[k]).map(|t| *t as usize);
-            if let Some(triangle) = coming_at(0) {
+            let upcoming_at = |k: usize| upcoming.get(PREFETCH_DISTANCES[k]).map(|t| *t as usize);
+            if let Some(triangle) = upcoming_at(0) {
                 fetch(&self.triangles, triangle);
             }
-            if let Some(triangle) = coming_at(1).and_then(|t| self.triangles.get(t)) {
+            if let Some(triangle) = upcoming_at(1).and_then(|t| self.triangles.get(t)) {
                 fetch(&self.source_triangles, triangle.source_triangle as usize);
             }
-            if let Some(triangle) = coming_at(2).and_then(|t| self.triangles.get(t))
+            if let Some(triangle) = upcoming_at(2).and_then(|t| self.triangles.get(t))
                 && let Some(source) = self.source_triangles.get(triangle.source_triangle as usize)
             {
                 fetch(&self.planes, source.first_plane);
@@ -161,7 +162,7 @@ impl Geometry {
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
-        let _ = coming;
+        let _ = upcoming;
     }
 }
 
@@ -180,7 +181,7 @@ fn snap(c: &Corner) -> [i64; 2] {
 
 fn edge(from: [i64; 2], to: [i64; 2]) -> Edge {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-    // Clockwise on the screen (y down): the inside lies to the right of the edge. Top edges run right, left edges run up.
+    // The triangle is clockwise on the screen (y down), so the inside lies to the right of the edge. Top edges run right, left edges run up.
     let top_left = (dy == 0 && dx > 0) || dy < 0;
     Edge { a: -dy, b: dx, c: dy * from[0] - dx * from[1] - i64::from(!top_left) }
 }
@@ -193,11 +194,11 @@ fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds,
     if area < 0 {
         p.swap(1, 2);
     }
-    let least = |axis: usize| p[0][axis].min(p[1][axis]).min(p[2][axis]).div_euclid(SUBPIXEL);
-    let most = |axis: usize| p[0][axis].max(p[1][axis]).max(p[2][axis]).div_euclid(SUBPIXEL) + 1;
+    let min_pixel = |axis: usize| p[0][axis].min(p[1][axis]).min(p[2][axis]).div_euclid(SUBPIXEL);
+    let max_pixel = |axis: usize| p[0][axis].max(p[1][axis]).max(p[2][axis]).div_euclid(SUBPIXEL) + 1;
     let [sx0, sy0, sx1, sy1] = bounds.scissor.map(i64::from);
-    let (x0, y0) = (least(0).max(sx0), least(1).max(sy0));
-    let (x1, y1) = (most(0).min(sx1).min(bounds.width.into()), most(1).min(sy1).min(bounds.height.into()));
+    let (x0, y0) = (min_pixel(0).max(sx0), min_pixel(1).max(sy0));
+    let (x1, y1) = (max_pixel(0).min(sx1).min(bounds.width.into()), max_pixel(1).min(sy1).min(bounds.height.into()));
     if x0 >= x1 || y0 >= y1 {
         return None;
     }
@@ -205,7 +206,7 @@ fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds,
     Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
 }
 
-/// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings` has three values per scalar, one a vertex.
+/// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings`: for each scalar, one value per vertex.
 pub(crate) fn set_up(
     clip_positions: [[f64; 4]; 3],
     varyings: impl Iterator<Item = (Interpolation, [f64; 3])>,
@@ -215,7 +216,7 @@ pub(crate) fn set_up(
     let mut corners = clip_positions.map(|p| Corner::from_clip(p, bounds.width, bounds.height));
     let Some(polygon) = clip(&corners) else { return };
     if !polygon.cut {
-        // Planes are those of the snapped triangle, so that no covered sample lies outside it, however thin it is.
+        // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
         for c in &mut corners {
             let [x, y] = snap(c).map(|v| v as f64 / SUBPIXEL as f64);
             (c.x, c.y) = (x * c.w, y * c.w);
@@ -228,13 +229,13 @@ pub(crate) fn set_up(
     };
     let m = corners.map(|c| [c.x - origin[0] * c.w, c.y - origin[1] * c.w, c.w]);
     let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    // Rows of the adjugate: barycentric numerators as planes.
+    // The rows of the adjugate are planes, the numerators of the barycentric coordinates.
     let adjugate = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
     let determinant = m[0][0] * adjugate[0][0] + m[0][1] * adjugate[0][1] + m[0][2] * adjugate[0][2];
     if determinant == 0.0 || !determinant.is_finite() {
         return;
     }
-    // Front faces wind counter-clockwise with y up; pixel y runs down, where that is a negative determinant.
+    // Front faces wind counter-clockwise with y up. Pixel y points down, so their determinant is negative.
     let front = determinant < 0.0;
     if bounds.cull_back && !front {
         return;
@@ -261,7 +262,7 @@ pub(crate) fn set_up(
     for (interpolation, v) in varyings {
         match interpolation {
             Interpolation::Flat => constants.push(v[0]),
-            // A constant needs no division and stays exact.
+            // A plane of constant value avoids the division, so that the value stays exact.
             Interpolation::Perspective if affine && v[0] == v[1] && v[1] == v[2] => planes.push(Plane::constant(v[0])),
             Interpolation::Perspective if affine => {
                 let p = plane_of(v);
@@ -294,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_give_the_vertices_their_values_back() {
+    fn planes_reproduce_the_values_at_the_vertices() {
         let clip = [[-1.0, -1.0, 0.5, 1.0], [3.0, -3.0, 0.5, 4.0], [0.0, 2.0, 0.25, 2.5]];
         let (s, varying) = set_up_one(clip, [1.0, -2.0, 5.0], &BOUNDS).expect("visible");
         for (c, v) in clip.iter().zip([1.0, -2.0, 5.0]) {
@@ -307,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn counter_clockwise_faces_the_viewer_also_when_clipped() {
+    fn counter_clockwise_triangles_are_front_faces_even_if_clipped() {
         let near = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
         let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];
         for clip in [near, cut] {
@@ -319,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn with_w_one_everywhere_a_constant_stays_exact() {
+    fn a_constant_varying_is_exact_if_all_w_are_equal() {
         let clip = [[-1.0, -1.0, 0.0, 1.0], [1.0, -1.0, 0.0, 1.0], [-1.0, 1.0, 0.0, 1.0]];
         let (s, varying) = set_up_one(clip, [0.1; 3], &BOUNDS).expect("visible");
         assert!(s.affine);
@@ -327,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_put_together_are_the_whole() {
+    fn joined_parts_equal_the_geometry_set_up_at_once() {
         let triangle = |k: f64| [[-0.9, -0.5, 0.5, 1.0], [0.3 + 0.1 * k, -0.5, 0.5, 1.0], [0.0, 0.5, 0.1, 1.0 - 0.8 * k]];
         let set_up_all = |range: std::ops::Range<u32>| {
             let mut g = Geometry::default();
@@ -341,12 +342,16 @@ mod tests {
         let whole = set_up_all(0..4);
         let parts = [0..1, 1..1, 1..4].map(set_up_all);
         let parts = Geometry::joined(parts.iter()).expect("memory");
-        assert!(whole.source_triangles.len() == 4 && whole.triangles.len() > 4, "some must be clipped into several");
+        assert!(whole.source_triangles.len() == 4 && whole.triangles.len() > 4, "some triangles must be clipped into several parts");
         assert_eq!(parts.triangles, whole.triangles);
         assert_eq!(parts.source_triangles, whole.source_triangles);
         assert_eq!(parts.planes, whole.planes);
         assert_eq!((&parts.constants, whole.constants.len()), (&whole.constants, 4));
         assert_eq!(parts.clipped, whole.clipped);
-        assert!((1..4).contains(&whole.clipped), "the first is whole, the last reaches behind the viewer: {}", whole.clipped);
+        assert!(
+            (1..4).contains(&whole.clipped),
+            "the first triangle is not clipped, the last extends behind the viewer: {}",
+            whole.clipped
+        );
     }
 }

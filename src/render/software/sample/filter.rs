@@ -1,12 +1,12 @@
-//! Filtering a batch: nearest, bilinear, trilinear, several taps along a footprint.
+//! Filters the texels of a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
-//! In: a batch's coordinates and footprints, arrays of `BATCH` lanes. Out: four linear values a lane, for the active lanes.
-//! The lanes are first sorted by (mip level, number of taps) with a counting sort. Each level's lanes are then contiguous, those with the most
-//! taps first; inactive lanes are left out; level and size are the same for all lanes of a loop. A lane's result does not depend on its
-//! neighbours, nor on the instruction set: nothing here fuses multiply and add, and every lane sums its taps in the same order. Integers wrap
-//! on purpose: overflow checks would keep loops from being vectorised in debug builds. Coordinates that are not finite read some valid texel.
+//! In: a batch's coordinates and footprints, arrays of `BATCH` lanes. Out: four linear values per lane, for the active lanes.
+//! A counting sort first orders the active lanes by mip level and number of taps. Each level's lanes are then contiguous, those with the most
+//! taps first, and a loop over them has one level and one size. A lane's result does not depend on its neighbours or on the
+//! instruction set: multiply and add are never fused, and every lane sums its taps in the same order. Integers wrap
+//! on purpose: overflow checks would keep loops from being vectorised in debug builds. Coordinates that are not finite read an unspecified texel.
 
-// Loops by index over several arrays of one fixed length are what the compiler vectorises.
+// The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
 use super::footprint::{Footprint, floor};
@@ -19,11 +19,11 @@ use crate::render::software::math::Real;
 pub(crate) const BATCH: usize = 128;
 /// Lanes that are fetched and interpolated together.
 const CHUNK: usize = 32;
-/// Length of arrays that are read in chunks from any lane on: the last chunk may reach beyond the batch.
+/// Length of arrays that are read in chunks from any lane on. The padding is needed because the last chunk may extend beyond the batch.
 const PADDED: usize = BATCH + CHUNK;
-/// Most taps of a lane.
+/// Maximum number of taps of a lane.
 pub(crate) const MAX_TAPS: usize = 16;
-/// Most mip levels of a texture (a side has at most 2^22 texels).
+/// Maximum number of mip levels of a texture (a side has at most 2^22 texels).
 const MAX_LEVELS: usize = 31;
 
 /// Red, green, blue, alpha of a batch; `None` for channels that are not needed.
@@ -66,7 +66,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
     }
 }
 
-/// An array for the values of a batch, initialised when it is needed.
+/// An array for the values of a batch, initialised on first use.
 struct LazyArray<R>(Option<[R; PADDED]>);
 
 impl<R> LazyArray<R> {
@@ -80,12 +80,12 @@ impl<R> LazyArray<R> {
 struct LaneOrder {
     lane: [u8; BATCH],
     count: usize,
-    /// All lanes are active and have one key: the order is that of the batch.
+    /// All lanes are active and have the same key, so that the order is that of the batch.
     identity: bool,
-    /// `starts[key]`: the position of the first lane with that key or a later one; key = level * `MAX_TAPS` + (`MAX_TAPS` - taps).
+    /// `starts[key]`: the position of the first lane with that key or a greater one; key = level * `MAX_TAPS` + (`MAX_TAPS` - taps).
     starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
     levels: std::ops::Range<usize>,
-    /// Some lane, active or not, takes more than one tap.
+    /// Some lane, active or not, has more than one tap.
     several_taps: bool,
 }
 
@@ -94,20 +94,20 @@ impl LaneOrder {
     fn new(key: &[u16; BATCH], active: LaneMask) -> Self {
         let count = active.count_ones() as usize;
         let mut order = Self { lane: [0; BATCH], count, identity: false, starts: [0; _], levels: 0..0, several_taps: false };
-        let (mut least, mut most, mut missing) = (u16::MAX, 0, 0);
+        let (mut min_key, mut max_key, mut inverted_keys) = (u16::MAX, 0, 0);
         for k in key {
-            least = least.min(*k);
-            most = most.max(*k);
-            missing |= !*k;
+            min_key = min_key.min(*k);
+            max_key = max_key.max(*k);
+            inverted_keys |= !*k;
         }
-        // One tap has the last key of its level.
-        order.several_taps = usize::from(missing) % MAX_TAPS != 0;
-        let (least, most) = (usize::from(least), usize::from(most));
-        order.levels = least / MAX_TAPS..most / MAX_TAPS + 1;
+        // The key of one tap is the last of its level, so that the complement of the key is 0 modulo MAX_TAPS.
+        order.several_taps = usize::from(inverted_keys) % MAX_TAPS != 0;
+        let (min_key, max_key) = (usize::from(min_key), usize::from(max_key));
+        order.levels = min_key / MAX_TAPS..max_key / MAX_TAPS + 1;
         let last = order.levels.end * MAX_TAPS;
-        if active == LaneMask::MAX && least == most {
+        if active == LaneMask::MAX && min_key == max_key {
             order.identity = true;
-            order.starts[most + 1..=last].fill(BATCH as u8);
+            order.starts[max_key + 1..=last].fill(BATCH as u8);
             return order;
         }
         let mut left = active;
@@ -115,7 +115,7 @@ impl LaneOrder {
             order.starts[usize::from(key[left.trailing_zeros() as usize]) + 1] += 1;
             left &= left - 1;
         }
-        for k in least + 1..=last {
+        for k in min_key + 1..=last {
             order.starts[k] += order.starts[k - 1];
         }
         let mut next = order.starts;
@@ -130,7 +130,7 @@ impl LaneOrder {
         order
     }
 
-    /// The values in sorted order, copied to `buffer` unless the order is the identity. Chunks of them may start at any position below `count`.
+    /// The values in sorted order, copied to `buffer` unless the order is the identity. Chunks of the result may start at any position below `count`.
     #[inline(always)]
     fn gather<'a, R: Real>(&self, values: &'a [R; BATCH], buffer: &'a mut LazyArray<R>) -> &'a [R] {
         if self.identity {
@@ -156,7 +156,7 @@ impl LaneOrder {
     }
 }
 
-/// One chunk of an array.
+/// The chunk of an array that starts at `at`.
 #[inline(always)]
 fn chunk<T>(values: &[T], at: usize) -> &[T; CHUNK] {
     match values[at..].first_chunk() {
@@ -165,7 +165,7 @@ fn chunk<T>(values: &[T], at: usize) -> &[T; CHUNK] {
     }
 }
 
-/// The two texels that a coordinate lies between, along one axis, and the fraction between them.
+/// The two neighbouring texels of a coordinate along one axis, and its fractional position between them.
 struct TexelPair<R> {
     below: [u32; CHUNK],
     above: [u32; CHUNK],
@@ -252,7 +252,7 @@ fn interpolate<R: Real, D: Decode, const K: usize>(
     }
 }
 
-/// Nearest texel along one axis.
+/// The nearest texel along one axis.
 #[inline(always)]
 fn nearest_texel<R: Real>(c: R, size: u32, mode: AddressMode) -> u32 {
     let n = R::from_u32(size);
@@ -289,7 +289,7 @@ fn channel<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; CH
     }
 }
 
-/// Adds the first `count` lanes.
+/// Adds the first `count` lanes of `value` to the sums from position `at` on.
 #[inline(always)]
 fn accumulate<R: Real>(sum: &mut [LazyArray<R>; 4], at: usize, count: usize, value: &[[R; CHUNK]; 4]) {
     for (sum, value) in sum.iter_mut().zip(value) {
@@ -335,7 +335,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         key[i] = (fine * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
-    // Arrays that are not needed are not zeroed: together they are as large as all data that a batch reads and writes.
+    // Arrays that are not needed are not zeroed, because together they are as large as all other data of a batch.
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_taps) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
@@ -353,7 +353,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         }
     } else {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
-        // Not needed where every lane has one tap, which is at the centre of the footprint.
+        // `None` if every lane has one tap, which is at the centre of the footprint.
         let steps_and_taps = order.several_taps.then(|| {
             let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
             (step_u, step_v, order.gather(&request.taps, &mut buffer_taps))
@@ -361,7 +361,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         for level in order.levels.clone() {
             let from = usize::from(order.starts[level * MAX_TAPS]);
             for tap in 0..MAX_TAPS {
-                // Lanes with more taps than this come first.
+                // Lanes with more than `tap` taps come first.
                 let to = usize::from(order.starts[(level + 1) * MAX_TAPS - tap]);
                 if to == from {
                     break;

@@ -1,9 +1,9 @@
-//! From the gradients of the texture coordinates to the mip level and the taps that each lane of a batch reads.
+//! Computes the mip level and the taps that a lane reads from the gradients of its texture coordinates.
 //!
-//! A pixel's footprint is the ellipse that its unit circle becomes in texels. Its axes are the singular values of the gradient matrix; up to
-//! `max_taps` trilinear taps are spread evenly along the major axis, from end to end, and the mip level is log2 of the minor axis (or of the
-//! major axis / `max_taps`, if that is greater): the formula of shaders/lib/filtered_map.wesl. A plain sampler's level is log2 of the longer
-//! gradient. Everything is branch-free, so that loops over lanes are vectorised. Gradients that are not finite give an unspecified valid
+//! A pixel's footprint is the ellipse onto which the gradients map the unit circle, in texels. The lengths of its axes are the singular values of the
+//! gradient matrix. Up to `max_taps` trilinear taps are spread evenly along the major axis, from end to end, and the mip level is log2 of the minor
+//! axis (or of the major axis / `max_taps`, if that is greater), as in shaders/lib/filtered_map.wesl. The level of a plain sampler is log2 of the
+//! longer gradient. Everything is branch-free, so that loops over lanes are vectorised. Gradients that are not finite give an unspecified valid
 //! level and number of taps.
 
 use crate::render::software::math::Real;
@@ -11,11 +11,11 @@ use crate::render::software::math::Real;
 /// The taps of one lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint<R> {
-    /// Mip level, not yet clamped.
+    /// Mip level, before clamping.
     pub level: R,
     /// Number of taps, at least 1.
     pub taps: R,
-    /// Step from tap to tap in texture coordinates.
+    /// Step from one tap to the next, in texture coordinates.
     pub step: [R; 2],
 }
 
@@ -45,7 +45,7 @@ impl<R: Real> Footprint<R> {
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
         let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
-        // J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
+        // For the gradient matrix J, J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
         let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
         let (mean, difference) = (half * (a + c), half * (a - c));
         let (x, y) = (ux * ux + vx * vx, uy * uy + vy * vy);
@@ -53,21 +53,21 @@ impl<R: Real> Footprint<R> {
         let major_sq = if max_taps > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq };
         let det = ux * vy - uy * vx;
         let minor_sq = det * det / major_sq;
-        let least_sq = major_sq / (max_taps * max_taps);
+        let min_width_sq = major_sq / (max_taps * max_taps);
         // Width of one tap, squared.
-        let width_sq = if minor_sq > least_sq { minor_sq } else { least_sq };
-        // At least one texel: level 0 has nothing finer. NaN becomes one texel as well.
+        let width_sq = if minor_sq > min_width_sq { minor_sq } else { min_width_sq };
+        // At least one texel, since no level is finer than level 0. NaN becomes one texel as well.
         let width_sq = if width_sq > R::ONE { width_sq } else { R::ONE };
-        // Rounded up, except for the last 1 %.
+        // Rounded up, unless the excess over an integer is below 0.01.
         let taps = floor((major_sq / width_sq).sqrt() + R::from_f64(0.99));
         let taps = if taps < max_taps { taps } else { max_taps };
         let taps = if taps > R::ONE { taps } else { R::ONE };
-        // The eigenvector of the major axis, by whichever row is better conditioned.
+        // The eigenvector of the major axis, computed from the better conditioned row of the matrix.
         let wide = difference > R::ZERO;
         let x = if wide { major_sq - c } else { b };
         let y = if wide { b } else { major_sq - a };
         let several = taps > R::ONE;
-        // The outermost taps end where the major axis ends, so the distance between their centres is the difference of both widths.
+        // The outermost taps end at the ends of the major axis, so the distance between their centres is the axis length minus the width of a tap.
         let spread = major_sq.sqrt() - width_sq.sqrt();
         let scale = spread / ((x * x + y * y).sqrt() * if several { taps - R::ONE } else { R::ONE });
         let step_u = if several { x * scale / size[0] } else { R::ZERO };

@@ -1,11 +1,11 @@
 //! Texture sampling for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes, [`footprint`] chooses levels and taps, [`filter`] interpolates, `single` reads
-//! single texels, [`Textures`] binds them to the texture
-//! uses of one program and runs them in a kernel class. Weights have the type of the lanes; texels are f32, exact to f32 rounding.
+//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates, and `single` reads single texels.
+//! [`Textures`] binds textures to the texture uses of one program and samples them in a kernel class. Weights have the type of the lanes; texels are
+//! f32, exact to f32 rounding.
 //!
-//! Texels stay as the map stores them, 4 bytes each, and are decoded when read: a map of 8192x4096 then takes 179 MB with its mip levels, where
-//! half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three loads a texel.
+//! Texels are kept as the map stores them, 4 bytes each, and are decoded when read: a map of 8192x4096 takes 179 MB with its mip levels, whereas
+//! half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three loads per texel.
 //! `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives the same bits.
 
 pub mod filter;
@@ -23,11 +23,11 @@ use single::{TexelCoordinates, load};
 use std::sync::Arc;
 use texels::{Decode, Float, Srgb, TexelLevel, Texels, Unorm};
 
-/// One texture use of a program, bound.
+/// A texture bound to one texture use of a program.
 #[derive(Clone, Debug)]
 pub struct BoundTexture<'a> {
     pub texels: Arc<Texels<'a>>,
-    /// None for uses without a sampler.
+    /// `None` for uses without a sampler.
     pub sampler: Option<SamplerState>,
 }
 
@@ -38,9 +38,10 @@ pub struct Textures<'a> {
     class: KernelClass,
 }
 
-const PLAIN: SamplerState = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+const DEFAULT_SAMPLER: SamplerState =
+    SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
 
-/// A batch's coordinates and how their mip levels are determined.
+/// A batch's coordinates, and the source of their mip levels.
 #[derive(Clone, Copy)]
 struct Request<'a, R> {
     u: &'a [R],
@@ -141,7 +142,7 @@ macro_rules! for_class {
 }
 
 impl<'a> Textures<'a> {
-    /// Bound textures, sampled in a kernel class; one that this machine lacks falls back to the portable class.
+    /// Textures that are sampled in a kernel class. A class that this machine lacks is replaced by the portable class.
     pub fn new(bound: Vec<BoundTexture<'a>>, class: KernelClass) -> Self {
         let class = if KernelClass::available().contains(&class) { class } else { KernelClass::Portable };
         Self { bound, class }
@@ -157,7 +158,7 @@ impl<'a> Textures<'a> {
     }
 
     fn decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
-        let state = bound.sampler.unwrap_or(PLAIN);
+        let state = bound.sampler.unwrap_or(DEFAULT_SAMPLER);
         let count = request.u.len().min(BATCH);
         let present = if count == BATCH { LaneMask::MAX } else { (1 << count) - 1 };
         let request = Request { active: request.active & present, ..request };

@@ -1,10 +1,10 @@
-//! Single texels by integer coordinates, a batch at a time.
+//! Reads single texels by integer coordinates, a batch at a time.
 //!
-//! In: a column for each lane, and a row and a level for each lane or one of each for all lanes. Out: up to four channels a lane; zero where a lane is not
-//! active or its texel lies outside the level. Always: every kernel class gives the same bits. Lanes of one level are read without a branch, with gather
-//! instructions where the class has them; lanes of several levels one by one.
+//! In: a column for each lane; a row and a level, each either per lane or common to all lanes. Out: up to four channels per lane; zero if the lane is
+//! not active or its texel lies outside the level. Always: every kernel class gives the same bits. If all lanes read the same level, they are read
+//! without a branch, with gather instructions if the class has them; otherwise lane by lane.
 
-// Loops by index over several arrays of one fixed length are what the compiler vectorises.
+// The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
 use super::filter::{BATCH, Channels};
@@ -13,13 +13,13 @@ use super::texels::{Decode, TexelLevel};
 use crate::render::software::exec::{LANE_BITS, LaneMask};
 use crate::render::software::math::Real;
 
-/// Columns, rows and levels as bit-cast integers. Rows and levels hold one value for each lane, or one for all.
+/// Columns, rows and levels as bit-cast integers. Rows and levels have one value for each lane, or one for all lanes.
 pub(super) type TexelCoordinates<'a, R> = [&'a [R]; 3];
 
 /// Lanes that are read together.
 const CHUNK: usize = 8;
 
-/// Reads the texels of a batch. `out`: red, green, blue, alpha, each empty or as long as the columns.
+/// Reads the texels of a batch. `out`: red, green, blue, alpha, each either empty or as long as `x`.
 #[inline(always)]
 pub(super) fn load<R: Real, D: Decode>(
     decode: D,
@@ -55,13 +55,13 @@ pub(super) fn load<R: Real, D: Decode>(
     }
 }
 
-/// Where the texels of a batch lie in one level.
+/// The positions of a batch's texels in one level. A lane has a texel if it is active and its coordinates lie inside the level.
 struct TexelIndices {
-    /// Index of a lane's texel; 0 where it has none.
+    /// Index of a lane's texel; 0 if the lane has none.
     index: [u32; BATCH],
-    /// All bits set where a lane has a texel.
+    /// All bits set if the lane has a texel, else zero.
     mask: [u32; BATCH],
-    /// Every lane has a texel.
+    /// Whether every lane has a texel.
     complete: bool,
 }
 
@@ -78,11 +78,11 @@ impl TexelIndices {
                 }
             }
         }
-        // Loops of a fixed length over arrays, without checks, are vectorised.
+        // The loop has a fixed length and no bounds checks, so that it is vectorised.
         let mut complete = u32::MAX;
         for lane in 0..BATCH {
             let (column, row) = (x[lane].int(), row(lane));
-            // Negative integers are large as u32.
+            // A negative coordinate is a large u32, hence outside.
             let inside = if (column < width) & (row < height) { u32::MAX } else { 0 };
             let mask = indices.mask[lane] & inside;
             indices.index[lane] = row.wrapping_mul(width).wrapping_add(column) & mask;
@@ -102,11 +102,11 @@ impl TexelIndices {
         }
     }
 
-    /// `MASKED`: some lane has no texel and becomes zero. Zero bits are zero in every format.
+    /// `MASKED`: some lanes have no texel and are set to zero.
     #[inline(always)]
     fn read_masked<R: Real, D: Decode, const MASKED: bool>(&self, decode: D, level: &TexelLevel<'_>, out: Channels<'_, R>) {
         let [r, g, b, a] = out;
-        if [&r, &g, &b, &a].into_iter().flatten().count() <= D::CHANNELS_READ_ALONE {
+        if [&r, &g, &b, &a].into_iter().flatten().count() <= D::MAX_SEPARATE_CHANNELS {
             self.read_channel::<R, D, 0, MASKED>(decode, level, r);
             self.read_channel::<R, D, 1, MASKED>(decode, level, g);
             self.read_channel::<R, D, 2, MASKED>(decode, level, b);
@@ -155,7 +155,7 @@ impl TexelIndices {
     }
 }
 
-/// Texels of several levels.
+/// Reads texels of several levels.
 #[inline(always)]
 fn lane_by_lane<R: Real, D: Decode>(
     decode: D,

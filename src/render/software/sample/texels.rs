@@ -1,17 +1,17 @@
-//! The texels that a binding reads: borrowed bytes of every mip level, decoded when read.
+//! The texels that a binding reads: borrowed bytes of every mip level, which are decoded when read.
 //!
 //! sRGB is decoded with a table of 256 f32, exact to f32 rounding. `Texels::new` checks once that each level has as many bytes as its size
-//! needs, so that reads check only the coordinates.
+//! requires, so that reads check only the coordinates.
 
 use crate::image::{TexelFormat, Texture};
 use std::sync::LazyLock;
 
-/// IEC 61966-2-1, byte to linear.
+/// Linear value of each sRGB byte, by IEC 61966-2-1.
 static SRGB_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| crate::units::srgb_to_linear(i as f64 / 255.0) as f32));
 
-/// Texels of one level at most: indices are 32 bits wide.
+/// Maximum number of texels of one level, because indices are 32 bits wide.
 const MAX_TEXELS: u64 = 1 << 30;
-/// Texels along a side at most: see [`crate::render::software::math::Real::round_small`].
+/// Maximum number of texels along a side, the limit of [`crate::render::software::math::Real::round_small`].
 const MAX_SIDE: u32 = 1 << 22;
 
 /// One mip level.
@@ -31,7 +31,7 @@ pub struct Texels<'a> {
 
 impl<'a> Texels<'a> {
     /// # Errors
-    /// A level whose bytes are not those of its size, or no level at all.
+    /// A level that is too large or whose number of bytes does not match its size, or no level at all.
     pub(crate) fn new(format: TexelFormat, levels: impl Iterator<Item = (u32, u32, &'a [u8])>) -> Result<Self, String> {
         let texel = match format {
             TexelFormat::Rgba8Srgb | TexelFormat::Rgba8Unorm => 4,
@@ -58,11 +58,11 @@ impl<'a> Texels<'a> {
     }
 }
 
-/// How bytes become four linear floats; one type per format, so that the inner loops are compiled for each.
+/// Decodes the bytes of a texel to four linear floats. Each format has its own type, so that the inner loops are compiled for each format.
 pub(crate) trait Decode: Copy {
-    /// A texel as stored.
+    /// A texel before decoding.
     type Texel: Copy + Default;
-    /// The same format read with gather instructions, on machines that have them.
+    /// The decoder of the same format that reads with gather instructions, on machines that have them.
     type Gathering: Decode;
     /// # Safety
     /// The machine has AVX2.
@@ -70,7 +70,7 @@ pub(crate) trait Decode: Copy {
     /// # Safety
     /// `index` is less than the level's width times its height.
     unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
-    /// One of its four channels.
+    /// Channel `K` of a texel.
     fn channel<const K: usize>(self, texel: Self::Texel) -> f32;
     #[inline(always)]
     fn channels(self, texel: Self::Texel) -> [f32; 4] {
@@ -100,8 +100,8 @@ pub(crate) trait Decode: Copy {
         out
     }
 
-    /// Up to so many channels of single texels are read one by one, more of them together.
-    const CHANNELS_READ_ALONE: usize = 1;
+    /// Up to this many channels of single texels are read separately; if more are needed, all four are read together.
+    const MAX_SEPARATE_CHANNELS: usize = 1;
 
     /// Channel `K` of eight lanes' texels.
     /// # Safety
@@ -147,7 +147,7 @@ impl Default for Srgb {
     }
 }
 
-/// Four bytes at any alignment. Debug builds check reads through pointers; reading a packed value is not checked.
+/// Four bytes at any alignment. Debug builds check reads through pointers, but not reads of a packed value.
 #[derive(Clone, Copy)]
 #[repr(C, packed)]
 struct UnalignedWord(u32);
@@ -156,7 +156,7 @@ struct UnalignedWord(u32);
 /// As [`Decode::texel`]; texels have four bytes.
 #[inline(always)]
 unsafe fn read_u32(level: &TexelLevel<'_>, index: u32) -> u32 {
-    // SAFETY: a level holds the bytes of all its texels ([`Texels::new`]).
+    // SAFETY: a level contains the bytes of all its texels ([`Texels::new`]).
     u32::from_le(unsafe { level.bytes.as_ptr().cast::<u32>().wrapping_add(index as usize).read_unaligned() })
 }
 
@@ -165,8 +165,8 @@ fn unorm<const K: usize>(texel: u32) -> f32 {
     (texel >> (8 * K) & 0xff) as i32 as f32 * (1.0 / 255.0)
 }
 
-/// A format of four bytes a texel: how channel `K` of a texel is decoded.
-macro_rules! four_bytes_a_texel {
+/// Implements [`Decode`] for a format of four bytes per texel, given the expression that decodes channel `K`.
+macro_rules! decode_four_byte_texels {
     ($format:ty, |$own:ident, $texel:ident| $channel:expr) => {
         impl Decode for $format {
             type Texel = u32;
@@ -197,8 +197,8 @@ macro_rules! four_bytes_a_texel {
     };
 }
 
-four_bytes_a_texel!(Srgb, |own, texel| if K == 3 { unorm::<3>(texel) } else { own.0[(texel >> (8 * K) & 0xff) as usize] });
-four_bytes_a_texel!(Unorm, |_own, texel| unorm::<K>(texel));
+decode_four_byte_texels!(Srgb, |own, texel| if K == 3 { unorm::<3>(texel) } else { own.0[(texel >> (8 * K) & 0xff) as usize] });
+decode_four_byte_texels!(Unorm, |_own, texel| unorm::<K>(texel));
 
 impl Decode for Float {
     type Texel = [f32; 4];
@@ -226,8 +226,8 @@ impl Decode for Float {
     fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
         texel[K & 3]
     }
-    // One load and one store for each channel of a lane: nothing is gained by reading whole texels.
-    const CHANNELS_READ_ALONE: usize = 4;
+    // A channel of a lane takes one load and one store either way, so reading complete texels has no advantage.
+    const MAX_SEPARATE_CHANNELS: usize = 4;
     #[inline(always)]
     unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
         let words = level.bytes.as_ptr().cast::<UnalignedWord>();
@@ -238,10 +238,10 @@ impl Decode for Float {
 
 #[cfg(target_arch = "x86_64")]
 mod gather {
-    //! Texels of four bytes are read with gather instructions, eight at a time; texels of sixteen bytes with one load each and transposed into
-    //! channels in registers.
+    //! Texels of four bytes are read with gather instructions, eight at a time. Texels of sixteen bytes are read with one load each and transposed
+    //! into channels in registers.
     //!
-    //! In: indices of texels, each below the level's number of texels. Out: the same bits as reading one after the other. Needs AVX2.
+    //! In: indices of texels, each below the level's number of texels. Out: the same bits as from reading texel by texel. Requires AVX2.
 
     use super::{Decode, Float, Srgb, TexelLevel, Unorm, unorm};
     use std::arch::x86_64::{
@@ -250,17 +250,17 @@ mod gather {
     };
     use std::mem::transmute;
 
-    /// Four floats at any alignment. Debug builds check vector loads through pointers, which takes ten times as long as the load; reading a
-    /// packed value is not checked.
+    /// Four floats at any alignment. Debug builds check vector loads through pointers, which takes ten times as long as the load; they do not check
+    /// reads of a packed value.
     #[derive(Clone, Copy)]
     #[repr(C, packed)]
     struct Unaligned(__m128);
 
-    /// A format read with gather instructions; sRGB gathers from its decoding table as well. Only [`Decode::gathering`] makes it.
+    /// A format of four bytes read with gather instructions; sRGB also gathers from its decoding table. Only [`Decode::gathering`] creates it.
     #[derive(Clone, Copy)]
     pub(crate) struct Gathering<D>(pub(super) D);
 
-    /// Formats of four bytes a texel, with the table that decodes red, green and blue.
+    /// Formats of four bytes per texel, with the table that decodes red, green and blue (`None`: not by a table).
     trait FourBytes: Decode<Texel = u32> {
         fn table(self) -> Option<&'static [f32; 256]>;
     }
@@ -279,7 +279,7 @@ mod gather {
         }
     }
 
-    /// Words at `index` from `base`, eight at a time.
+    /// The words at the indices `index` from `base`, gathered eight at a time.
     /// # Safety
     /// Every index is below 2^31, `base` points to more than that many words, and the machine has AVX2.
     #[inline(always)]
@@ -287,7 +287,7 @@ mod gather {
         const { assert!(N.is_multiple_of(8)) };
         let mut out = [0; N];
         for (to, from) in out.as_chunks_mut::<8>().0.iter_mut().zip(index.as_chunks::<8>().0) {
-            // SAFETY: passed on to the caller; both arrays hold eight words.
+            // SAFETY: passed on to the caller; both arrays have eight words.
             unsafe {
                 let at = transmute::<[u32; 8], __m256i>(*from);
                 *to = transmute::<__m256i, [u32; 8]>(_mm256_i32gather_epi32::<4>(base.cast::<i32>(), at));
@@ -337,12 +337,12 @@ mod gather {
         }
         #[inline(always)]
         unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [u32; N] {
-            // SAFETY: a level has at most 2^30 texels ([`Texels::new`]), and the caller keeps to them; a `Gathering` exists only with AVX2.
+            // SAFETY: a level has at most 2^30 texels ([`Texels::new`]), and the caller's indices lie inside it; a `Gathering` exists only with AVX2.
             unsafe { gather(level.bytes.as_ptr(), index) }
         }
     }
 
-    /// Four floats a texel. Only [`Decode::gathering`] makes it.
+    /// The format of four floats per texel, transposed in registers. Only [`Decode::gathering`] creates it.
     #[derive(Clone, Copy)]
     pub(crate) struct Transposing(pub(super) Float);
 
@@ -362,13 +362,13 @@ mod gather {
         fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
             self.0.channel::<K>(texel)
         }
-        // Two gathers are fewer instructions than eight loads that are transposed; three are slower.
-        const CHANNELS_READ_ALONE: usize = 2;
+        // Up to two gathers take fewer instructions than eight loads and a transposition; three are slower.
+        const MAX_SEPARATE_CHANNELS: usize = 2;
         #[inline(always)]
         unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
-            // A level has at most 2^30 texels: twice an index, in steps of eight bytes, fits.
+            // A gather scales its indices by at most eight bytes, half a texel. Twice an index fits, since a level has at most 2^30 texels.
             let twice = index.map(|i| i.wrapping_mul(2));
-            // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; a `Transposing` exists only with AVX2.
+            // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `Transposing` exists only with AVX2.
             unsafe {
                 let first = level.bytes.as_ptr().wrapping_add(4 * (K & 3)).cast::<i32>();
                 transmute::<__m256i, [f32; 8]>(_mm256_i32gather_epi32::<8>(first, transmute::<[u32; 8], __m256i>(twice)))
@@ -378,7 +378,7 @@ mod gather {
         unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
             let texels = level.bytes.as_ptr().cast::<Unaligned>();
             let pair = |low: usize| -> __m256 {
-                // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; a `Transposing` exists only with AVX2.
+                // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `Transposing` exists only with AVX2.
                 unsafe {
                     let Unaligned(first) = *texels.wrapping_add(index[low] as usize);
                     let Unaligned(second) = *texels.wrapping_add(index[low + 4] as usize);
@@ -386,7 +386,7 @@ mod gather {
                 }
             };
             let [t0, t1, t2, t3] = [pair(0), pair(1), pair(2), pair(3)];
-            // SAFETY: a `Transposing` exists only with AVX2; vectors and arrays hold eight floats each.
+            // SAFETY: a `Transposing` exists only with AVX2; vectors and arrays have eight floats each.
             unsafe {
                 let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
                 let (high_01, high_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));

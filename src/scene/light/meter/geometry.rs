@@ -1,4 +1,4 @@
-//! Geometry of the light meter: rays against bodies, and the fraction of a disc that nearer bodies leave visible.
+//! Geometry of the light meter: intersection of rays with bodies, and the fraction of a disc that nearer bodies leave visible.
 //!
 //! Always: every result changes continuously with position and direction.
 
@@ -9,7 +9,8 @@ use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Weights fall from half-way to the edge of the frame by this power of ten, so that a body that enters the frame gains weight gradually.
+/// Number of decades by which weights fall between half-way to the edge and the edge of the frame, so that a body that enters the frame gains weight
+/// gradually.
 const EDGE_DECADES: f64 = 5.0;
 
 /// Weight of a position in the frame. `edge_fraction`: 0 in the middle of the frame, 1 on its edge.
@@ -19,9 +20,9 @@ pub(crate) fn frame_position_weight(edge_fraction: f64) -> f64 {
 
 /// Result of intersecting a ray with a body, in the body's unit-sphere frame.
 pub(crate) struct RayHit {
-    /// Angle inside the limb, radians; negative outside.
+    /// Angle between the ray and the limb, radians; negative if the ray misses the body.
     pub inside_rad: f64,
-    /// Where the ray meets the ground, or the limb's nearest point if it misses.
+    /// The point where the ray meets the ground, or the nearest point of the limb if it misses.
     pub point: DVec3,
 }
 
@@ -42,21 +43,21 @@ pub(crate) fn area_px(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// Approximate fraction of a body's outline in the frame, from its bounding box, times the weight of its position.
-pub(crate) fn in_frame_share(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
+/// Approximate fraction of a body's outline that is in the frame, from its bounding box, times the weight of its position.
+pub(crate) fn weighted_in_frame_fraction(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     let Outline::Ellipse { bounds, .. } = p.outline else { return 0.0 };
     let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
     // A point's sprite is two pixels wide.
     let size = size.max(2.0 / camera.half_size());
     let middle = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
     let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
-    // The weight is that of the outline's innermost part.
+    // The weight is that of the part of the outline nearest to the frame's middle.
     let edge_fraction = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
     (inside / size).element_product().min(1.0) * frame_position_weight(edge_fraction)
 }
 
-/// Visible fraction of a uniform disc behind a round body, from angles in radians: cut by a circle, or by a straight edge if the body looks larger. Within 0.03 of
-/// the exact overlap while the body is larger than four times the disc or smaller than half of it; between these within 0.13.
+/// Visible fraction of a uniform disc behind a round body, from angles in radians. A smaller body covers the disc by a linear ramp; a larger body covers it by
+/// a straight edge. The error is at most 0.03 if the body is larger than four times the disc or smaller than half of it, and at most 0.13 in between.
 pub(crate) fn disc_fraction_beside_circle(separation_rad: f64, body_radius_rad: f64, disc_radius_rad: f64) -> f64 {
     if body_radius_rad < disc_radius_rad {
         let covered = ((body_radius_rad + disc_radius_rad - separation_rad) / (2.0 * body_radius_rad)).clamp(0.0, 1.0);
@@ -66,17 +67,17 @@ pub(crate) fn disc_fraction_beside_circle(separation_rad: f64, body_radius_rad: 
     1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
 }
 
-/// Angle from the body's centre to its limb towards a unit vector, and there the cosine between the limb's normal and the direction away from the centre. Valid
-/// outside the body.
+/// Angle from the body's centre to its limb in the direction of a unit vector, and the cosine between the limb's normal at that point and the direction away
+/// from the centre. Valid outside the body.
 pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let distance_km = body.centre_km.length();
     let middle = body.centre_km / distance_km;
     let aside = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
-    // In the unit-sphere frame the ray a + u b, u the angle's tangent, grazes where its squared distance from the centre is 1.
+    // In the unit-sphere frame the ray a + u b, with u the tangent of the angle, touches the limb if its squared distance from the centre is 1.
     let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(aside));
     let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
     let distance_radii = distance_km / body.radii_km.x;
-    // Solves quadratic u^2 - 2 ab u - aa = 0.
+    // Solves the equation quadratic * u^2 - 2 ab u - aa = 0.
     let quadratic = distance_radii * distance_radii * a.cross(b).length_squared() - bb;
     let angle = (ab + (ab * ab + quadratic * aa).max(0.0).sqrt()).atan2(quadratic);
     // The gradient of the squared distance is normal to the limb.
@@ -98,7 +99,7 @@ pub(crate) fn visible_disc_fraction(body: &Placement, towards: DVec3, radius_rad
 mod tests {
     use super::*;
 
-    /// Visible fraction of a disc of radius 1 behind another disc, by the area that two circles share, in closed form.
+    /// Visible fraction of a disc of radius 1 behind another disc, from the closed form of the overlap of two circles.
     fn exact_visible_fraction(separation: f64, body: f64) -> f64 {
         if separation >= 1.0 + body {
             return 1.0;
@@ -106,7 +107,7 @@ mod tests {
         if separation <= (1.0 - body).abs() {
             return if body >= 1.0 { 0.0 } else { 1.0 - body * body };
         }
-        // Half angles of the chord through both crossings, seen from either middle.
+        // Half the angles that the common chord of both circles spans at each centre.
         let of_sun = ((separation * separation + 1.0 - body * body) / (2.0 * separation)).acos();
         let of_body = ((separation * separation + body * body - 1.0) / (2.0 * separation * body)).acos();
         let segment = |angle: f64| angle - angle.sin() * angle.cos();
@@ -114,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_body_leaves_of_the_sun_is_within_the_stated_bounds() {
+    fn the_visible_fraction_is_within_the_stated_bounds() {
         let worst = |bodies: &[f64]| {
             let error = |body: f64| {
                 (0..=400)

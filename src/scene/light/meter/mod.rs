@@ -1,10 +1,10 @@
-//! The light meter of automatic exposure: the radiance of everything in the frame.
+//! The light meter of automatic exposure: it computes the radiance of everything in the frame.
 //!
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`Reading`]: weight and radiance of each kind of subject in the frame,
-//! and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground with its photometric model and mean albedo, under
-//! eclipses and other bodies' light. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position,
-//! time, field of view and phase, because every share of the frame has soft edges. Left out: maps other than city lights (a sea is as bright as a desert),
-//! relief, the air beyond a limb, and the light that another body's air adds to bodies behind it.
+//! and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground with its photometric model and mean albedo,
+//! including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously
+//! with position, time, field of view and phase, because every share of the frame has soft edges. Left out: maps other than city lights (a sea is as bright
+//! as a desert), relief, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod refracted_limb;
@@ -28,36 +28,36 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, in_frame_share, intersect, visible_disc_fraction};
+use geometry::{area_px, frame_position_weight, intersect, visible_disc_fraction, weighted_in_frame_fraction};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-/// Luminance below which sky and ground look like dusk: that of the sky around sunset, cd/m2. This and the two values below are judged by eye:
+/// Luminance of the sky around sunset, cd/m2: below it, sky and ground look like dusk. This and the two values below are judged by eye:
 /// photographers reduce exposure by one stop for civil twilight, by two to three for the night.
 const DAY_CD_M2: f64 = 300.0;
-const DUSK_STOPS_A_DECADE: f64 = 0.6;
+const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
-/// Weight of the target relative to an equal area of anything else.
+/// Weight of the target relative to an equal area of another subject.
 const TARGET_WEIGHT: f64 = 64.0;
-/// The same for a targeted Sun, because its daylight sky is as bright as any ground, for its corona, and for refracted limbs.
+/// Weight of a targeted Sun, because a daylight sky around it is as bright as any ground; also of its corona, and of refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// A share of the frame is weighted by this power of its radiance, because brighter ground draws the eye. At 2/3 the lit part of a crescent outweighs its
-/// night, and a Moon in the umbra outweighs the last two thousandths of its disc that are lit.
+/// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. At 2/3 the lit part of a crescent outweighs
+/// its night side, and a Moon in the umbra outweighs the last two thousandths of its disc that are lit.
 const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
 /// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
 const WEIGHT_RADIANCE_CAP: f64 = 1.0;
-/// Shares of the frame below which the Sun's disc is no longer the subject of a picture but a light in it: if it is the target, and if not.
-const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
-/// Weight of the dark sky; points of light of less weight belong to a picture of the sky.
+/// Shares of the frame below which the Sun's disc is no longer the subject of a picture but a light in it: if the Sun is the target, and if it is not.
+const MIN_SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
+/// Weight of the dark sky: if all points of light have less weight, the picture is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
-/// Fraction of daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
+/// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
 /// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
-/// Distances in radii between which the sum over rays of the frame turns into the sum over the whole disc.
+/// Distances in body radii between which the meter blends from the sum over rays of the frame (near) to the sum over the entire disc (far).
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
-/// Rays per side over a near body, and over the frame.
+/// Rays per side over the rectangle of a near body, and over the frame.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
 /// Range in which the corona is metered, solar radii.
@@ -69,9 +69,9 @@ pub(crate) struct Metered {
     pub name: String,
     /// The body that the subject belongs to, if any: ground, sky, refracted limb.
     pub body: Option<NaifId>,
-    /// Radiance: the weighted geometric mean.
+    /// Weighted geometric mean of the subject's radiance.
     pub radiance: f64,
-    /// The part of white at which this radiance should be shown.
+    /// The fraction of white at which this radiance should be shown.
     pub target_level: f64,
     pub weight: f64,
 }
@@ -90,7 +90,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// `share`: of the frame, times other weights. `haze`: radiance in front of the subject, which lowers its contrast.
+    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `haze`: radiance in front of it, which lowers its contrast.
     fn add(&mut self, share: f64, radiance: f64, haze: f64) {
         if share > 0.0 && radiance > 0.0 {
             let contrast = radiance / (radiance + haze);
@@ -122,14 +122,14 @@ pub(crate) struct Meter<'m, 'a> {
     pub night_lights: f64,
 }
 
-/// Factor on the level at which surroundings of a radiance are shown, because a photograph of dusk exposed as bright as noon looks like day: 1 above
-/// [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] fewer stops per factor of ten in luminance, at most [`MAX_DUSK_STOPS`].
+/// Factor on the level at which surroundings of a given radiance are shown, because a photograph of dusk exposed as bright as noon looks like day. The
+/// factor is 1 above [`DAY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
 fn dusk_factor(radiance: f64) -> f64 {
     let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
-    (-(DUSK_STOPS_A_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
+    (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
-/// Inputs that every part of a reading shares.
+/// Inputs that all parts of a reading share.
 struct Frame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
     glare: Option<VeilingGlare>,
@@ -178,7 +178,7 @@ impl Meter<'_, '_> {
             let mut sky = Tally::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky, 0.0);
             metered.extend(sky.metered(format!("the sky of {}", air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
-            // Surroundings in dusk are shown as dusk.
+            // The sky and ground around the camera are darkened in dusk.
             metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
         }
         let dark = night * AUTO_EXPOSED_MEAN;
@@ -193,25 +193,26 @@ impl Meter<'_, '_> {
     }
 }
 
-/// A body's ground with all lights on it, from which its radiance follows.
+/// A body's ground with all lights on it: the inputs of the ground's radiance.
 struct Ground<'g> {
     body: &'g Body,
     night_lights: Option<&'g NightLights>,
     night_light_weight: f64,
     /// Radiance of unit reflectance under unit irradiance, brightest channel.
     albedo_scale: f64,
-    /// Unit vectors in body axes.
+    /// Unit vector towards the Sun, body axes.
     sun: DVec3,
     sun_irradiance: f64,
+    /// Lights from other bodies: unit vector towards each, body axes, and irradiance.
     shine: Vec<(DVec3, f64)>,
-    /// Radiance of the sky over it, if the camera is in its air.
+    /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
     sky: f64,
-    /// Ring-shine, and the ground's radiance per unit of it.
+    /// Ring-shine, and the ground's radiance per unit of ring-shine.
     ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 
 impl Ground<'_> {
-    /// Radiance at a point of the unit-sphere frame with a normal, towards a viewer (unit vectors, body axes).
+    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes.
     fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shade: Option<&Shade<'_>>) -> f64 {
         let body = self.body;
         let reflected = |towards: DVec3, irradiance: f64| {
@@ -233,14 +234,14 @@ impl Ground<'_> {
 }
 
 impl Frame<'_, '_> {
-    /// Radiance between a body and the viewer: glare, and sky in front of other bodies.
+    /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
     fn haze(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
-        let beyond = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
-        glare + if beyond { self.sky } else { 0.0 }
+        let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
+        glare + if is_behind_sky { self.sky } else { 0.0 }
     }
 
-    /// Fraction of a body's disc that nearer bodies leave visible.
+    /// Fraction of a body's disc that nearer bodies, other than `except`, leave visible.
     fn visible_fraction(&self, p: &PlacedBody<'_>, except: Option<NaifId>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
@@ -249,7 +250,7 @@ impl Frame<'_, '_> {
         nearer.map(|o| visible_disc_fraction(&o.placement, towards, radius)).product()
     }
 
-    /// Radiance of the sky around the camera, from eclipsed sunlight and from the brightest other bodies.
+    /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the brightest other bodies.
     fn skylight(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
@@ -286,7 +287,7 @@ impl Frame<'_, '_> {
             Outline::Behind | Outline::Beside => return (tally, 0.0),
         };
         let area = area_px(camera, p);
-        let share = area / self.meter.frame_px() * in_frame_share(camera, p);
+        let share = area / self.meter.frame_px() * weighted_in_frame_fraction(camera, p);
         if far_weight > 0.0 && share <= 0.0 {
             return (tally, 0.0);
         }
@@ -299,7 +300,7 @@ impl Frame<'_, '_> {
             // A point: all its light, spread over its sprite.
             let pixel = camera.pixel_tangent().powi(2);
             let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel * point_peak();
-            tally.add(in_frame_share(camera, p) / point_peak() / self.meter.frame_px(), shown, haze);
+            tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, haze);
             return (tally, 0.0);
         }
         let shine = self.shine_on(p);
@@ -330,9 +331,9 @@ impl Frame<'_, '_> {
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
                 let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
-                let whole = share * self.visible_fraction(p, None) * far_weight;
-                self.sum_disc(p, &ground, shade, diameter_px, |part, radiance| {
-                    tally.add(whole * part / spread, radiance * spread * transmittance, haze)
+                let visible_share = share * self.visible_fraction(p, None) * far_weight;
+                self.sum_disc(p, &ground, shade, diameter_px, |area_fraction, radiance| {
+                    tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, haze)
                 });
             }
             near_share
@@ -342,8 +343,8 @@ impl Frame<'_, '_> {
         (tally, share * far_weight + near_share)
     }
 
-    /// Samples a distant disc as parts of its area with their radiance: a grid in luminance longitude and latitude over the lit and the dark part, so
-    /// that the thinnest crescent is sampled.
+    /// Samples the disc of a distant body: calls `add` with a fraction of the disc's area and its radiance. The grid in luminance longitude and latitude
+    /// covers the lit and the dark part separately, so that even the thinnest crescent is sampled.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -360,9 +361,9 @@ impl Frame<'_, '_> {
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
         for (from, to) in [(-FRAC_PI_2, terminator), (terminator, FRAC_PI_2)] {
             for k in 0..columns * rows {
-                let part = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
-                let (sin, cos) = (from + (to - from) * part(k % columns, columns)).sin_cos();
-                let (sin_lat, cos_lat) = (PI * (part(k / columns, rows) - 0.5)).sin_cos();
+                let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+                let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
+                let (sin_lat, cos_lat) = (PI * (midpoint(k / columns, rows) - 0.5)).sin_cos();
                 let n = (viewer * cos + aside * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
@@ -372,14 +373,14 @@ impl Frame<'_, '_> {
         }
     }
 
-    /// Samples a near body with rays over its rectangle in the frame. Returns its share of the frame.
+    /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame.
     fn sum_rays(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
         let camera = self.meter.camera;
         let Some(rect) = p.outline.rect(camera) else { return 0.0 };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RAYS);
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
-        let mut taken = 0.0;
+        let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
             let part = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * part;
@@ -389,16 +390,16 @@ impl Frame<'_, '_> {
             if coverage <= 0.0 {
                 continue;
             }
-            taken += share * coverage;
+            covered_share += share * coverage;
             let normal = (hit.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
             let radiance = ground.radiance(hit.point, normal, viewer, shade);
             tally.add(share * coverage * frame_position_weight(clip.abs().max_element()), radiance, self.haze(direction, Some(p.body.id)));
         }
-        taken
+        covered_share
     }
 
-    /// Fraction of the ray's light not blocked by nearer bodies.
+    /// Fraction of a ray's light from `p` that nearer bodies do not block. `spacing`: angle between rays, which softens the limbs.
     fn ray_visibility(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
         let nearer = self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
         nearer.map(|o| 1.0 - smoothstep(0.5 + intersect(&o.placement, direction).inside_rad / spacing)).product()
@@ -408,15 +409,15 @@ impl Frame<'_, '_> {
     fn sun(&self) -> Option<Metered> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
-        let in_frame = if sun.outline == Outline::Open { 1.0 } else { in_frame_share(camera, sun) };
+        let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun, None);
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
         let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = Tally::default();
-        // Its own glare is not in front of it.
+        // The Sun's own glare does not reduce its contrast.
         tally.add(
-            share * share / (share + SUN_SHARES[usize::from(!is_target)]),
+            share * share / (share + MIN_SUN_SHARES[usize::from(!is_target)]),
             photometry::sun_disc_radiance() * spread * transmittance,
             self.sky,
         );
@@ -425,7 +426,7 @@ impl Frame<'_, '_> {
         Some(Metered { weight: found.weight * weight, ..found })
     }
 
-    /// Meters the corona where no body hides it; glare and sky in front lower its weight.
+    /// Meters the part of the corona that no body hides; glare and sky in front of it lower its weight.
     fn corona(&self) -> Option<Metered> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
@@ -434,7 +435,7 @@ impl Frame<'_, '_> {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
-        let (rings, places) = (12, 16);
+        let (rings, sectors) = (12, 16);
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(rings));
         let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let mut tally = Tally::default();
@@ -442,9 +443,9 @@ impl Frame<'_, '_> {
             let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
             let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;
-            let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(places);
-            for n in 0..places {
-                let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(places)).sin_cos();
+            let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(sectors);
+            for n in 0..sectors {
+                let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(sectors)).sin_cos();
                 let direction = (towards + (x * cos + y * sin) * (rho * tangent)).normalize();
                 let Some(clip) = camera.clip(direction) else { continue };
                 // Approximate width of a grid cell.
@@ -452,9 +453,9 @@ impl Frame<'_, '_> {
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / cell_width + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y);
                 if inside > 0.0 {
-                    let open = self.ray_visibility(sun, direction, cell_width);
+                    let visibility = self.ray_visibility(sun, direction, cell_width);
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
-                    tally.add(share * inside * open, corona::radiance(rho) * transmittance, self.haze(direction, Some(NaifId::SUN)));
+                    tally.add(share * inside * visibility, corona::radiance(rho) * transmittance, self.haze(direction, Some(NaifId::SUN)));
                 }
             }
         }
@@ -463,23 +464,24 @@ impl Frame<'_, '_> {
         Some(Metered { weight: found.weight * weight, ..found })
     }
 
-    fn over_frame<T>(&self, of: impl Fn(DVec3) -> T) -> Vec<T> {
-        let place = |k: u32| (DVec2::new(f64::from(k % FRAME_RAYS), f64::from(k / FRAME_RAYS)) + 0.5) * 2.0 / f64::from(FRAME_RAYS) - 1.0;
-        (0..FRAME_RAYS * FRAME_RAYS).map(|k| of(self.meter.camera.ray(place(k)))).collect()
+    /// The values of a function of the view ray on a grid over the frame.
+    fn sample_frame<T>(&self, function: impl Fn(DVec3) -> T) -> Vec<T> {
+        let clip = |k: u32| (DVec2::new(f64::from(k % FRAME_RAYS), f64::from(k / FRAME_RAYS)) + 0.5) * 2.0 / f64::from(FRAME_RAYS) - 1.0;
+        (0..FRAME_RAYS * FRAME_RAYS).map(|k| function(self.meter.camera.ray(clip(k)))).collect()
     }
 
-    /// Fraction of the frame above the horizon of the body in whose air the camera is.
+    /// Fraction of the frame above the horizon of the body whose air surrounds the camera.
     fn sky_fraction(&self) -> f64 {
         let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let open = self.over_frame(|ray| 1.0 - smoothstep(0.5 + intersect(&p.placement, ray).inside_rad / spacing));
-        open.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
+        let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + intersect(&p.placement, ray).inside_rad / spacing));
+        above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
     /// Median radiance of the Sun's glare over the frame.
     fn glare(&self) -> f64 {
         let Some(glare) = &self.glare else { return 0.0 };
-        let mut all = self.over_frame(|ray| glare.radiance(ray.normalize()));
+        let mut all = self.sample_frame(|ray| glare.radiance(ray.normalize()));
         all.sort_by(f64::total_cmp);
         let half = all.len() / 2;
         0.5 * (all[half - 1] + all[half])

@@ -1,4 +1,4 @@
-//! Sunlight refracted at the limbs of bodies in front of the Sun, such as the ring of the Earth's air in the eclipsed Moon's sky.
+//! Meters the sunlight refracted at the limbs of bodies in front of the Sun, such as the ring of the Earth's air seen from the eclipsed Moon.
 
 use super::geometry::frame_position_weight;
 use super::{Frame, Metered, SUN_WEIGHT, Tally};
@@ -24,15 +24,15 @@ impl Frame<'_, '_> {
             let mut tally = Tally::default();
             for segment in refracted_limb::segments(p, sun, camera.pixel_tangent()) {
                 let Some(clip) = camera.clip(segment.direction) else { continue };
-                // Pieces are thin: the frame's edge is softened over a hundredth of the picture.
+                // Segments are thin, so the frame's edge is softened over a hundredth of the picture instead of a segment's width.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
-                let seen = inside * self.ray_visibility(p, segment.direction, camera.pixel_tangent());
-                tally.add(seen * segment.solid_angle / frame_sr, segment.radiance, self.haze(segment.direction, Some(p.body.id)));
+                let visible = inside * self.ray_visibility(p, segment.direction, camera.pixel_tangent());
+                tally.add(visible * segment.solid_angle / frame_sr, segment.radiance, self.haze(segment.direction, Some(p.body.id)));
             }
-            // Counts as part of the target if the target is this body or the Sun.
-            let looked_at = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);
-            let weight = if looked_at { SUN_WEIGHT } else { 1.0 };
+            // The limb counts as part of the target if the target is this body or the Sun.
+            let is_target = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);
+            let weight = if is_target { SUN_WEIGHT } else { 1.0 };
             let tally = Tally { weight: tally.weight * weight, log_sum: tally.log_sum * weight };
             if tally.weight > max_weight {
                 (max_weight, brightest) = (tally.weight, Some(p.body));

@@ -1,4 +1,4 @@
-//! The light of rings: towards the camera, and onto the night side of their globe.
+//! Meters the light of rings: the light towards the camera, and ring-shine on the night side of the globe.
 
 use super::geometry::{frame_position_weight, intersect};
 use super::{Frame, Tally};
@@ -13,15 +13,16 @@ use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Rays over the rings' rectangle, per side.
+/// Number of rays along each side of the rings' rectangle.
 const RING_RAYS: u32 = 28;
-/// Phase angles between which ring-shine on the night side fades in, radians.
-const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
+/// Range of phase angles over which ring-shine on the night side fades in, radians.
+const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
 
 impl Frame<'_, '_> {
-    /// Ring-shine on the globe where its night side is visible; on the day side it is a hundredth of the light.
+    /// Ring-shine on the globe, if its night side is visible, and the ground's radiance per unit of ring-shine. On the day side ring-shine is a
+    /// hundredth of the light and is left out.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weight = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
+        let weight = smoothstep((p.alpha - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
         let user_choice = self.meter.context.request.effects.override_of(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || user_choice == Some(false) {
@@ -60,7 +61,7 @@ impl Frame<'_, '_> {
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return tally };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
-        // Rings around a body that is drawn as a point belong to the point's flux.
+        // The flux of a body that is drawn as a point includes its rings.
         if (size * camera.half_size()).max_element() < 4.0 {
             return tally;
         }
@@ -95,29 +96,31 @@ impl Frame<'_, '_> {
             let light: f64 = steps
                 .iter()
                 .map(|step| {
-                    let over = (step.to.min(radius + blur) - step.from.max(radius - blur)).max(0.0) / (2.0 * blur);
-                    if over <= 0.0 || step.tau <= 0.0 {
+                    let overlap = (step.to.min(radius + blur) - step.from.max(radius - blur)).max(0.0) / (2.0 * blur);
+                    if overlap <= 0.0 || step.tau <= 0.0 {
                         return 0.0;
                     }
-                    let by = |half: usize| {
+                    let scattered_from = |half: usize| {
                         let [part, sine] = halves[half];
                         let y = 1.0 / sine.max(phase::MIN_COSINE);
                         if part > 0.0 { part * ring_shine::scattered(step.tau, x, y, half == side) } else { 0.0 }
                     };
                     let phase = of_bodies * (1.0 - step.dust) + of_dust * step.dust;
-                    over * phase * step.albedo.iter().copied().fold(0.0, f64::max) * (by(0) + by(1))
+                    let albedo = step.albedo.iter().copied().fold(0.0, f64::max);
+                    overlap * phase * albedo * (scattered_from(0) + scattered_from(1))
                 })
                 .sum();
-            // The ring is dark in the globe's shadow, and hidden behind the globe.
+            // The ring gets no light in the globe's shadow, and is hidden behind the globe.
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
-            let (place, towards) = (ring_point * stretch, (sun * stretch).normalize());
-            let shadowed = if place.dot(towards) < 0.0 { smoothstep((place.cross(towards).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
+            let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());
+            let sunlit = if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
             let globe = intersect(&p.placement, direction);
             let behind = reach > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
-            let open = if behind { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
-            let radiance = 0.25 * light * irradiance * shadowed;
+            let not_hidden = if behind { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
+            let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());
-            tally.add(share * weight * open * self.ray_visibility(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));
+            let visible_share = share * weight * not_hidden * self.ray_visibility(p, direction, spacing);
+            tally.add(visible_share, radiance, self.haze(direction, Some(p.body.id)));
         }
         tally
     }

@@ -14,9 +14,9 @@ impl BodyPositions for Line {
         };
         Some(DVec3::new(x(to)? - x(from)?, 0.0, 0.0))
     }
-    /// Without light time.
-    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
-        Some(self.between_km(body, carrier, time)? + offset_km)
+    /// This test ephemeris ignores light time.
+    fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
+        Some(self.between_km(body, camera_body, time)? + offset_km)
     }
     fn body_from_icrf(&self, _: NaifId, time: Instant) -> Option<DMat3> {
         Some(DMat3::from_rotation_z(-time.tdb_seconds_past_j2000() * 1e-4))
@@ -109,7 +109,7 @@ fn names_complete_from_their_beginning_first() {
 }
 
 #[test]
-fn time_steps_sets_and_runs() {
+fn time_can_be_stepped_set_and_run() {
     let mut v = viewer();
     apply(&mut v, Action::Step(-60.0));
     assert_eq!(v.view.tdb_s, -60.0);

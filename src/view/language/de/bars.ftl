@@ -1,4 +1,4 @@
-# The bar above the sky, the list of bodies and the camera below it.
+# The bar above the sky, the list of bodies, and the camera controls below it.
 
 tab-moments = Momente
 tab-events = Ereignisse
@@ -8,6 +8,10 @@ tab-compare = Vergleich
 tab-information = Information
 tab-performance = Leistung
 tab-share = Teilen
+panel-keep = Offen halten
+panel-keep-hint = Diese Seitenleiste auf der anderen Seite des Himmels zeigen, während eine andere offen ist
+panel-close = { $panel } schließen
+panel-close-hint = Diese Seitenleiste schließen (Esc)
 tab-moments-about = Bekannte Momente, einen Klick entfernt
 tab-events-about = Finsternisse, Transite und Ereignisse der Monde um das gezeigte Datum
 tab-effects-about = Was gezeichnet wird und warum, Belichtung, Qualität, Renderer

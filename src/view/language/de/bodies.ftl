@@ -1,4 +1,4 @@
-# Names of bodies that differ between languages, and those beside them; every other body is called as in the catalog.
+# Names of bodies that differ between languages, and of some others; a body without a message has its catalog name.
 
 body-sun = Sonne
 body-mercury = Merkur

@@ -1,4 +1,4 @@
-# What the catalogs say in English: a message is found by that text.
+# English texts of the catalogs: a message is found by its English text.
 # Moments.
 moment-north-america-2024 = Totale Finsternis über Nordamerika
 moment-north-america-2024-about = Der Kernschatten des Mondes zieht über Mexiko, Texas und die Großen Seen.
@@ -67,7 +67,7 @@ invented-iapetus = das dunkle Gebiet und benannte Krater liegen, wo sie veröffe
 invented-triton = zweifarbig nach veröffentlichten Beschreibungen der Bilder von Voyager 2
 invented-triton-ground = Ränder, Streifen und aller Boden dazwischen sind zufällig gemacht
 radii-used = { $source }: Sonne { $sun } km, Mond { $moon } km
-# What atmospheres are made of.
+# Composition of atmospheres.
 species-hydrogen-and-helium = Wasserstoff und Helium
 species-haze = Dunst
 species-nitrogen = Stickstoff

@@ -1,4 +1,4 @@
-# Names of things that have one in the program, too: effects, models, qualities, kinds.
+# Names of things that also have a name in the program: effects, models, qualities, kinds.
 
 quality-draft = Entwurf
 quality-standard = Standard

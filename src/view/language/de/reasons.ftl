@@ -1,4 +1,4 @@
-# Why a scene draws something or not, as the scene says it: a message is found by its English text. Semicolons separate messages.
+# The scene's reasons for drawing something or not: a message is found by its English text. Semicolons separate messages.
 reason-set-by-you = von Hand gesetzt
 reason-not-available = bei diesem Körper nicht verfügbar
 reason-unreadable = { $file } war nicht lesbar: ohne sie gezeichnet
@@ -7,7 +7,7 @@ reason-unread-mesh = { $file } wird hier nicht gelesen: als Ellipsoid gezeichnet
 reason-cannot-be-read = { $file } ist nicht lesbar
 reason-map-invented = die Karte ist erfunden: { $how }
 reason-shape-invented = die Form ist erfunden: { $how }
-# Light and its thresholds, as parts of other reasons, too.
+# Light and its thresholds; also parts of other reasons.
 reason-of-white = { $light } von Weiß gegen { $least }
 reason-of-linear-light = { $light } lineares Licht, bei dem jedes zählt
 reason-of-the-light = { $part } des Lichts gegen { $least }

@@ -1,4 +1,4 @@
-# The bar above the sky, the list of bodies and the camera below it.
+# The bar above the sky, the list of bodies, and the camera controls below it.
 
 tab-moments = Moments
 tab-events = Events
@@ -8,6 +8,10 @@ tab-compare = Compare
 tab-information = Information
 tab-performance = Performance
 tab-share = Share
+panel-keep = Keep open
+panel-keep-hint = Show this panel on the other side of the sky while another one is open
+panel-close = Close { $panel }
+panel-close-hint = Close this panel (Esc)
 tab-moments-about = Well-known moments, one click away
 tab-events-about = Eclipses, transits and moons' events around the shown date
 tab-effects-about = What is drawn and why, exposure, quality, renderer

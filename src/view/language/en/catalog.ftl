@@ -1,4 +1,4 @@
-# What the catalogs say in English: a message is found by that text.
+# English texts of the catalogs: a message is found by its English text.
 # Moments.
 moment-north-america-2024 = Total eclipse over North America
 moment-north-america-2024-about = The Moon's umbra crosses Mexico, Texas and the Great Lakes.
@@ -67,7 +67,7 @@ invented-iapetus = the dark region and named craters stand where published, thei
 invented-triton = two-tone after published descriptions of Voyager 2's pictures
 invented-triton-ground = edges, streaks and all ground between are made by chance
 radii-used = { $source }: Sun { $sun } km, Moon { $moon } km
-# What atmospheres are made of.
+# Composition of atmospheres.
 species-hydrogen-and-helium = hydrogen and helium
 species-haze = haze
 species-nitrogen = nitrogen

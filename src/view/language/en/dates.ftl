@@ -1,4 +1,4 @@
-# How dates and numbers are written. A message of a date uses those of the offered arguments that it needs.
+# How dates and numbers are written. A message for a date uses those of the offered arguments that it needs.
 number-decimal-mark = .
 number-group-mark = {" "}
 date-day = { $year }-{ $month }-{ $day }

@@ -1,4 +1,4 @@
-# Why a scene draws something or not, as the scene says it: a message is found by its English text. Semicolons separate messages.
+# The scene's reasons for drawing something or not: a message is found by its English text. Semicolons separate messages.
 reason-set-by-you = set by you
 reason-not-available = not available for this body
 reason-unreadable = { $file } could not be read: drawn without it
@@ -7,7 +7,7 @@ reason-unread-mesh = { $file } is not read here: drawn as its ellipsoid
 reason-cannot-be-read = { $file } cannot be read
 reason-map-invented = the map is invented: { $how }
 reason-shape-invented = the shape is invented: { $how }
-# Light and its thresholds, as parts of other reasons, too.
+# Light and its thresholds; also parts of other reasons.
 reason-of-white = { $light } of white against { $least }
 reason-of-linear-light = { $light } of linear light, where any counts
 reason-of-the-light = { $part } of the light against { $least }

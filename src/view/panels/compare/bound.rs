@@ -1,7 +1,7 @@
-//! Error bounds of the left picture relative to reference quality: colours for powers of two of 255ths, with a legend.
+//! Error bounds of the left picture relative to reference quality, as colours: each doubling of the bound has its own colour.
 //!
-//! In: a request. Out: a picture of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`, computed off the window's thread and only while they are
-//! shown; while the view moves the last ones stay.
+//! In: a request. Out: a picture of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`,
+//! computed on the query worker and only while they are shown; while the view moves the last computed bounds stay visible.
 
 use super::pair;
 use crate::measure::error_bounds;
@@ -13,7 +13,7 @@ use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
-/// Largest bound of each colour, 255ths, and the colour: from dark to bright, so that colour-blind users can read it too.
+/// Largest bound of each colour in steps of 1/255, and the colour: from dark to bright, so that colour-blind users can tell them apart.
 const COLOUR_STEPS: [(u8, Color32); 7] = [
     (1, Color32::from_rgb(20, 20, 60)),
     (2, Color32::from_rgb(48, 45, 125)),
@@ -38,7 +38,7 @@ fn name_of(step: usize) -> String {
     }
 }
 
-/// Error bounds of a picture.
+/// Error bounds of a picture, in steps of 1/255.
 pub(crate) struct Bounds {
     width: u32,
     height: u32,
@@ -50,7 +50,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// From the worst channel of each pixel.
+    /// Uses the largest bound of the three channels of each pixel.
     fn of(width: u32, height: u32, display: &[[u8; 4]]) -> Self {
         let (mut counts, mut sum, mut max) = ([0_usize; COLOUR_STEPS.len()], 0.0, 0);
         let rgba = display.iter().map(|pixel| {
@@ -66,44 +66,45 @@ impl Bounds {
     }
 }
 
-/// The displayed bounds, and the pending ones.
+/// The displayed bounds, and the pending bounds of another request.
 #[derive(Default)]
 pub(crate) struct BoundView {
-    asked: Option<ViewRequest>,
-    coming: Option<Pending<Result<Bounds, String>>>,
-    found: Option<Result<(Bounds, TextureHandle), String>>,
+    requested: Option<ViewRequest>,
+    pending: Option<Pending<Result<Bounds, String>>>,
+    displayed: Option<Result<(Bounds, TextureHandle), String>>,
 }
 
 impl BoundView {
-    /// Starts the computation for another request, unless one is running.
+    /// Starts the computation for another request, unless a computation is running.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
-        if self.coming.is_some() || self.asked.as_ref() == Some(request) {
+        if self.pending.is_some() || self.requested.as_ref() == Some(request) {
             return;
         }
-        self.asked = Some(request.clone());
+        self.requested = Some(request.clone());
         let request = request.clone();
-        self.coming = Some(ask(worker, move |session: &Session| {
+        self.pending = Some(ask(worker, move |session: &Session| {
             let frame = error_bounds(session, &request).map_err(|e| e.to_string())?;
             Ok(Bounds::of(frame.width, frame.height, &frame.display))
         }));
     }
 
+    /// Shows the last computed bounds. `name`: of the picture.
     pub(crate) fn show(&mut self, ui: &mut Ui, name: &str) {
-        if let Some(done) = self.coming.as_ref().and_then(Pending::take) {
-            self.coming = None;
-            self.found = Some(done.map(|bounds| {
+        if let Some(done) = self.pending.as_ref().and_then(Pending::take) {
+            self.pending = None;
+            self.displayed = Some(done.map(|bounds| {
                 let image = colour_image(bounds.width, bounds.height, bounds.rgba.clone());
                 let texture = ui.ctx().load_texture("bounds", image, TextureOptions::NEAREST);
                 (bounds, texture)
             }));
         }
-        if self.coming.is_some() {
+        if self.pending.is_some() {
             ui.horizontal(|ui| {
-                accessible::coming(ui, text!("bound-coming"));
+                accessible::spinner(ui, text!("bound-coming"));
                 ui.weak(text!("bound-coming-label"));
             });
         }
-        match &self.found {
+        match &self.displayed {
             Some(Ok((bounds, texture))) => {
                 legend(ui, bounds);
                 let size = Vec2::new(bounds.width as f32, bounds.height as f32);
@@ -116,7 +117,7 @@ impl BoundView {
     }
 }
 
-/// Colours with their bounds and fractions.
+/// Shows each colour with its range of bounds and its fraction of the pixels.
 fn legend(ui: &mut Ui, bounds: &Bounds) {
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("bound-legend"));
@@ -133,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_stand_for_doubling_bounds_and_parts_make_one() {
+    fn bounds_double_from_colour_to_colour_and_fractions_sum_to_one() {
         assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(colour_index), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
         assert_eq!([0, 2, 6].map(name_of), ["up to 1", "3 to 4", "over 32"]);
         let bounds = Bounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);

@@ -1,7 +1,7 @@
-//! The Compare panel: the current view drawn in two variants (quality, effects, pixel view, renderer), side by side.
+//! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their pictures, the difference and statistics. Always: both are drawn off the window's thread from one request,
-//! except for what the variants change; while the view moves the last pair stays.
+//! In: the view, two variants. Out: their pictures, the difference and statistics. Always: both are drawn on the query worker from one
+//! request, except for what the variants change; while the view moves the last pair stays visible.
 
 mod bound;
 pub mod pair;
@@ -25,11 +25,11 @@ use std::time::Instant as Moment;
 /// The renderer of a variant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Renderer {
-    /// The same as the window's.
+    /// The renderer of the window.
     #[default]
     Window,
     Software,
-    /// Software, in f64.
+    /// The software renderer, in f64.
     Double,
 }
 
@@ -46,7 +46,7 @@ impl Renderer {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Variant {
     quality: Quality,
-    /// Typed overrides in the syntax of `--effects`, on top of those of the view.
+    /// Typed overrides in the syntax of `--effects`, applied after the overrides of the view.
     effects: String,
     pixels: PixelView,
     renderer: Renderer,
@@ -61,7 +61,7 @@ struct ComparisonInput {
 }
 
 impl ComparisonInput {
-    /// The request of one of the variants.
+    /// The request of the variant with an index.
     fn request_of(&self, variant: usize) -> Result<ViewRequest, String> {
         let variant = &self.variants[variant];
         let text = format!("{},{}", self.view_effects.to_text(), variant.effects);
@@ -69,27 +69,28 @@ impl ComparisonInput {
         Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixels, ..self.request.clone() })
     }
 
-    /// Whether two differ at most by a small change of size, as when a line appears beside the picture.
+    /// Whether two inputs differ at most by a small change of size, as when a line of text appears in the panel.
     fn is_close_to(&self, other: &Self) -> bool {
-        const STEP_PX: u32 = 32;
+        const TOLERANCE_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
-        let near = a.width.abs_diff(b.width) < STEP_PX && a.height.abs_diff(b.height) < STEP_PX;
+        let similar_size = a.width.abs_diff(b.width) < TOLERANCE_PX && a.height.abs_diff(b.height) < TOLERANCE_PX;
         let request = ViewRequest { width: a.width, height: a.height, ..b.clone() };
-        near && *self == Self { request, ..other.clone() }
+        similar_size && *self == Self { request, ..other.clone() }
     }
 }
 
 #[derive(Default)]
 pub(crate) struct ComparePanel {
     variants: Option<[Variant; 2]>,
+    /// The input of the newest pair, displayed or pending.
     input: Option<ComparisonInput>,
-    coming: Option<Pending<Result<Pair, String>>>,
+    pending: Option<Pending<Result<Pair, String>>>,
     pair: Option<Result<Arc<Pair>, String>>,
     view: PairView,
     bound: BoundView,
 }
 
-/// Initially the view itself and the fastest variant.
+/// The initial variants: the view itself, and draft quality; reference quality if the view itself is a draft.
 fn initial_variants(view: &ViewState) -> [Variant; 2] {
     let as_seen = Variant { quality: view.quality, pixels: view.pixels, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
@@ -104,8 +105,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 
 impl ComparePanel {
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
-        if let Some(done) = self.coming.as_ref().and_then(Pending::take) {
-            self.coming = None;
+        if let Some(done) = self.pending.as_ref().and_then(Pending::take) {
+            self.pending = None;
             self.pair = Some(done.map(Arc::new));
         }
         let view = &interface.viewer.view;
@@ -121,8 +122,8 @@ impl ComparePanel {
             if ui.button(text!("compare-reset")).on_hover_text(text!("compare-reset-hint")).clicked() {
                 variants = initial_variants(view);
             }
-            if self.coming.is_some() {
-                accessible::coming(ui, text!("compare-coming"));
+            if self.pending.is_some() {
+                accessible::spinner(ui, text!("compare-coming"));
                 ui.weak(text!("compare-coming-label"));
             }
         });
@@ -130,12 +131,12 @@ impl ComparePanel {
             variants.swap(0, 1);
         }
         ui.separator();
-        let wrong = variants.iter().zip([text!("compare-left"), text!("compare-right")]).find_map(|(variant, side)| {
+        let syntax_error = variants.iter().zip([text!("compare-left"), text!("compare-right")]).find_map(|(variant, side)| {
             let e = EffectOverrides::parse(&variant.effects).err()?;
             Some(format!("{side}: {e}"))
         });
-        if let Some(wrong) = wrong {
-            ui.colored_label(ui.visuals().warn_fg_color, wrong);
+        if let Some(syntax_error) = syntax_error {
+            ui.colored_label(ui.visuals().warn_fg_color, syntax_error);
         } else {
             self.ask(interface, ui, worker, &variants);
         }
@@ -153,12 +154,12 @@ impl ComparePanel {
         });
     }
 
-    /// Draws both once the view is at rest.
+    /// Starts to draw both variants once the view is at rest, unless they are drawn already.
     fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
         let Some(drawing) = interface.drawing() else { return };
         let quality = interface.viewer.view.quality;
         let still = drawing.job.request.quality == quality && drawing.job.sampling == SamplingQuality::of(quality);
-        if self.coming.is_some() || !still || interface.viewer.is_animating() {
+        if self.pending.is_some() || !still || interface.viewer.is_animating() {
             return;
         }
         let input = ComparisonInput {
@@ -170,28 +171,29 @@ impl ComparePanel {
             return;
         }
         self.input = Some(input.clone());
-        self.coming = Some(ask(worker, move |session| {
+        self.pending = Some(ask(worker, move |session| {
             let [left, right] = [0, 1].map(|side| draw(session, &input.request_of(side)?, &input.variants[side]));
             Pair::of(left, right)
         }));
-        // An inline worker has answered already.
+        // A worker that runs tasks inline, as in tests, has finished already.
         ui.ctx().request_repaint();
     }
 }
 
-/// Longer side of a compared picture, pixels.
+/// Maximum length of the longer side of a compared picture, pixels.
 const MAX_PX: f32 = 1024.0;
 
-/// The request at the panel's size, with the sky's aspect ratio.
+/// The request at the panel's size, with the aspect ratio of the viewport.
 fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
     let [width, height] = [request.width, request.height].map(|side| side.max(1) as f32);
-    let room = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
-    // One scale for both sides keeps the aspect ratio.
-    let room = room * (MAX_PX / room.max_elem()).min(1.0);
-    let [width, height] = [room.x, room.y].map(|side| side.round().max(1.0) as u32);
+    let size_px = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
+    // Width and height have the same scale, which keeps the aspect ratio.
+    let size_px = size_px * (MAX_PX / size_px.max_elem()).min(1.0);
+    let [width, height] = [size_px.x, size_px.y].map(|side| side.round().max(1.0) as u32);
     ViewRequest { width, height, ..request.clone() }
 }
 
+/// Shows the controls of one variant.
 fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     ui.strong(side);
     ui.horizontal(|ui| {
@@ -219,6 +221,7 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     ui.add(field).on_hover_text(text!("compare-effects-hint", side = side));
 }
 
+/// A short description of a variant, such as `draft normal`.
 fn name_of(variant: &Variant) -> String {
     let mut words = vec![named("quality", variant.quality.name())];
     words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view(variant.pixels)));
@@ -230,7 +233,7 @@ fn name_of(variant: &Variant) -> String {
 fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedPicture, String> {
     let sampling = SamplingQuality::of(request.quality);
     let failed = |e: crate::session::SessionError| e.to_string();
-    // Load modules and maps before timing.
+    // Planning loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
     let double = if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
     let start = Moment::now();

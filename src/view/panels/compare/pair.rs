@@ -1,6 +1,7 @@
-//! Two pictures of one size, side by side, split by a line, or as their difference, with statistics.
+//! Display of two pictures of one size: side by side, split by a line, or as their difference, with statistics.
 //!
-//! In: drawn pictures. Out: shapes. Always: everything shown belongs to one pair; differences are of display bytes, as in `orrery compare`.
+//! In: drawn pictures. Out: egui shapes. Always: everything shown belongs to one pair; differences are between display bytes, as in
+//! `orrery compare`.
 
 use crate::image::{self, DisplayImage};
 use crate::view::language::{decimal, named, plain, text};
@@ -12,7 +13,7 @@ use std::sync::Arc;
 /// One drawn picture.
 pub(crate) struct ComparedPicture {
     pub picture: DisplayImage,
-    /// The renderer or device.
+    /// The renderer or device that drew the picture.
     pub by: String,
     pub took_ms: f64,
 }
@@ -20,75 +21,77 @@ pub(crate) struct ComparedPicture {
 /// Two pictures and their difference.
 pub(crate) struct Pair {
     pub halves: [ComparedPicture; 2],
-    pub apart: image::Difference,
+    pub statistics: image::Difference,
     pub difference: DisplayImage,
 }
 
 impl Pair {
     /// # Errors
-    /// Why one could not be drawn, or that the sizes differ.
+    /// If a picture could not be drawn, or the sizes differ.
     pub(crate) fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
         let left = left.map_err(|e| text!("pair-left-failed", e = e))?;
         let right = right.map_err(|e| text!("pair-right-failed", e = e))?;
-        let apart = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
+        let statistics = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
         let difference = left.picture.difference_picture(&right.picture).map_err(|e| e.to_string())?;
-        Ok(Self { halves: [left, right], apart, difference })
+        Ok(Self { halves: [left, right], statistics, difference })
     }
 }
 
 /// Display modes of a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Shows {
+enum DisplayMode {
     #[default]
     Split,
-    Beside,
+    SideBySide,
     Difference,
     Bound,
 }
 
-impl Shows {
+impl DisplayMode {
     const ALL: [(Self, &'static str, &'static str); 4] = [
         (Self::Split, "pair-split", "pair-split-hint"),
-        (Self::Beside, "pair-beside", "pair-beside-hint"),
+        (Self::SideBySide, "pair-beside", "pair-beside-hint"),
         (Self::Difference, "pair-difference", "pair-difference-hint"),
         (Self::Bound, "pair-bound", "pair-bound-hint"),
     ];
 }
 
-/// Shows the error bounds of a picture, given its name.
+/// Function that shows the error bounds of the picture with a name.
 pub(crate) type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
 
 /// State of the display of a pair.
 #[derive(Default)]
 pub(crate) struct PairView {
-    of: Option<Arc<Pair>>,
+    /// The pair in the textures.
+    loaded: Option<Arc<Pair>>,
     /// Left, right, difference.
     textures: Vec<TextureHandle>,
-    shows: Shows,
+    mode: DisplayMode,
     /// Fraction of the width that shows the left picture.
     split: Option<f32>,
 }
 
 /// Height of the buttons above and the statistics below a picture.
-const FIGURES_POINTS: f32 = 70.0;
-/// A picture may have this height even if the panel must then scroll.
+const CONTROLS_POINTS: f32 = 70.0;
+/// Height that a picture may always have, even if the panel must then scroll.
 const MIN_POINTS: f32 = 330.0;
-const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
+/// Texture coordinates of the entire picture.
+const FULL_UV: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
-    /// Whether it shows error bounds instead of the pictures.
+    /// Whether error bounds are shown instead of the pictures.
     pub(crate) fn shows_bound(&self) -> bool {
-        self.shows == Shows::Bound
+        self.mode == DisplayMode::Bound
     }
 
-    /// `names`: of the left and the right picture; `bound`: shows the error bounds of the left one, if available.
+    /// `names`: of the left and the right picture; `bound`: shows the error bounds of the left picture, if available.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
         self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
-            for (shows, name, about) in Shows::ALL.into_iter().filter(|(shows, ..)| bound.is_some() || *shows != Shows::Bound) {
-                ui.selectable_value(&mut self.shows, shows, plain(name)).on_hover_text(plain(about));
+            for (mode, name, about) in DisplayMode::ALL.into_iter().filter(|(mode, ..)| bound.is_some() || *mode != DisplayMode::Bound) {
+                ui.selectable_value(&mut self.mode, mode, plain(name)).on_hover_text(plain(about));
             }
-            if self.shows == Shows::Split {
+            if self.mode == DisplayMode::Split {
                 let split = self.split.get_or_insert(0.5);
                 ui.add(Slider::new(split, 0.0..=1.0).show_value(false).text(text!("pair-divider")))
                     .on_hover_text(text!("pair-divider-hint"));
@@ -98,9 +101,9 @@ impl PairView {
         let size = Vec2::new(pair.difference.width as f32, pair.difference.height as f32);
         let [a, b, d] = &self.textures[..] else { return };
         let (a, b, d) = (a.id(), b.id(), d.id());
-        match self.shows {
-            Shows::Split => self.show_split(ui, size, [a, b], names),
-            Shows::Beside => {
+        match self.mode {
+            DisplayMode::Split => self.show_split(ui, size, [a, b], names),
+            DisplayMode::SideBySide => {
                 ui.columns(2, |columns| {
                     for ((ui, texture), name) in columns.iter_mut().zip([a, b]).zip([left, right]) {
                         picture(ui, texture, size, name);
@@ -108,20 +111,20 @@ impl PairView {
                     }
                 });
             }
-            Shows::Bound => return bound.map_or((), |show| show(ui, left)),
-            Shows::Difference => picture(ui, d, size, &text!("pair-difference-of", left = left, right = right)),
+            DisplayMode::Bound => return bound.map_or((), |show| show(ui, left)),
+            DisplayMode::Difference => picture(ui, d, size, &text!("pair-difference-of", left = left, right = right)),
         }
-        figures(ui, pair);
+        statistics(ui, pair);
     }
 
     fn load_textures(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
-        if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, pair)) {
+        if self.loaded.as_ref().is_some_and(|loaded| Arc::ptr_eq(loaded, pair)) {
             return;
         }
         let load = |p: &DisplayImage| ctx.load_texture("pair", colour_image(p.width, p.height, p.rgba.clone()), TextureOptions::LINEAR);
         let [left, right] = &pair.halves;
         self.textures = vec![load(&left.picture), load(&right.picture), load(&pair.difference)];
-        self.of = Some(Arc::clone(pair));
+        self.loaded = Some(Arc::clone(pair));
     }
 
     fn show_split(&mut self, ui: &mut egui::Ui, size: Vec2, textures: [egui::TextureId; 2], [left, right]: [&str; 2]) {
@@ -147,7 +150,7 @@ impl PairView {
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(BODY);
         for (at, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
-            // With a background, since the picture below may be white.
+            // The name has a dark background, since the picture below may be white.
             let words = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
             let place = align.anchor_size(pos2(x + at, rect.top() + 4.0), words.size());
             painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
@@ -156,27 +159,27 @@ impl PairView {
     }
 }
 
-/// As wide as possible, but no higher than the panel.
+/// The size of a picture scaled to the panel's width, but no higher than the panel.
 pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
-    let most = (ui.available_height() - FIGURES_POINTS).max(MIN_POINTS);
+    let most = (ui.available_height() - CONTROLS_POINTS).max(MIN_POINTS);
     let scale = (width / size.x.max(1.0)).min(most / size.y.max(1.0));
     size * scale
 }
 
-/// A picture with an accessible name.
+/// Shows a picture with an accessible name.
 pub(crate) fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
     let size = fitted(ui, size);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
     // A column is stretched to its full width; the picture keeps its aspect ratio.
-    ui.painter().image(texture, Rect::from_center_size(rect.center(), size), WHOLE, Color32::WHITE);
+    ui.painter().image(texture, Rect::from_center_size(rect.center(), size), FULL_UV, Color32::WHITE);
 }
 
-/// The statistics as two lines, also for the clipboard.
-pub(crate) fn figures_text(pair: &Pair) -> [String; 2] {
-    let psnr = pair.apart.psnr_db.map_or(text!("pair-infinite").to_owned(), |db| format!("{} dB", decimal(db, 2)));
-    let d = &pair.apart;
+/// The statistics as two lines.
+pub(crate) fn statistics_text(pair: &Pair) -> [String; 2] {
+    let psnr = pair.statistics.psnr_db.map_or(text!("pair-infinite").to_owned(), |db| format!("{} dB", decimal(db, 2)));
+    let d = &pair.statistics;
     let [left, right] = &pair.halves;
     [
         text!("pair-statistics", mean = decimal(d.mean, 4), p999 = d.p999, max = d.max, psnr = psnr),
@@ -192,8 +195,8 @@ pub(crate) fn figures_text(pair: &Pair) -> [String; 2] {
     ]
 }
 
-fn figures(ui: &mut egui::Ui, pair: &Pair) {
-    for line in figures_text(pair) {
+fn statistics(ui: &mut egui::Ui, pair: &Pair) {
+    for line in statistics_text(pair) {
         ui.label(line);
     }
 }

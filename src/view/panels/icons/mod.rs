@@ -1,13 +1,14 @@
 //! Icons in front of the text of buttons.
 //!
-//! In: a control's text. Out: the control with a glyph of the Phosphor font in front. Always: a screen reader reads only the text, because the glyph is painted and is no text; the glyph has the text's
-//! colour. The font contains only the glyphs listed here. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), reduced by fonttools:
+//! In: a control's text. Out: the control with a glyph of the Phosphor font in front of the text. Always: a screen reader reads only the
+//! text, because the glyph is painted and not part of the text; the glyph has the text's colour. The font contains only the glyphs listed
+//! here. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), reduced by fonttools:
 //! `pyftsubset Phosphor.ttf --unicodes=... --layout-features='' --no-hinting`.
 
 use egui::{Align2, Atom, Button, FontData, FontDefinitions, FontFamily, FontId, Response, TextStyle, Ui, Vec2};
 use std::sync::Arc;
 
-/// Name of the font's family.
+/// Name of the font family.
 const FAMILY: &str = "icons";
 /// Size of a glyph, relative to the text beside it.
 const SIZE: f32 = 1.2;
@@ -111,7 +112,7 @@ pub(crate) fn fonts() -> FontDefinitions {
     fonts
 }
 
-/// The glyph, in the colour of the text; only its space until the font is loaded, which takes one frame.
+/// The glyph, in the colour of the text. Until the font is loaded, which takes one frame, an empty space of the same size.
 fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
     let side = (TextStyle::Button.resolve(ui.style()).size * SIZE).round();
     Atom::paint(Vec2::splat(side), move |ui, place| {
@@ -196,7 +197,7 @@ mod tests {
         ]
     };
 
-    /// The font has each glyph, no two controls share one, and it has no others.
+    /// The font contains each glyph, no two icons share a glyph, and the font does not contain letters.
     #[test]
     fn every_icon_is_a_glyph_of_its_own() {
         let ctx = egui::Context::default();
@@ -211,7 +212,7 @@ mod tests {
                 assert!(!fonts.has_glyph(&font, 'a'));
             });
         });
-        // This pass is not painted, so its textures are dropped.
+        // This frame is not painted, so its textures are discarded.
         output.textures_delta.clear();
     }
 }

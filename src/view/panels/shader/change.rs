@@ -1,4 +1,4 @@
-//! The difference of two keys: whether views can need them, source by feature, cost, pictures.
+//! The difference between two keys: whether views can need them, the changed source lines by feature, cost, pictures.
 
 use super::queries::{KeySwap, LoadedModule, ShaderQueries};
 use super::text::{feature_colour, layout_job};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 #[derive(Default)]
 pub(crate) struct ChangeView {
-    /// The comparison is of the current view.
+    /// Show the current view with both keys.
     in_view: bool,
     pair: PairView,
     last: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
@@ -34,7 +34,7 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
     })
 }
 
-/// Whether a view can need the key, and the change in a line or two.
+/// Shows whether a view can need the key, and a short summary of the change.
 pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
@@ -59,8 +59,8 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    let Some((first, second)) = both(&mut panel.queries, inspected.worker, &ids) else {
-        accessible::coming(ui, text!("change-loading"));
+    let Some((first, second)) = both_modules(&mut panel.queries, inspected.worker, &ids) else {
+        accessible::spinner(ui, text!("change-loading"));
         return;
     };
     let lines = match panel.queries.difference(inspected.worker, &ids) {
@@ -69,7 +69,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         None => String::new(),
     };
     let [a, b] = names;
-    let change = |what: &str, of: fn(&LoadedModule) -> usize| format!("{what} {}", signed(of(&first), of(&second)));
+    let change = |what: &str, of: fn(&LoadedModule) -> usize| format!("{what} {}", change_text(of(&first), of(&second)));
     let costs = [
         change(text!("change-operations"), lane_operations),
         change(text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
@@ -78,9 +78,13 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     ui.label(RichText::new(text!("change-summary", a = a, b = b, lines = lines, costs = costs.join(", "))).strong());
 }
 
-fn both(queries: &mut ShaderQueries, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<(Arc<LoadedModule>, Arc<LoadedModule>)> {
+fn both_modules(
+    queries: &mut ShaderQueries,
+    worker: &dyn RenderWorker,
+    ids: &[ModuleId; 2],
+) -> Option<(Arc<LoadedModule>, Arc<LoadedModule>)> {
     // Request both before waiting for either.
-    let [first, second] = [queries.whole(worker, &ids[0]), queries.whole(worker, &ids[1])];
+    let [first, second] = [queries.valid_module(worker, &ids[0]), queries.valid_module(worker, &ids[1])];
     Some((first?, second?))
 }
 
@@ -90,8 +94,8 @@ fn lines_text(by_feature: &[FeatureDiff]) -> String {
     text!("change-lines", features = by_feature.len(), gone = gone, new = new)
 }
 
-/// `from` and `to` with the difference between them.
-fn signed(from: usize, to: usize) -> String {
+/// Text of two counts with the signed difference between them.
+fn change_text(from: usize, to: usize) -> String {
     if from == to {
         text!("change-unchanged", to = to)
     } else {
@@ -99,17 +103,17 @@ fn signed(from: usize, to: usize) -> String {
     }
 }
 
-/// Lane operations of the software renderer's tapes.
+/// Number of lane operations in the software renderer's tapes.
 pub(crate) fn lane_operations(m: &LoadedModule) -> usize {
     m.tapes.iter().flat_map(|t| t.operations.values()).sum()
 }
 
-/// Live values of the fragment stage: slots of a lane and registers of all.
+/// Live values of the fragment stage: slots (one value per lane) and registers (one value for all lanes).
 pub(crate) fn registers(m: &LoadedModule) -> usize {
     m.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
 }
 
-/// Cost, pictures and source of both keys.
+/// Shows pictures, cost and source of both keys.
 pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if keys[0] == keys[1] {
@@ -118,7 +122,7 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     let ids = keys.map(ModuleId::Planet);
     pictures(panel, ui, inspected, &keys, names);
     in_view(panel, ui, inspected);
-    let Some((first, second)) = both(&mut panel.queries, inspected.worker, &ids) else { return };
+    let Some((first, second)) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };
     CollapsingHeader::new(text!("change-cost")).default_open(true).show(ui, |ui| {
         grid(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
         timing(&mut panel.queries, ui, inspected.worker, &ids, names);
@@ -142,7 +146,7 @@ fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_
     });
 }
 
-/// The current view with this key in place of the drawn one.
+/// Shows the current view with this key in place of the drawn key.
 fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(draw), Some(key), true) = (inspected.draw, inspected.key(), inspected.is_changed()) else { return };
     ui.checkbox(&mut panel.change.in_view, text!("change-in-view")).on_hover_text(text!("change-in-view-hint"));
@@ -155,15 +159,15 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>
     if let Some(drawn) = panel.queries.swap(inspected.worker, &swap, &request) {
         change.last = Some((key, drawn));
     }
-    // The last picture of this key stays until the next one arrives.
+    // The last picture of this key stays until the next picture arrives.
     match change.last.as_ref().filter(|(of, _)| *of == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => drop(accessible::coming(ui, text!("compare-coming"))),
+        None => drop(accessible::spinner(ui, text!("compare-coming"))),
     }
 }
 
-/// At most 480 pixels wide.
+/// The request scaled down to a width of at most 480 pixels.
 fn reduced_request(request: &ViewRequest) -> ViewRequest {
     let divisor = request.width.div_ceil(480).max(1);
     ViewRequest { width: request.width.div_ceil(divisor), height: request.height.div_ceil(divisor), ..request.clone() }
@@ -198,10 +202,10 @@ fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
     });
 }
 
-/// A label, and the function that counts.
+/// A label, and the function that computes the count.
 type CostRow = (&'static str, fn(&LoadedModule) -> usize);
 
-/// Rows of a table of costs.
+/// The rows of the table of costs.
 pub(crate) fn cost_rows() -> [CostRow; 10] {
     let fragment = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
     let vertex = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
@@ -219,7 +223,7 @@ pub(crate) fn cost_rows() -> [CostRow; 10] {
     ]
 }
 
-/// Two columns and their difference, or one.
+/// Shows the costs of one module, or of two modules with their difference.
 pub(crate) fn grid(ui: &mut egui::Ui, id: &str, of: &[(&str, &Arc<LoadedModule>)]) {
     Grid::new(id).num_columns(of.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         ui.label("");

@@ -10,8 +10,8 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
-    let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
-        accessible::coming(ui, text!("module-loading"));
+    let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
+        accessible::spinner(ui, text!("module-loading"));
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -64,7 +64,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
 }
 
-/// Statistics of the library since the session was opened.
+/// Shows the statistics of the library since the session was opened.
 fn statistics(ui: &mut egui::Ui, s: &Statistics) {
     let each = |seconds: f64, n: u64| if n == 0 { String::new() } else { text!("cost-each", ms = decimal(1e3 * seconds / n as f64, 2)) };
     Grid::new("library").num_columns(3).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
@@ -84,7 +84,7 @@ fn statistics(ui: &mut egui::Ui, s: &Statistics) {
     });
 }
 
-/// Counts by kind, largest first, in two columns.
+/// Shows counts by kind, largest first, three to a row.
 fn kinds(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
     let mut all: Vec<_> = counts.iter().collect();
     all.sort_by_key(|(name, n)| (Reverse(**n), **name));

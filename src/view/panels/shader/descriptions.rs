@@ -1,9 +1,9 @@
-//! Descriptions of each dimension of a key and of each of its values.
+//! Descriptions of the values of each dimension of a key.
 
 use crate::shader::key::Dimension;
 use crate::view::language::text;
 
-/// A value as in the key's text; one that the text omits by a word.
+/// A value as written in the key's text; for a value that the key's text omits, a word.
 pub(crate) fn value_text(d: &Dimension, value: usize) -> &'static str {
     match d.texts.get(value) {
         Some(&"") if d.name == "view" => text!("pixels-final"),
@@ -121,12 +121,12 @@ mod tests {
     use crate::shader::key::DIMENSIONS;
 
     #[test]
-    fn every_value_of_every_dimension_has_words_of_its_own() {
+    fn every_value_of_every_dimension_has_a_unique_description() {
         for d in DIMENSIONS {
             let words: Vec<_> = (0..d.texts.len()).map(|v| meaning(d, v)).collect();
             let distinct: std::collections::BTreeSet<_> = words.iter().collect();
             assert!(words.iter().all(|w| !w.is_empty()) && distinct.len() == words.len(), "{}: {words:?}", d.name);
-            assert_eq!(meaning(d, d.texts.len()), "", "{}: words without a value", d.name);
+            assert_eq!(meaning(d, d.texts.len()), "", "{}: a description without a value", d.name);
         }
     }
 }

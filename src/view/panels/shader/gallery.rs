@@ -1,4 +1,4 @@
-//! The Gallery page: keys near the current one, each with a sample picture.
+//! The Gallery page: keys that differ from the current key in one dimension, each with a sample picture.
 
 use super::descriptions::{is_switch, value_text};
 use super::queries::{SAMPLE_PX, ShaderQueries};
@@ -12,11 +12,11 @@ use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, p
 
 #[derive(Default)]
 pub(crate) struct GalleryPage {
-    /// A dimension's name; `None`: one step in every dimension.
+    /// Name of the dimension that varies; `None`: each dimension in turn.
     dimension: Option<&'static str>,
 }
 
-/// One picture of the gallery.
+/// One entry of the gallery.
 struct Tile {
     words: String,
     features: DrawFeatures,
@@ -74,7 +74,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     }
 }
 
-/// The key itself, then those one step away, each once.
+/// The key itself, then the keys that differ in one dimension, each once.
 fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
     let mut all = vec![Tile { words: text!("change-this-key").into(), features: *base, key: ShaderKey::for_draw(base) }];
     for d in DIMENSIONS.iter().filter(|d| dimension.is_none_or(|name| name == d.name)) {
@@ -95,7 +95,7 @@ fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
     all
 }
 
-/// The sample picture of a key, as a button.
+/// Shows the sample picture of a key as a button.
 pub(crate) fn sample(
     queries: &mut ShaderQueries,
     ui: &mut egui::Ui,
@@ -106,15 +106,15 @@ pub(crate) fn sample(
     let side = Vec2::splat(SAMPLE_PX as f32);
     let (rect, response) = ui.allocate_exact_size(side, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    // Only visible pictures are drawn.
+    // A sample is drawn only when it is visible.
     if !ui.is_rect_visible(rect) {
         return response;
     }
     ui.painter().rect_filled(rect, 2.0, Color32::BLACK);
     match queries.sample(ui.ctx(), worker, key) {
         Some(Ok(texture)) => {
-            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-            ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+            let full_uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            ui.painter().image(texture.id(), rect, full_uv, Color32::WHITE);
             response
         }
         Some(Err(why)) => response.on_hover_text(why),
@@ -131,7 +131,7 @@ mod tests {
     use crate::scene::draw::RingShadow;
 
     #[test]
-    fn neighbours_are_each_once_and_one_step_away() {
+    fn tiles_differ_in_one_dimension_and_occur_once() {
         let base = DrawFeatures { lights: 1, ring_shadow: RingShadow::Penumbra, ..DrawFeatures::MINIMAL };
         let rings = tiles(&base, Some("ring-shadow"));
         assert_eq!(
@@ -141,7 +141,7 @@ mod tests {
         let all = tiles(&base, None);
         let keys: std::collections::BTreeSet<_> = all.iter().map(|t| t.key).collect();
         assert!(keys.len() == all.len() && all.len() > rings.len(), "{} tiles", all.len());
-        // Mie scattering without an atmosphere changes nothing and has no tile.
+        // Mie scattering without an atmosphere does not change the key, so it has no tile.
         assert!(all.iter().all(|t| t.words != "with mie"));
     }
 }

@@ -1,4 +1,4 @@
-//! The Key page: the key by dimension, and the effect of changing it.
+//! The Key page: the value of each dimension of the key, and the effect of changing the key.
 
 use super::descriptions::{is_switch, meaning, value_text};
 use super::{Inspected, ShaderPanel};
@@ -11,7 +11,8 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 #[derive(Default)]
 pub(crate) struct KeyPage {
     typed: String,
-    wrong: String,
+    /// The error in the typed key.
+    error: String,
 }
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
@@ -23,18 +24,18 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let mut edited = panel.edited.unwrap_or(base);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         super::change::summary(panel, ui, inspected);
-        typed(panel, ui, &mut edited);
+        key_field(panel, ui, &mut edited);
         dimensions(ui, &mut edited, drawn.features(), key.features());
         ui.separator();
         super::change::details(panel, ui, inspected);
     });
-    // Features with the same canonical key are no change.
-    let same = edited == base || (panel.edited.is_none() && edited == *drawn.features());
-    panel.edited = if same { None } else { Some(edited) };
+    // The key counts as edited only if its features differ from those of the draw.
+    let is_unchanged = edited == base || (panel.edited.is_none() && edited == *drawn.features());
+    panel.edited = if is_unchanged { None } else { Some(edited) };
 }
 
-/// A field for the key's text.
-fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatures) {
+/// Shows a field for the text of a key.
+fn key_field(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatures) {
     let page = &mut panel.key;
     ui.horizontal(|ui| {
         let label = ui.label(text!("key-another"));
@@ -44,22 +45,23 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatures) 
             match page.typed.trim().parse::<ShaderKey>() {
                 Ok(key) => {
                     *edited = *key.features();
-                    page.wrong.clear();
+                    page.error.clear();
                 }
-                Err(e) => page.wrong = e.to_string(),
+                Err(e) => page.error = e.to_string(),
             }
         }
     });
-    if !page.wrong.is_empty() {
-        ui.colored_label(ui.visuals().warn_fg_color, &page.wrong);
+    if !page.error.is_empty() {
+        ui.colored_label(ui.visuals().warn_fg_color, &page.error);
     }
 }
 
+/// Shows a control and a description for each dimension.
 fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures, shown: &DrawFeatures) {
-    // The first rule that removes a value of a dimension is its explanation.
+    // If several rules remove the value of a dimension, the first rule is shown as the reason.
     let rules = reductions(edited);
     let because = |d: &Dimension| rules.iter().find(|r| r.dimension == d.name).map(|r| r.because);
-    let room = ui.available_width();
+    let width = ui.available_width();
     Grid::new("dimensions").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
         let mut part = None;
         for d in DIMENSIONS {
@@ -79,7 +81,7 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
             let text = RichText::new(words).size(SMALL);
             let label = egui::Label::new(if weak { text.weak() } else { text }).wrap();
             ui.scope(|ui| {
-                ui.set_max_width((room - 285.0).max(120.0));
+                ui.set_max_width((width - 285.0).max(120.0));
                 ui.add(label);
             });
             ui.end_row();
@@ -87,7 +89,7 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
     });
 }
 
-/// A switch or a list with an accessible name.
+/// Shows a checkbox or a list for a dimension, with an accessible name.
 fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, edited: &mut DrawFeatures, label: egui::Id) {
     if is_switch(d) {
         let mut on = value == 1;

@@ -1,7 +1,8 @@
-//! The Shader panel: the module that draws the selected body, with its key, source, values, cost, the values of one pixel, and the pictures of other keys.
+//! The Shader panel: the module that draws the selected body, with its key, source, uniforms, cost, the values of one pixel, and sample
+//! pictures of other keys.
 //!
-//! In: the last drawing, the selected body. Out: shapes; a key changed by hand stays here and does not change the picture on screen. Always: slow queries
-//! run on the worker; everything shown belongs to the module named at the top.
+//! In: the last picture, the selected body. Out: egui shapes. A key changed by hand affects only this panel, not the picture on screen.
+//! Always: slow queries run on the query worker; everything shown belongs to the module named at the top.
 
 mod change;
 mod cost;
@@ -59,13 +60,14 @@ enum InspectedModule {
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
     page: Page,
-    wanted: Option<InspectedModule>,
-    /// The draw inspected last; for another one, manual changes are dropped.
-    of: Option<(NaifId, InspectedModule)>,
-    /// Features changed by hand, not canonical.
+    /// The module that the user chose.
+    chosen: Option<InspectedModule>,
+    /// The body and module inspected in the last frame. When they change, features changed by hand are dropped.
+    last_inspected: Option<(NaifId, InspectedModule)>,
+    /// Features changed by hand, not reduced to the canonical form of a key.
     edited: Option<DrawFeatures>,
     /// The features of a key from the search field, until it is shown.
-    found: Option<DrawFeatures>,
+    requested: Option<DrawFeatures>,
     pins: [Option<ShaderKey>; 2],
     queries: ShaderQueries,
     key: key::KeyPage,
@@ -84,7 +86,7 @@ struct Inspected<'a> {
     draw: Option<&'a Draw>,
     /// The draw's key in the picture.
     drawn: Option<ShaderKey>,
-    /// The displayed module: the drawn one, or that of the key changed by hand.
+    /// The displayed module: the drawn module, or the module of the key changed by hand.
     id: ModuleId,
     /// Number of the drawing on screen.
     view: u64,
@@ -111,16 +113,16 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 }
 
 impl ShaderPanel {
-    /// Shows a key that was found elsewhere on the Key page.
-    pub(crate) fn ask_for(&mut self, key: &ShaderKey) {
+    /// Shows a key from the search field on the Key page.
+    pub(crate) fn show_key(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
-        self.found = Some(*key.features());
+        self.requested = Some(*key.features());
     }
 
     /// Opens the source at the lines of a feature of the selected body's draw.
-    pub(crate) fn ask_for_feature(&mut self, feature: &str) {
-        (self.page, self.wanted, self.edited) = (Page::Source, None, None);
-        self.source.ask_for(feature);
+    pub(crate) fn show_feature(&mut self, feature: &str) {
+        (self.page, self.chosen, self.edited) = (Page::Source, None, None);
+        self.source.request_feature(feature);
     }
 
     /// Whether a click on the sky picks a pixel for the probe.
@@ -138,22 +140,22 @@ impl ShaderPanel {
         let draws: Vec<&Draw> = drawing.scene.draws.iter().filter(|d| d.body == body).collect();
         let name = interface.viewer.name(body).to_owned();
         self.choose(ui, &name, &draws);
-        let wanted = self.wanted.filter(|w| match w {
+        let chosen = self.chosen.filter(|module| match module {
             InspectedModule::Part(part) => draws.iter().any(|d| d.part.name() == *part),
             InspectedModule::Shared(_) => true,
         });
         let globe = draws.iter().find(|d| d.part.name() == "globe").or(draws.first());
-        let wanted = wanted.unwrap_or(globe.map_or(InspectedModule::Shared("point"), |d| InspectedModule::Part(d.part.name())));
-        if self.of.replace((body, wanted)) != Some((body, wanted)) {
+        let module = chosen.unwrap_or(globe.map_or(InspectedModule::Shared("point"), |d| InspectedModule::Part(d.part.name())));
+        if self.last_inspected.replace((body, module)) != Some((body, module)) {
             self.edited = None;
         }
-        self.edited = self.found.take().or(self.edited);
-        let draw = match wanted {
+        self.edited = self.requested.take().or(self.edited);
+        let draw = match module {
             InspectedModule::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
             InspectedModule::Shared(_) => None,
         };
         let drawn = draw.map(|d| ShaderKey::for_draw(&d.features));
-        let id = match (wanted, drawn, self.edited) {
+        let id = match (module, drawn, self.edited) {
             (_, Some(_), Some(edited)) => ModuleId::Planet(ShaderKey::for_draw(&edited)),
             (_, Some(drawn), None) => ModuleId::Planet(drawn),
             (InspectedModule::Shared(name), _, _) => ModuleId::Simple(name),
@@ -181,9 +183,9 @@ impl ShaderPanel {
         }
     }
 
-    /// The choice of a draw of the body, or of a shared module.
+    /// Shows the choice of a draw of the body, or of a shared module.
     fn choose(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
-        let current = self.of.map(|(_, wanted)| wanted);
+        let current = self.last_inspected.map(|(_, module)| module);
         ui.horizontal_wrapped(|ui| {
             ui.strong(name);
             if draws.is_empty() {
@@ -193,7 +195,7 @@ impl ShaderPanel {
                 let part = InspectedModule::Part(draw.part.name());
                 let hover = text!("shader-part-hint", name = name, part = named("part", draw.part.name()));
                 if ui.selectable_label(current == Some(part), named("part", draw.part.name())).on_hover_text(hover).clicked() {
-                    self.wanted = Some(part);
+                    self.chosen = Some(part);
                 }
             }
             ui.separator();
@@ -204,13 +206,13 @@ impl ShaderPanel {
                     .on_hover_text(hover)
                     .clicked()
                 {
-                    self.wanted = Some(InspectedModule::Shared(shared));
+                    self.chosen = Some(InspectedModule::Shared(shared));
                 }
             }
         });
     }
 
-    /// The module's name, and a button that resets a changed key.
+    /// Shows the module's name, the pins, and a button that resets a changed key.
     fn name(&mut self, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
         ui.add(egui::Label::new(RichText::new(inspected.id.to_string()).monospace().strong()).wrap());
         ui.horizontal_wrapped(|ui| {
@@ -236,6 +238,7 @@ impl ShaderPanel {
     }
 }
 
+/// Shows why a module is invalid.
 fn show_broken(ui: &mut egui::Ui, broken: &queries::ModuleFailure) {
     ui.colored_label(ui.visuals().error_fg_color, &broken.why);
     ui.weak(text!("shader-broken"));

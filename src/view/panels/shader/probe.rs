@@ -1,6 +1,6 @@
 //! The Probe page: every value that each draw computes at one pixel, in f32 and in f64.
 //!
-//! Always: both precisions are of one view and one pixel; nothing is computed before a click on the sky with the probe on.
+//! Always: both precisions are computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
 use super::values::number_text;
 use super::{Inspected, ShaderPanel};
@@ -20,17 +20,19 @@ type BothPrecisions = [PixelReport; 2];
 
 #[derive(Default)]
 pub(crate) struct ProbePage {
-    wanted: String,
-    /// Typed pixel coordinates, for the sky.
+    /// Only values whose name contains this text are shown.
+    filter: String,
+    /// Pixel coordinates typed into the fields, until the viewport takes them.
     pub typed_px: Option<[u32; 2]>,
     /// Index of the draw at the pixel.
     draw: usize,
     requested: Option<([u32; 2], ViewRequest)>,
-    coming: Option<Pending<Result<BothPrecisions, ProbeError>>>,
+    pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
     inspected: Option<Result<BothPrecisions, ProbeError>>,
 }
 
-fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<BothPrecisions, ProbeError> {
+/// Inspects a pixel in f32, then in f64.
+fn in_both_precisions(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<BothPrecisions, ProbeError> {
     let with = |double: bool| {
         let renderer = session.renderer_in(double)?;
         inspect_pixel(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
@@ -40,8 +42,8 @@ fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Bot
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
     let page = &mut panel.probe;
-    if let Some(done) = page.coming.as_ref().and_then(Pending::take) {
-        page.coming = None;
+    if let Some(done) = page.pending.as_ref().and_then(Pending::take) {
+        page.pending = None;
         page.inspected = Some(done);
     }
     let Some(pixel) = interface.viewport.picked_px else {
@@ -53,7 +55,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     page.ask(inspected, interface, pixel);
     let Some(answer) = &page.inspected else {
-        accessible::coming(ui, text!("probe-coming"));
+        accessible::spinner(ui, text!("probe-coming"));
         return;
     };
     let [single, double] = match answer {
@@ -65,13 +67,13 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
         let most = interface.viewport.size_px.map(|side| side.saturating_sub(1));
-        let across = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), text!("probe-x"));
-        let down = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), text!("probe-y"));
-        if across.changed() || down.changed() {
+        let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), text!("probe-x"));
+        let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), text!("probe-y"));
+        if x_field.changed() || y_field.changed() {
             page.typed_px = Some([x, y]);
         }
-        if page.coming.is_some() {
-            accessible::coming(ui, text!("probe-another"));
+        if page.pending.is_some() {
+            accessible::spinner(ui, text!("probe-another"));
         }
     });
     ui.label(text!("probe-radiance", level = level, stops = signed(single.exposure_stops, 2), time = instant_text(single.time)));
@@ -94,37 +96,37 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     if let Some([latitude, longitude]) = first.ground_deg {
         ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
     }
-    // The precisions may disagree on the coverage of an edge pixel.
+    // At an edge, the draw may cover the pixel in one precision and not in the other.
     let second = double.draws.iter().find(|d| d.body == first.body && d.part == first.part);
     ui.horizontal(|ui| {
         let label = ui.label(text!("probe-filter"));
-        ui.add(TextEdit::singleline(&mut page.wanted).desired_width(160.0)).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
+        ui.add(TextEdit::singleline(&mut page.filter).desired_width(160.0)).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
         if ui.small_button(text!("shader-copy")).on_hover_text(text!("probe-copy-hint")).clicked() {
             ui.ctx().copy_text(rows(first, second).iter().map(|r| format!("{}\n", r.text())).collect());
         }
     });
-    table(ui, &rows(first, second), &page.wanted);
+    table(ui, &rows(first, second), &page.filter);
 }
 
 impl ProbePage {
-    /// Queries when the pixel or a view at rest changes.
+    /// Starts a query when the pixel has changed, or the view has changed and is at rest.
     fn ask(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.drawing.job.request.clone() };
         let current = self.requested.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
-        if current || self.coming.is_some() || interface.viewer.is_animating() || pixel[0] >= width || pixel[1] >= height {
+        if current || self.pending.is_some() || interface.viewer.is_animating() || pixel[0] >= width || pixel[1] >= height {
             return;
         }
         self.requested = Some((pixel, request.clone()));
-        let pending = ask(inspected.worker, move |session| both(session, &request, pixel));
+        let pending = ask(inspected.worker, move |session| in_both_precisions(session, &request, pixel));
         match pending.take() {
             Some(done) => self.inspected = Some(done),
-            None => self.coming = Some(pending),
+            None => self.pending = Some(pending),
         }
     }
 }
 
-/// One value by its name in both precisions.
+/// A named value in both precisions.
 struct Row {
     name: String,
     single: f64,
@@ -135,13 +137,13 @@ impl Row {
     fn text(&self) -> String {
         let number = |v: f64, digits: usize| if v.is_nan() { text!("probe-not-evaluated").to_owned() } else { format!("{v:.digits$e}") };
         let double = self.double.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
-        let apart = self.double.map(|d| (self.single - d).abs()).filter(|a| a.is_finite());
-        let apart = apart.map_or(String::new(), |a| if a == 0.0 { "0".to_owned() } else { format!("{a:.1e}") });
-        format!("{:<34} {:>14} {double:>17} {apart:>10}", self.name, number(self.single, 7))
+        let difference = self.double.map(|d| (self.single - d).abs()).filter(|a| a.is_finite());
+        let difference = difference.map_or(String::new(), |a| if a == 0.0 { "0".to_owned() } else { format!("{a:.1e}") });
+        format!("{:<34} {:>14} {double:>17} {difference:>10}", self.name, number(self.single, 7))
     }
 }
 
-/// Every value of a draw at the pixel; vectors by component.
+/// Every value of a draw at the pixel, with one row for each component of a vector.
 fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
     let of = |name: &str, k: usize| second.and_then(|s| s.seen.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
@@ -158,8 +160,8 @@ fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
     all
 }
 
-fn table(ui: &mut egui::Ui, rows: &[Row], wanted: &str) {
-    let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(wanted.trim())).collect();
+fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
+    let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
     let small = |text: String| RichText::new(text).monospace().size(SMALL);
     ui.label(
         small(format!("{:<34} {:>14} {:>17} {:>10}", text!("probe-count", count = shown.len()), "f32", "f64", text!("probe-difference")))

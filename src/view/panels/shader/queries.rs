@@ -1,6 +1,6 @@
-//! Queries of the Shader panel: modules with their costs, texts, differences, sample pictures. Each once, off the window's thread.
+//! Queries of the Shader panel: modules with their costs, texts, differences, sample pictures.
 //!
-//! Always: when the fragments change, all answers are dropped.
+//! Always: each query runs once, on the query worker; when the fragments change, all results are dropped.
 
 use super::text::{Text, text_of};
 use crate::catalog::NaifId;
@@ -34,14 +34,14 @@ pub(crate) struct LoadedModule {
     /// Vertex stage first.
     pub tapes: Vec<TapeCost>,
     pub origin: Option<Origin>,
-    /// Its entry on disk and its size, bytes.
+    /// Path and size in bytes of the module's entry in the library on disk.
     pub entry: Option<(PathBuf, u64)>,
 }
 
 /// Why there is no module.
 pub(crate) struct ModuleFailure {
     pub why: String,
-    /// With the source line and a caret.
+    /// The error with the source line and a caret; empty if there is none.
     pub diagnosis: String,
 }
 
@@ -49,9 +49,9 @@ pub(crate) type Module = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 
 fn load_module(session: &Session, id: &ModuleId) -> Module {
     let library = session.library();
-    let broken = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
-    let module = library.get(id).map_err(|e| broken(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
-    let tapes = tape_costs(&module).map_err(|e| broken(e.to_string(), String::new()))?;
+    let failure = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
+    let module = library.get(id).map_err(|e| failure(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
+    let tapes = tape_costs(&module).map_err(|e| failure(e.to_string(), String::new()))?;
     let entry = library.entry_path(id).and_then(|path| Some((path.metadata().ok()?.len(), path)));
     let entry = entry.map(|(bytes, path)| (path, bytes));
     Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
@@ -83,7 +83,7 @@ pub(crate) struct KeySwap {
     pub view: u64,
 }
 
-/// All queries so far.
+/// The results of all queries so far.
 #[derive(Default)]
 pub(crate) struct ShaderQueries {
     generator: Option<Arc<str>>,
@@ -100,7 +100,7 @@ pub(crate) struct ShaderQueries {
 }
 
 impl ShaderQueries {
-    /// Drops all answers if the fragments have changed.
+    /// Drops all results if the fragments have changed.
     pub(crate) fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
         let generator = worker.session().library().generator();
         if self.generator.as_ref() != Some(&generator) {
@@ -114,7 +114,7 @@ impl ShaderQueries {
     }
 
     /// The module, if it has arrived and is valid.
-    pub(crate) fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
+    pub(crate) fn valid_module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
         self.module(worker, id)?.ok()
     }
 
@@ -148,7 +148,7 @@ impl ShaderQueries {
         self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
     }
 
-    /// Starts the timing of a module, in milliseconds per megapixel.
+    /// Starts to time a module; [`Self::timed`] returns the result in milliseconds per megapixel.
     pub(crate) fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let of = id.clone();
         self.timed.get(worker, id, move |session| {
@@ -173,7 +173,7 @@ impl ShaderQueries {
             .cloned()
     }
 
-    /// The sample body drawn by a key.
+    /// The picture of the sample body drawn by a key's module.
     pub(crate) fn sample(
         &mut self,
         ctx: &egui::Context,
@@ -185,15 +185,15 @@ impl ShaderQueries {
         }
         let of = *key;
         let drawn = self.samples.get(worker, key, move |session| draw_sample(session, &of))?;
-        let made =
+        let texture =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
-        if let Ok(texture) = &made {
+        if let Ok(texture) = &texture {
             self.pictures.insert(*key, texture.clone());
         }
-        Some(made)
+        Some(texture)
     }
 
-    /// The view with one draw's key as drawn, and with another.
+    /// A pair of pictures of the view: unchanged, and with the key of one draw replaced.
     pub(crate) fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
         if self.swap_view != of.view {
             // Pictures of earlier views are large and no longer needed.
@@ -211,18 +211,19 @@ impl ShaderQueries {
     }
 }
 
-/// The sample body as display bytes: radiance as in the picture of all pairs; other pixel views scaled so that the greatest value is white.
+/// Draws the sample body as display bytes: radiance with a fixed scale; other pixel views scaled so that the greatest value is white.
 fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
     let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
     let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
-    let light = key.features().view == PixelView::Final;
+    let is_radiance = key.features().view == PixelView::Final;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
-    let scale = if light { 1.0 } else { 1.0 / greatest };
+    let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
     let level = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
     let rgba = frame.hdr.iter().map(|p| [level(p[0]), level(p[1]), level(p[2]), 255]).collect();
     Ok(colour_image(SAMPLE_PX, SAMPLE_PX, rgba))
 }
 
+/// Draws the view, with the key of one draw replaced if `swap` is given.
 fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>) -> Result<ComparedPicture, String> {
     let sampling = SamplingQuality::of(request.quality);
     let mut scene = session.scene(request).map_err(|e| e.to_string())?;

@@ -1,4 +1,4 @@
-//! A module's text in one language, line by line, with syntax colours and the feature of each line.
+//! The text of a module in one language, split into lines, with syntax colours and the feature of each line.
 
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;
@@ -12,7 +12,7 @@ pub(crate) struct Line {
     pub text: String,
     /// Index into [`Text::features`].
     pub feature: u16,
-    /// Fragment path and line.
+    /// Path of the fragment and line in it; empty if unknown.
     pub origin: String,
 }
 
@@ -120,7 +120,7 @@ fn token_kind(word: &str, rest: &str) -> TokenKind {
     }
 }
 
-/// The tokens of a line, in order, without gaps. A comment runs to the end of the line.
+/// The tokens of a line, in order and without gaps. A comment extends to the end of the line.
 pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
     let mut found: Vec<(Range<usize>, TokenKind)> = Vec::new();
     let mut push = |range: Range<usize>, kind: TokenKind| match found.last_mut() {
@@ -138,7 +138,7 @@ pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
         }
         if is_word(c) {
             let number = c.is_ascii_digit();
-            // A number includes its point and a signed exponent.
+            // A number includes its decimal point and a signed exponent.
             let mut end = 0;
             let mut before = ' ';
             for (i, c) in rest.char_indices() {
@@ -181,9 +181,9 @@ fn colour(kind: TokenKind, dark: bool) -> Color32 {
 pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
     let (negated, name) = name.strip_prefix("not ").map_or((false, name), |n| (true, n.split(", ").next().unwrap_or(n)));
     let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
-    let Some(place) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
-    // Steps of the golden angle separate neighbours.
-    let hue = (place as f32 * 0.381_966).fract();
+    let Some(index) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
+    // Multiples of the golden angle give neighbouring features clearly different hues.
+    let hue = (index as f32 * 0.381_966).fract();
     let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
     // A negated feature has the same hue, paler.
     HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
@@ -207,20 +207,20 @@ pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId,
                 Some(m) => m.end.min(range.end),
                 None => marked.iter().map(|m| m.start).filter(|s| *s > at).min().unwrap_or(range.end).min(range.end),
             };
-            let mut as_is = format(colour(kind, dark));
+            let mut text_format = format(colour(kind, dark));
             if inside.is_some() {
-                // Not every syntax colour is legible on the highlight.
-                as_is.color = colour(TokenKind::Plain, dark);
-                as_is.background = mark;
+                // Some syntax colours are illegible on the highlight, so highlighted text has the plain colour.
+                text_format.color = colour(TokenKind::Plain, dark);
+                text_format.background = mark;
             }
-            layout_job.append(&line[at..end], 0.0, as_is);
+            layout_job.append(&line[at..end], 0.0, text_format);
             at = end;
         }
     }
     layout_job
 }
 
-/// Occurrences of a text in a line, ignoring ASCII case.
+/// Byte ranges of the occurrences of a text in a line, ignoring ASCII case.
 pub(crate) fn find_all(line: &str, needle: &str) -> Vec<Range<usize>> {
     if needle.is_empty() {
         return Vec::new();

@@ -1,6 +1,6 @@
-//! The Values page: uniforms of a draw by name with their byte offsets, textures with their files.
+//! The Values page: the uniforms of a draw with their names and byte offsets, and its textures with their files.
 //!
-//! Always: the numbers are those of the last drawing; under a key changed by hand, those that this draw would give it.
+//! Always: the numbers are those of the last picture; for a key changed by hand, the uniforms of the same draw in the layout of that key.
 
 use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
@@ -13,14 +13,15 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 #[derive(Default)]
 pub(crate) struct ValuesPage {
-    wanted: String,
-    /// Index of the draw, for a shared module.
+    /// Only uniforms whose name contains this text are shown.
+    filter: String,
+    /// Index among the draws that use a shared module.
     draw: usize,
 }
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
-    let Some(module) = panel.queries.whole(inspected.worker, &inspected.id) else {
-        accessible::coming(ui, text!("module-loading"));
+    let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
+        accessible::spinner(ui, text!("module-loading"));
         return;
     };
     let layout = &module.module.layout;
@@ -32,7 +33,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     ui.horizontal(|ui| {
         ui.strong(text!("values-count", count = layout.fields.len(), bytes = layout.uniform_size));
         let label = ui.label(text!("probe-filter"));
-        ui.add(TextEdit::singleline(&mut panel.values.wanted).desired_width(120.0))
+        ui.add(TextEdit::singleline(&mut panel.values.filter).desired_width(120.0))
             .labelled_by(label.id)
             .on_hover_text(text!("values-filter-hint"));
     });
@@ -43,7 +44,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     }
     let bytes = bytes.and_then(Result::ok);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        uniform_bytes(ui, layout, bytes.as_deref(), &panel.values.wanted);
+        uniform_bytes(ui, layout, bytes.as_deref(), &panel.values.filter);
         ui.separator();
         ui.strong(text!("values-textures", textures = layout.textures.len(), samplers = layout.samplers.len()));
         textures(panel, ui, inspected, layout);
@@ -75,7 +76,7 @@ fn numbers(field: &Field, bytes: &[u8]) -> Vec<f32> {
     of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
-/// At most seven significant digits, fewer if they suffice.
+/// Formats a number with at most seven significant digits, without trailing zeros.
 pub(crate) fn number_text(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {
@@ -84,16 +85,17 @@ pub(crate) fn number_text(v: f32) -> String {
     if (1e-4..1e6).contains(&magnitude) { format!("{v:.6}").trim_end_matches('0').to_owned() } else { format!("{v:.5e}") }
 }
 
-fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &str) {
-    /// Rows shown of a long array.
+/// Shows the table of uniforms.
+fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filter: &str) {
+    /// Number of rows shown of a long array.
     const ROWS: usize = 3;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
             ui.weak(head);
         }
         ui.end_row();
-        let wanted = wanted.trim().to_ascii_lowercase();
-        for field in layout.fields.iter().filter(|f| f.name.contains(&wanted)) {
+        let filter = filter.trim().to_ascii_lowercase();
+        for field in layout.fields.iter().filter(|f| f.name.contains(&filter)) {
             ui.monospace(field.offset.to_string());
             ui.monospace(field.size.to_string());
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL));
@@ -115,6 +117,7 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wante
     });
 }
 
+/// Shows the tables of textures and samplers.
 fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
     Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in [text!("values-binding"), text!("values-name"), text!("values-file"), text!("values-size")] {
@@ -140,7 +143,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_
                             ));
                         }
                         Some(Err(why)) => drop(ui.label(why)),
-                        None => drop(accessible::coming(ui, text!("values-map-loading"))),
+                        None => drop(accessible::spinner(ui, text!("values-map-loading"))),
                     }
                 }
                 (None, Some(table)) => {
@@ -169,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_come_out_of_their_places_and_read_well() {
+    fn numbers_are_read_at_their_offsets_and_formatted_briefly() {
         let field = |offset: u32, ty| Field { name: "x".into(), ty, offset, size: 12 };
         let bytes: Vec<u8> = [1.0f32, 2.5, -3.0, 4e-9].iter().flat_map(|v| v.to_le_bytes()).collect();
         assert_eq!(numbers(&field(4, crate::shader::reflect::FieldType::Vec3), &bytes), [2.5, -3.0, 4e-9]);

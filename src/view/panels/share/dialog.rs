@@ -1,7 +1,7 @@
 //! File dialogs of the desktop, where available.
 //!
-//! In: the purpose of a file. Out: its path, some time later. Always: the field beside the button also takes a typed name; without dialogs there is no button. The window provides the dialogs, tests
-//! provide their own.
+//! In: the purpose of a file. Out: its path, once the user has chosen it. Always: the field beside the button also accepts a typed name;
+//! where no dialogs are available there is no button. The window provides the function that opens dialogs; tests provide their own.
 
 use crate::view::language::text;
 use crate::view::panels::Interface;
@@ -11,22 +11,22 @@ use egui::Ui;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The purpose of a dialog.
+/// What a dialog asks the user to choose.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileRequest {
     pub title: &'static str,
     /// File extensions without the dot.
     pub endings: &'static [&'static str],
-    /// The name in the field.
+    /// The file name that is now in the field.
     pub name: String,
-    /// Opens an existing file; otherwise names a new one.
+    /// The dialog chooses an existing file; otherwise it names a new file.
     pub opens: bool,
 }
 
-/// Opens a dialog; the answer is `None` if no file was chosen or no dialog could open.
+/// Opens a dialog; the result is `None` if no file was chosen or no dialog could open.
 pub type FileDialog = fn(FileRequest) -> Pending<Option<PathBuf>>;
 
-/// The field that receives the path.
+/// The text field that receives the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileField {
     View,
@@ -41,7 +41,7 @@ pub(crate) struct OpenDialog {
     answer: Pending<Option<PathBuf>>,
 }
 
-/// Interval between checks of a dialog.
+/// Interval at which an open dialog is polled.
 const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 impl FileField {
@@ -55,7 +55,7 @@ impl FileField {
         }
     }
 
-    fn question(self, name: &str) -> FileRequest {
+    fn request(self, name: &str) -> FileRequest {
         let (title, endings, opens): (_, &'static [&'static str], _) = match self {
             Self::View => (text!("share-view-file"), &["json"], false),
             Self::Picture => (text!("dialog-image"), &["png", "exr"], false),
@@ -76,19 +76,19 @@ fn text(interface: &mut Interface, field: FileField) -> &mut String {
     }
 }
 
-/// The button that opens a dialog for a field, if dialogs are available.
+/// Shows the button that opens a dialog for a field, if dialogs are available.
 pub(crate) fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let Some(open) = interface.file_dialog else { return };
-    let question = field.question(text(interface, field));
+    let request = field.request(text(interface, field));
     let name = field.button_name();
     let is_free = interface.share.dialog.is_none();
     let pressed = ui.add_enabled_ui(is_free, |ui| icons::bare(ui, Icon::Open, name)).inner;
     if pressed.on_hover_text(text!("dialog-hint")).clicked() {
-        interface.share.dialog = Some(OpenDialog { field, answer: open(question) });
+        interface.share.dialog = Some(OpenDialog { field, answer: open(request) });
     }
 }
 
-/// Takes the answer of a dialog.
+/// Polls the open dialog and writes the chosen path into its field.
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
     let Some(dialog) = &interface.share.dialog else { return };
     let field = dialog.field;

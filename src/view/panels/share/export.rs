@@ -1,7 +1,8 @@
 //! Export of pictures, sequences and animations to files.
 //!
-//! In: a view or a tour, names, sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background one after the other, so that the export can be stopped; it
-//! continues when the panel is closed; an animation is written at its end as a whole file.
+//! In: a view or a tour, file names, picture sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background
+//! one after the other, so that the export can be stopped between frames; the export continues when the panel is closed; the file of an
+//! animation is written only after its last frame.
 
 use crate::files::{FileAccess, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, animation_format};
@@ -18,7 +19,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// How a picture is drawn into a file.
+/// Size and content of a written picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Format {
     pub size: [u32; 2],
@@ -26,9 +27,9 @@ pub(crate) struct Format {
     pub names: bool,
 }
 
-/// The views of the frames.
+/// The views of an export's frames.
 pub enum Frames {
-    /// One view at times `step_s` apart.
+    /// One view at times at an interval of `step_s`.
     Steps { view: Box<ViewState>, step_s: f64 },
     /// A tour at `rate` frames per second, with the quality of the window.
     Tour { tour: Arc<Tour>, rate: u32, base_view: Box<ViewState> },
@@ -45,6 +46,7 @@ impl Frames {
     }
 }
 
+/// An animation with the frames that have been drawn.
 struct AnimationInProgress {
     writer: AnimationWriter<SharedBytes>,
     bytes: SharedBytes,
@@ -58,7 +60,7 @@ enum Output {
     Animation(Option<Box<AnimationInProgress>>),
 }
 
-/// The file of a frame, if it has been written; the animation, if it is not finished.
+/// The written file, if any, and the animation, unless it is finished.
 type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), String>;
 
 /// A running export.
@@ -76,7 +78,7 @@ impl Export {
     /// Exports frames to one file each.
     ///
     /// # Errors
-    /// How to write a frame's number into a name.
+    /// If the name has no valid place for the frame number; the message explains how to write one.
     pub(crate) fn of_files(frames: Frames, name: &str, count: u32, format: Format) -> Result<Self, String> {
         let files = NumberedName::of_sequence(name, count).map_err(|e| e.to_string())?;
         Ok(Self::of(frames, Output::Files(files), count, format))
@@ -85,7 +87,7 @@ impl Export {
     /// Exports frames as one animation at `rate` frames per second.
     ///
     /// # Errors
-    /// An extension that is no animation format's, or a size or rate that the format does not support.
+    /// If the extension is not that of an animation format, or the format does not support the size or the rate.
     pub(crate) fn of_animation(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = format.size;
@@ -94,8 +96,8 @@ impl Export {
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| e.to_string())?;
-        let moving = AnimationInProgress { writer, bytes, name: name.to_owned() };
-        Ok(Self::of(frames, Output::Animation(Some(Box::new(moving))), count, format))
+        let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
+        Ok(Self::of(frames, Output::Animation(Some(Box::new(animation))), count, format))
     }
 
     fn of(frames: Frames, output: Output, count: u32, format: Format) -> Self {
@@ -123,39 +125,40 @@ impl Export {
         text!("export-progress", done = self.done, count = self.count, left = left)
     }
 
-    /// Takes a finished frame and starts the next one. `Some`: a message, and whether the export has ended.
+    /// Takes a finished frame and starts the next one. Returns `Some` if a frame was finished: a message, and whether the export has ended.
     pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
-        let (path, moving) = match self.frame.take()? {
+        let (path, animation) = match self.frame.take()? {
             Ok(answer) => answer,
             Err(why) => return Some((why, true)),
         };
         self.done += 1;
         let is_over = self.done >= self.count;
         if let Output::Animation(place) = &mut self.output {
-            *place = moving;
+            *place = animation;
         }
         if !is_over {
             self.next(worker);
         }
-        let said = match (&self.output, path) {
+        let message = match (&self.output, path) {
             (Output::Files(_), Some(path)) => text!("export-saved-frame", done = self.done, count = self.count, saved = saved(&path)),
             (_, Some(path)) => saved(&path),
             (_, None) => text!("export-recording", done = self.done, count = self.count),
         };
-        Some((said, is_over))
+        Some((message, is_over))
     }
 
+    /// Starts drawing the next frame.
     fn next(&mut self, worker: &dyn RenderWorker) {
-        let (frames, at, format) = (Arc::clone(&self.frames), self.done, self.format);
-        let is_last = at + 1 == self.count;
+        let (frames, number, format) = (Arc::clone(&self.frames), self.done, self.format);
+        let is_last = number + 1 == self.count;
         self.frame = match &mut self.output {
             Output::Files(files) => {
-                let file = files.path(at);
-                ask(worker, move |session| Ok((Some(save(session, &frames.view(at), format, std::iter::once(file))?), None)))
+                let file = files.path(number);
+                ask(worker, move |session| Ok((Some(save(session, &frames.view(number), format, std::iter::once(file))?), None)))
             }
-            Output::Animation(moving) => {
-                let Some(moving) = moving.take() else { return };
-                ask(worker, move |session| added(session, moving, &frames.view(at), format, is_last))
+            Output::Animation(animation) => {
+                let Some(animation) = animation.take() else { return };
+                ask(worker, move |session| add_frame(session, animation, &frames.view(number), format, is_last))
             }
         };
     }
@@ -172,13 +175,13 @@ fn remaining_text(seconds: f64) -> String {
 }
 
 /// Adds a frame to an animation, and writes the file after the last frame.
-fn added(session: &Session, mut moving: Box<AnimationInProgress>, view: &ViewState, format: Format, is_last: bool) -> FrameResult {
-    let (_, drawn) = drawn(session, view, format, false)?;
-    moving.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
+fn add_frame(session: &Session, mut animation: Box<AnimationInProgress>, view: &ViewState, format: Format, is_last: bool) -> FrameResult {
+    let (_, drawn) = draw(session, view, format, false)?;
+    animation.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
     if !is_last {
-        return Ok((None, Some(moving)));
+        return Ok((None, Some(animation)));
     }
-    let AnimationInProgress { writer, bytes, name } = *moving;
+    let AnimationInProgress { writer, bytes, name } = *animation;
     writer.finish().map_err(|e| e.to_string())?;
     let bytes = bytes.0.lock();
     let names = free_names(&name).map_err(|e| e.to_string())?.map(|file| std::path::absolute(&file).unwrap_or(file));
@@ -186,7 +189,8 @@ fn added(session: &Session, mut moving: Box<AnimationInProgress>, view: &ViewSta
     Ok((Some(path), None))
 }
 
-fn drawn(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+/// Draws one picture with the renderer for background work.
+fn draw(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = format.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| e.to_string())?;
     request.layers.labels = format.names;
@@ -195,15 +199,15 @@ fn drawn(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> R
     Ok((request, drawn))
 }
 
-/// Draws a view and writes it under the first name that is free; returns that name.
+/// Draws a view and writes it under the first free name of `files`; returns that name.
 pub(crate) fn save(session: &Session, view: &ViewState, format: Format, files: impl Iterator<Item = PathBuf>) -> Result<PathBuf, String> {
     let mut files = files.peekable();
     let path = files.peek().cloned().unwrap_or_default();
-    let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);
-    if !known {
+    let is_supported = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);
+    if !is_supported {
         return Err(text!("export-image-ending", file = path.display()));
     }
-    let (request, drawn) = drawn(session, view, format, is_exr(&path))?;
+    let (request, drawn) = draw(session, view, format, is_exr(&path))?;
     let text = vec![
         ("Title", session.catalog().body(view.target).map_or("Orrery".into(), |b| b.name.clone())),
         ("Creation Time", request.time.to_utc_iso()),

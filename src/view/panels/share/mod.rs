@@ -1,7 +1,7 @@
-//! The Share panel: links, files, bookmarks, pictures, sequences of frames, animations.
+//! The Share panel: links, view files, bookmarks, pictures, sequences of frames, animations; and the appearance of the window.
 //!
-//! In: the view, names of files. Out: files, and their paths. Always: no existing file is overwritten; exports continue when the panel is closed. Not here: how
-//! frames are written (`export`).
+//! In: the view, file names. Out: files, and their paths. Always: no existing file is overwritten; exports continue when the panel is
+//! closed. Not here: drawing and writing of frames (`export`).
 
 pub mod dialog;
 mod export;
@@ -35,12 +35,13 @@ pub(crate) struct SharePanel {
     frames: u32,
     step_s: f64,
     animation: Animation,
-    shot: Option<Pending<Result<PathBuf, String>>>,
+    /// The picture that is being drawn and written.
+    saving: Option<Pending<Result<PathBuf, String>>>,
     export: Option<Export>,
     dialog: Option<dialog::OpenDialog>,
     /// The user asked for a picture.
     pub wants_picture: bool,
-    wants: Option<Wanted>,
+    requested_export: Option<ExportKind>,
 }
 
 /// Settings of an animation.
@@ -49,13 +50,13 @@ struct Animation {
     format: Format,
     /// Frames per second.
     rate: u32,
-    /// The displayed time is in the middle of the animation.
+    /// The displayed time is in the middle of the animation, not at its start.
     is_centred: bool,
 }
 
-/// The requested export.
+/// What an export contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wanted {
+enum ExportKind {
     Sequence,
     Animation,
     Tour,
@@ -77,11 +78,11 @@ impl Default for SharePanel {
                 rate: 25,
                 is_centred: true,
             },
-            shot: None,
+            saving: None,
             export: None,
             dialog: None,
             wants_picture: false,
-            wants: None,
+            requested_export: None,
         }
     }
 }
@@ -89,12 +90,12 @@ impl Default for SharePanel {
 impl SharePanel {
     /// Whether a picture or sequence is being exported.
     pub(crate) fn is_busy(&self) -> bool {
-        self.shot.is_some() || self.export.is_some()
+        self.saving.is_some() || self.export.is_some()
     }
 
     /// Requests an animation of the current tour.
     pub(crate) fn record_tour(&mut self) {
-        self.wants = Some(Wanted::Tour);
+        self.requested_export = Some(ExportKind::Tour);
     }
 }
 
@@ -130,7 +131,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             .on_hover_text(text!("share-link-field"));
         if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() {
             let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
-            opened(interface, read, actions);
+            show_or_report(interface, read, actions);
         }
     });
     ui.horizontal(|ui| {
@@ -142,7 +143,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| e.to_string());
             let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
             if let Ok(path) = &written {
-                // *Open view* then opens the saved file.
+                // The saved file may have another name than the typed one; *Open view* opens the saved file.
                 interface.share.file = path.display().to_string();
             }
             interface.message = written.map_or_else(|why| why, |path| saved(&path));
@@ -150,18 +151,20 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| e.to_string());
             let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
-            opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
+            show_or_report(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
         }
     });
 }
 
-fn opened(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
+/// Shows the view that was read, or the error.
+fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
         Ok(view) => actions.push(Action::Show(Box::new(view))),
         Err(why) => interface.message = why,
     }
 }
 
+/// The message about a written file.
 fn saved(path: &Path) -> String {
     text!("share-saved", file = absolute_path(path))
 }
@@ -170,50 +173,50 @@ fn saved(path: &Path) -> String {
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     dialog::update(interface, ctx);
     let panel = &mut interface.share;
-    let (picture, wanted) = (std::mem::take(&mut panel.wants_picture), panel.wants.take());
-    if (picture || wanted.is_some()) && panel.is_busy() {
+    let (picture, kind) = (std::mem::take(&mut panel.wants_picture), panel.requested_export.take());
+    if (picture || kind.is_some()) && panel.is_busy() {
         interface.message = text!("share-busy").into();
     } else if picture {
         match free_names(&panel.picture) {
             Ok(files) => {
                 let (view, format) = (interface.viewer.shareable(), panel.picture_format);
-                panel.shot = Some(ask(worker, move |session| export::save(session, &view, format, files)));
+                panel.saving = Some(ask(worker, move |session| export::save(session, &view, format, files)));
                 interface.message = text!("share-saving", width = format.size[0], height = format.size[1]);
             }
             Err(e) => interface.message = e.to_string(),
         }
-    } else if let Some(wanted) = wanted {
-        match planned(interface, wanted) {
+    } else if let Some(kind) = kind {
+        match new_export(interface, kind) {
             Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.last_s)),
             Err(why) => interface.message = why,
         }
     }
-    if let Some(written) = interface.share.shot.as_ref().and_then(Pending::take) {
-        interface.share.shot = None;
+    if let Some(written) = interface.share.saving.as_ref().and_then(Pending::take) {
+        interface.share.saving = None;
         interface.message = written.map_or_else(|why| why, |path| saved(&path));
     }
-    if let Some((said, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved)) {
-        interface.message = said;
+    if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved)) {
+        interface.message = message;
         if is_over {
             interface.share.export = None;
         }
     }
 }
 
-/// The export for a request: its frames and files.
-fn planned(interface: &Interface, wanted: Wanted) -> Result<Export, String> {
+/// Creates the export of a kind with the panel's settings; does not start it.
+fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String> {
     let panel = &interface.share;
     let Animation { file, format, rate, is_centred } = &panel.animation;
     let view = interface.viewer.shareable();
     let steps = |view: ViewState| Frames::Steps { view: Box::new(view), step_s: panel.step_s };
-    match wanted {
-        Wanted::Sequence => Export::of_files(steps(view), &panel.picture, panel.frames, panel.picture_format),
-        Wanted::Animation => {
+    match kind {
+        ExportKind::Sequence => Export::of_files(steps(view), &panel.picture, panel.frames, panel.picture_format),
+        ExportKind::Animation => {
             let before_s = if *is_centred { 0.5 * f64::from(panel.frames - 1) * panel.step_s } else { 0.0 };
             let first = ViewState { tdb_s: view.tdb_s - before_s, ..view };
             Export::of_animation(steps(first), file, panel.frames, *rate, *format)
         }
-        Wanted::Tour => {
+        ExportKind::Tour => {
             let tour = interface.tour.playing_tour().ok_or(text!("share-no-tour"))?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
             Export::of_animation(Frames::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *format)
@@ -227,24 +230,24 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         let view = interface.viewer.destination();
         format!("{} {}", interface.viewer.name(view.target), minute_in_digits(view.time()))
     };
-    let usual = name_now();
+    let default_name = name_now();
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&usual).desired_width(180.0))
+        ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&default_name).desired_width(180.0))
             .on_hover_text(text!("bookmarks-name"));
         let add = icons::button(ui, Icon::Bookmark, text!("bookmarks-add"));
         if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() {
             let typed = std::mem::take(&mut interface.share.bookmark);
-            let name = if typed.trim().is_empty() { usual.clone() } else { typed.trim().to_owned() };
+            let name = if typed.trim().is_empty() { default_name.clone() } else { typed.trim().to_owned() };
             interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shareable() });
         }
     });
     let mut removed = None;
-    for (i, kept) in interface.settings.bookmarks.iter().enumerate() {
+    for (i, bookmark) in interface.settings.bookmarks.iter().enumerate() {
         ui.horizontal(|ui| {
-            if ui.button(&kept.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
-                actions.push(Action::Show(Box::new(kept.view.clone())));
+            if ui.button(&bookmark.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
+                actions.push(Action::Show(Box::new(bookmark.view.clone())));
             }
-            let name = text!("bookmarks-remove", name = kept.name);
+            let name = text!("bookmarks-remove", name = bookmark.name);
             if icons::bare(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
                 removed = Some(i);
             }
@@ -254,9 +257,9 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         interface.settings.bookmarks.remove(i);
     }
     ui.collapsing(text!("recent-views"), |ui| {
-        for kept in &interface.settings.recent {
-            if ui.button(&kept.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
-                actions.push(Action::Show(Box::new(kept.view.clone())));
+        for recent in &interface.settings.recent {
+            if ui.button(&recent.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
+                actions.push(Action::Show(Box::new(recent.view.clone())));
             }
         }
     });

@@ -1,8 +1,8 @@
-//! The controls for images, sequences and animations.
+//! The controls of the Share panel for images, sequences and animations.
 
 use super::dialog::{self, FileField};
 use super::export::Format;
-use super::{Interface, Wanted};
+use super::{ExportKind, Interface};
 use crate::view::app::file_names::absolute_path;
 use crate::view::language::text;
 use crate::view::panels::accessible;
@@ -10,19 +10,21 @@ use crate::view::panels::icons::{self, Icon};
 use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
 
-fn side(value: &mut u32) -> DragValue<'_> {
+/// A field for a width or height, pixels.
+fn side_field(value: &mut u32) -> DragValue<'_> {
     DragValue::new(value).range(1..=16_384)
 }
 
-/// Width, height and labels; `labels` are their accessible names.
+/// Fields for width, height and labels, and their accessible names.
 fn format_fields(ui: &mut Ui, format: &mut Format, [width, height, labels]: [&str; 3]) {
-    accessible::number(ui, side(&mut format.size[0]), width);
+    accessible::number(ui, side_field(&mut format.size[0]), width);
     ui.label("x");
-    accessible::number(ui, side(&mut format.size[1]), height);
+    accessible::number(ui, side_field(&mut format.size[1]), height);
     let labels = ui.checkbox(&mut format.names, text!("picture-labels")).accessible_name(labels);
     labels.on_hover_text(text!("picture-labels-hint"));
 }
 
+/// Shows the folder in which a file will be written.
 fn folder(ui: &mut Ui, file: &str) {
     let folder =
         absolute_path(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
@@ -46,28 +48,28 @@ pub(crate) fn images(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// Number of frames and their interval: for sequences and animations.
+/// Fields for the number of frames and their interval, which sequences and animations share; and the export of a sequence.
 pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
         accessible::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
-        // At most a century.
+        // The interval is at most a century.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
         accessible::number(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
     });
     if let Some(watch) = interface.events.playback_of_chosen() {
-        let absolute_path = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
-        if absolute_path.clicked() {
+        let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
+        if whole_event.clicked() {
             panel.step_s = ((watch.to_tdb_s - watch.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
         }
     }
     let sequence = icons::button(ui, Icon::Save, text!("frames-export"));
     let hover = text!("frames-export-hint");
     if ui.add_enabled(!panel.is_busy(), sequence).on_hover_text(hover).clicked() {
-        panel.wants = Some(Wanted::Sequence);
+        panel.requested_export = Some(ExportKind::Sequence);
     }
 }
 
@@ -91,11 +93,11 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
     folder(ui, &animation.file);
     let record = icons::button(ui, Icon::Film, text!("animation-record"));
     if ui.add_enabled(!panel.is_busy(), record).on_hover_text(text!("animation-record-hint")).clicked() {
-        panel.wants = Some(Wanted::Animation);
+        panel.requested_export = Some(ExportKind::Animation);
     }
 }
 
-/// Progress of an export: bar, remaining time, button to stop it.
+/// Shows the progress of an export: a bar, the remaining time, and a button that stops it.
 pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
     let now_s = interface.viewport.last_s;
     let Some(export) = &interface.share.export else { return };

@@ -1,0 +1,146 @@
+//! The panels at the sides of the sky: the list of bodies, the open panel, and a second panel that the user keeps open.
+//!
+//! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always:
+//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both.
+
+use super::icons::{self, Icon};
+use super::{Interface, Tab, body_browser, compare, effects, events, information, moments, performance, shader, share, standpoint};
+use crate::view::app::settings::valid_width;
+use crate::view::app::viewer::Action;
+use crate::view::language::text;
+use crate::view::worker::render_worker::RenderWorker;
+use egui::{Align, Layout, Panel, ScrollArea, Ui};
+
+/// Minimum widths of the list of bodies and of a panel, points; a temporarily small window does not change the remembered widths.
+const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
+/// Window width from which two panels fit, points.
+const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
+
+impl Tab {
+    fn is_wide(self) -> bool {
+        matches!(self, Self::Shader | Self::Compare)
+    }
+
+    fn width_points(self) -> f32 {
+        if self.is_wide() { 560.0 } else { 330.0 }
+    }
+}
+
+impl Interface {
+    /// The panel that the user keeps open, if the window is wide enough for it.
+    fn visible_kept(&self, ctx: &egui::Context) -> Option<Tab> {
+        self.kept_tab.filter(|_| ctx.content_rect().width() >= MIN_WIDTH_FOR_TWO)
+    }
+
+    /// Whether the panel is on either side of the sky.
+    pub(crate) fn is_open(&self, ctx: &egui::Context, tab: Tab) -> bool {
+        self.tab == Some(tab) || self.visible_kept(ctx) == Some(tab)
+    }
+
+    /// Opens a panel that is not open yet.
+    pub(crate) fn open(&mut self, ctx: &egui::Context, tab: Tab) {
+        if self.visible_kept(ctx) == Some(tab) {
+            return;
+        }
+        self.kept_tab.take_if(|kept| *kept == tab);
+        self.tab = Some(tab);
+    }
+
+    /// Opens a panel, or closes it if it is open.
+    pub(crate) fn toggle(&mut self, ctx: &egui::Context, tab: Tab) {
+        if self.visible_kept(ctx) == Some(tab) {
+            self.kept_tab = None;
+        } else if self.tab == Some(tab) {
+            self.tab = None;
+        } else {
+            self.open(ctx, tab);
+        }
+    }
+}
+
+/// Shows the list of bodies and the open panels, and stores the widths that the user set.
+pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    // A width that a small window enforces is not the user's choice.
+    let max_width = 0.5 * ui.ctx().content_rect().width();
+    let remember_width = |width: f32, stored: &mut Option<f32>| {
+        if width <= max_width {
+            *stored = Some(width);
+        }
+    };
+    if interface.bodies_shown {
+        let width = valid_width(interface.settings.panels.bodies_width, MIN_WIDTHS[0]);
+        let shown = Panel::left("bodies").default_size(width).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
+            // In a low window each part has its own scroll area.
+            let max_height = 0.6 * ui.available_height();
+            Panel::bottom("stance").show(ui, |ui| {
+                ScrollArea::vertical()
+                    .max_height(max_height)
+                    .min_scrolled_height(max_height)
+                    .show(ui, |ui| standpoint::panel(interface, ui, actions));
+            });
+            body_browser::tree(interface, ui, actions);
+        });
+        remember_width(shown.response.rect.width(), &mut interface.settings.panels.bodies_width);
+    }
+    let on_left = interface.settings.panels.on_left;
+    if let Some(tab) = interface.visible_kept(ui.ctx()) {
+        let name = if tab.is_wide() { "wide kept panel" } else { "kept panel" };
+        let panel = if on_left { Panel::right(name) } else { Panel::left(name) };
+        let width = valid_width(interface.settings.panels.kept_width, tab.width_points());
+        let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
+            heading(interface, ui, tab);
+            contents(interface, ui, worker, actions, tab);
+        });
+        remember_width(shown.response.rect.width(), &mut interface.settings.panels.kept_width);
+    }
+    if let Some(tab) = interface.tab {
+        let stored = if tab.is_wide() { interface.settings.panels.wide_width } else { interface.settings.panels.panel_width };
+        // egui stores a panel's width under its name. Wide panels have a name of their own, since source text needs more space than a list.
+        let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
+        let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
+        let width = valid_width(stored, tab.width_points());
+        let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
+            heading(interface, ui, tab);
+            contents(interface, ui, worker, actions, tab);
+        });
+        let panels = &mut interface.settings.panels;
+        remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
+    }
+    interface.settings.panels.bodies_shown = interface.bodies_shown;
+    interface.settings.panels.open = interface.tab.map(|tab| tab.name().to_owned());
+    interface.settings.panels.kept = interface.kept_tab.map(|tab| tab.name().to_owned());
+}
+
+/// Shows the title of a panel, with the buttons that keep it open and close it.
+fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
+    ui.horizontal(|ui| {
+        ui.heading(tab.title());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let is_kept = interface.kept_tab == Some(tab);
+            let close = icons::bare(ui, Icon::Close, &text!("panel-close", panel = tab.title()));
+            if close.on_hover_text(text!("panel-close-hint")).clicked() {
+                interface.toggle(ui.ctx(), tab);
+            }
+            if ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_TWO {
+                let keep = ui.selectable_label(is_kept, text!("panel-keep"));
+                if keep.on_hover_text(text!("panel-keep-hint")).clicked() {
+                    // Either way the panel moves to the other side of the sky. The panel that was kept before takes its place.
+                    (interface.tab, interface.kept_tab) = if is_kept { (Some(tab), None) } else { (interface.kept_tab, Some(tab)) };
+                }
+            }
+        });
+    });
+}
+
+fn contents(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>, tab: Tab) {
+    match tab {
+        Tab::Moments => moments::panel(interface, ui, worker, actions),
+        Tab::Events => events::panel(interface, ui, worker, actions),
+        Tab::Effects => effects::panel(interface, ui, worker),
+        Tab::Shader => shader::panel(interface, ui, worker),
+        Tab::Compare => compare::panel(interface, ui, worker),
+        Tab::Information => information::panel(interface, ui, worker),
+        Tab::Performance => performance::panel(interface, ui),
+        Tab::Share => share::panel(interface, ui, worker, actions),
+    }
+}
